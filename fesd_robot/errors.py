@@ -1,0 +1,53 @@
+"""The exceptions a user can meet; every one ends a run with a sentence that says what to change."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class FesdRobotError(Exception):
+    """Base of all exceptions that this package raises on purpose."""
+
+
+class TaskError(FesdRobotError):
+    """A task file that cannot be solved as written.
+
+    Args:
+        message: what was found and what would be valid, one sentence.
+        file: the task file, if there is one.
+        line: line of the offending key, counted from 1.
+        key: dotted path of the offending key, e.g. ``goal.configuration.leg``.
+    """
+
+    def __init__(
+        self, message: str, *, file: Path | None = None, line: int | None = None, key: str | None = None
+    ) -> None:
+        self.message = message
+        self.file = file
+        self.line = line
+        self.key = key
+        where = "" if file is None else f"{file}:{line}: " if line is not None else f"{file}: "
+        super().__init__(f"{where}{key}: {message}" if key else f"{where}{message}")
+
+
+class RobotError(FesdRobotError):
+    """A robot model that cannot be loaded or used."""
+
+
+class DimensionError(FesdRobotError):
+    """An array or expression of the wrong shape; the message names it with its shape and the expected one."""
+
+
+class SolverError(FesdRobotError):
+    """The numerical solver could not be run at all (a solve that merely fails is a status, not an exception)."""
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """Return `` (did you mean 'x'?)`` for the closest valid name, else a list of the valid names."""
+    names = list(valid)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if close:
+        return f" (did you mean '{close[0]}'?)"
+    return f" (valid: {', '.join(sorted(names))})" if names else ""

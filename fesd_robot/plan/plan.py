@@ -1,0 +1,188 @@
+"""The result of planning: a trajectory in physical time, what the contacts did, and how far to trust it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
+
+SCHEMA_VERSION = 1
+
+Array = Annotated[
+    np.ndarray,
+    BeforeValidator(lambda value: np.asarray(value, dtype=float)),
+    PlainSerializer(lambda array: array.tolist()),
+]
+"""A float array in Python, a list of numbers in JSON."""
+
+
+class Record(BaseModel):
+    """Base of all parts of a plan: frozen, closed against unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+
+class Trajectory(Record):
+    """Sampled motion in physical time; an impact stands twice at the same time, before and after.
+
+    Attributes:
+        time: physical time, s, shape (n,), non-decreasing.
+        configuration: name of a configuration coordinate -> values, m or rad, shape (n,).
+        velocity: name of a velocity coordinate -> values, m/s or rad/s, shape (n,).
+    """
+
+    time: Array
+    configuration: dict[str, Array]
+    velocity: dict[str, Array]
+
+
+class ContactHistory(Record):
+    """One contact along `Trajectory.time`.
+
+    Attributes:
+        gap: true signed distance, m, shape (n,).
+        normal_force: N, shape (n,); zero in flight.
+        tangential_force: N, shape (n,); positive along the ground's tangent.
+        mode: ``flight``, ``impact``, ``stick`` or ``slip`` at each sample.
+    """
+
+    gap: Array
+    normal_force: Array
+    tangential_force: Array
+    mode: list[Literal["flight", "impact", "stick", "slip"]]
+
+
+class Switch(Record):
+    """A change of contact mode; `time` in s of physical time."""
+
+    time: float
+    contact: str
+    kind: Literal["touchdown", "takeoff", "stick_to_slip", "slip_to_stick", "slip_reversal"]
+
+
+class Impulse(Record):
+    """The impulse of one impact, N s; `time` in s of physical time."""
+
+    time: float
+    contact: str
+    normal: float
+    tangential: float
+
+
+class Status(Record):
+    """Four separate answers and their conjunction.
+
+    Attributes:
+        solved: all of the answers below are good enough for the tolerances asked for.
+        nlp: the last NLP's own verdict (``converged``, ``iteration limit``, ``infeasible``, ``time limit``,
+            ``interrupted`` or ``failed: ...``).
+        complementarity: max over all pairs of min(a, b), recomputed from the returned point.
+        constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
+        stationarity: ``S``, ``M``, ``C`` or ``unknown``.
+        audit_passed: every entry of `Audit.violations` is empty.
+        message: one sentence for the reader.
+    """
+
+    solved: bool
+    nlp: str
+    complementarity: float
+    constraint_violation: float
+    stationarity: Literal["S", "M", "C", "unknown"]
+    audit_passed: bool
+    message: str
+
+
+class Audit(Record):
+    """Physics recomputed from the trajectory with Pinocchio's numeric algorithms.
+
+    Attributes:
+        min_gap: smallest true gap over all contacts and samples, m.
+        max_gap_drift: largest difference between the true gap and the integrated one, m.
+        max_clock_error: largest |t(k) - kT/N| over the control grid, s.
+        max_theta_sum_error: largest |sum of the multipliers - 1|.
+        max_friction_cone_violation: largest excess of |tangential| over mu * normal force, N.
+        max_stick_slip_velocity: largest tangential speed while sticking, m/s.
+        max_impact_law_error: largest normal velocity left after an inelastic impact, m/s.
+        max_normal_force_violation: largest pulling (negative) normal force, N.
+        max_dynamics_error: largest defect of M a + h = B u + J^T f between neighbouring samples, relative.
+        max_position_limit_violation: m or rad.
+        max_velocity_limit_violation: m/s or rad/s.
+        max_control_limit_violation: unit of the control.
+        max_energy_error: largest mismatch of the energy balance over a control interval, J.
+        tolerances: the limit each entry was compared with.
+        violations: names of the entries beyond their limit.
+    """
+
+    min_gap: float
+    max_gap_drift: float
+    max_clock_error: float
+    max_theta_sum_error: float
+    max_friction_cone_violation: float
+    max_stick_slip_velocity: float
+    max_impact_law_error: float
+    max_normal_force_violation: float
+    max_dynamics_error: float
+    max_position_limit_violation: float
+    max_velocity_limit_violation: float
+    max_control_limit_violation: float
+    max_energy_error: float
+    tolerances: dict[str, float]
+    violations: list[str]
+
+
+class HomotopyStep(Record):
+    """One NLP of the homotopy."""
+
+    sigma: float
+    status: str
+    iterations: int
+    objective: float
+    complementarity: float
+    constraint_violation: float
+    seconds: float
+
+
+class Statistics(Record):
+    """Sizes, effort and cost of the solve."""
+
+    variables: int
+    constraints: int
+    pairs: int
+    iterations: int
+    build_seconds: float
+    solve_seconds: float
+    objective: float
+    cost_terms: dict[str, float]
+    homotopy: list[HomotopyStep]
+
+
+class Provenance(Record):
+    """Where the plan comes from: package versions, git state, UTC time of creation (ISO 8601)."""
+
+    versions: dict[str, str]
+    git: str
+    created: str
+
+
+class Plan(Record):
+    """A planned motion, lossless in `plan.json`.
+
+    Attributes:
+        controls: ``time`` (start of each control interval, s) and one array per control name.
+        contacts: contact name -> history on `trajectory.time`.
+        task: the task as it was solved, with every default filled in.
+    """
+
+    schema_version: Literal[1] = SCHEMA_VERSION
+    name: str
+    status: Status
+    audit: Audit
+    trajectory: Trajectory
+    controls: dict[str, Array]
+    contacts: dict[str, ContactHistory]
+    switches: list[Switch]
+    impulses: list[Impulse]
+    statistics: Statistics
+    provenance: Provenance
+    task: dict[str, Any]
