@@ -1,0 +1,6 @@
+"""Nonsmooth systems and their complementarity form."""
+
+from fesd_robot.dcs.heaviside import heaviside
+from fesd_robot.dcs.system import ComplementaritySystem
+
+__all__ = ["ComplementaritySystem", "heaviside"]

@@ -1,0 +1,8 @@
+"""Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
+
+from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.fesd.tableau import Tableau, make_tableau
+from fesd_robot.fesd.transcription import Element, Transcription
+
+__all__ = ["Element", "FesdOptions", "OptimalControlProblem", "Tableau", "Transcription", "make_tableau"]

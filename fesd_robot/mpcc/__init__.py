@@ -1,0 +1,6 @@
+"""Mathematical programs with complementarity constraints: the value, its relaxation, its solution by homotopy."""
+
+from fesd_robot.mpcc.homotopy import HomotopyOptions, MpccSolution, NlpReport, solve
+from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
+
+__all__ = ["Block", "HomotopyOptions", "Mpcc", "MpccSolution", "NlpReport", "Residuals", "solve"]

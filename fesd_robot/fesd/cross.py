@@ -1,0 +1,36 @@
+"""Cross complementarity: the pairs that let the active set change only at the boundaries of a finite element."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from fesd_robot.fesd.options import CrossComplementarity
+
+
+def cross_pairs(
+    multipliers: Sequence[ca.SX], partners: Sequence[ca.SX], mode: CrossComplementarity
+) -> list[tuple[str, ca.SX, ca.SX]]:
+    """Return (where, G, H) of one element, four equivalent aggregations of a_k _|_ b_j for all k and j.
+
+    ``stage_stage``: a_k _|_ b_j; ``lambda_sum``: sum_k a_k _|_ b_j; ``theta_sum``: a_k _|_ sum_j b_j;
+    ``sum_sum``: sum_k a_k _|_ sum_j b_j.
+
+    Args:
+        multipliers: a_k at the left boundary and at the stages, k = 0..n_s.
+        partners: b_j at the stages, j = 1..n_s.
+
+    Source: Nurkanovic et al., arXiv 2205.05337, section 4.2 (cross complementarity and its sparse and dense forms).
+    """
+    if mode == "stage_stage":
+        return [
+            (f"stages {k}, {j}", a, b) for k, a in enumerate(multipliers) for j, b in enumerate(partners, start=1)
+        ]
+    if mode == "lambda_sum":
+        total = sum(multipliers[1:], multipliers[0])
+        return [(f"stage {j}", total, b) for j, b in enumerate(partners, start=1)]
+    sum_b = sum(partners[1:], partners[0])
+    if mode == "theta_sum":
+        return [(f"stage {k}", a, sum_b) for k, a in enumerate(multipliers)]
+    return [("sum", sum(multipliers[1:], multipliers[0]), sum_b)]

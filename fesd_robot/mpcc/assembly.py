@@ -1,0 +1,162 @@
+"""From the MPCC's blocks to one sparse NLP: block derivatives are taken once and scattered, whatever the number of copies.
+
+Taking derivatives of the whole graph instead would colour a matrix with hundreds of columns and evaluate the whole
+problem once per colour.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.mpcc.problem import Block, Mpcc
+from fesd_robot.mpcc.relaxation import Relaxation
+
+
+@dataclass(frozen=True)
+class RelaxedNlp:
+    """The relaxed problem with parameter sigma: CasADi functions and constraint bounds.
+
+    Attributes:
+        nlp: ``x, p -> f, g`` with p = sigma.
+        gradient, jacobian, hessian: derivative functions in CasADi's nlpsol signatures.
+        lower, upper: bounds of g.
+    """
+
+    nlp: ca.Function
+    gradient: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+@dataclass(frozen=True)
+class _BlockDerivatives:
+    value: ca.Function
+    gradient: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+    jacobian_sparsity: ca.Sparsity
+    hessian_sparsity: ca.Sparsity
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
+    """Return the NLP in which every pair is replaced by G >= 0, H >= 0 and the relaxation's row <= 0.
+
+    Rows G >= 0 or H >= 0 that already follow from the bounds on the variables are left out.
+    """
+    x, sigma, weight = ca.MX.sym("x", problem.size), ca.MX.sym("sigma"), ca.MX.sym("lam_f")
+    derivatives = [_differentiate(block, problem, relaxation) for block in problem.blocks]
+    rows = [len(d.lower) * block.copies for block, d in zip(problem.blocks, derivatives, strict=True)]
+    multiplier = ca.MX.sym("lam_g", sum(rows))
+
+    cost: ca.MX = ca.MX(0)
+    constraints, gradients, jacobians, hessians = [], [], [], []
+    gradient_at, jacobian_at, hessian_at = [], [], []
+    first_row = 0
+    for block, d, count in zip(problem.blocks, derivatives, rows, strict=True):
+        copies = block.copies
+        local = ca.reshape(x[block.index.ravel(order="F").tolist()], block.index.shape)
+        arguments = (local, ca.DM(block.parameters), ca.repmat(sigma, 1, copies))
+        f, g = d.value.map(copies)(*arguments)
+        cost += ca.sum2(f)
+        constraints.append(ca.vec(g))
+        gradients.append(ca.vec(d.gradient.map(copies)(local, ca.DM(block.parameters))))
+        gradient_at.append(block.index.ravel(order="F"))
+        jacobians.append(ca.vec(d.jacobian.map(copies)(*arguments)))
+        row, column = (np.array(part, dtype=int) for part in d.jacobian_sparsity.get_triplet())
+        offsets = first_row + len(d.lower) * np.arange(copies)
+        jacobian_at.append(((row[:, None] + offsets).ravel(order="F"), block.index[column].ravel(order="F")))
+        local_multiplier = ca.reshape(multiplier[first_row : first_row + count], (len(d.lower), copies))
+        hessians.append(ca.vec(d.hessian.map(copies)(*arguments, ca.repmat(weight, 1, copies), local_multiplier)))
+        row, column = (np.array(part, dtype=int) for part in d.hessian_sparsity.get_triplet())
+        first, second = block.index[row].ravel(order="F"), block.index[column].ravel(order="F")
+        hessian_at.append((np.minimum(first, second), np.maximum(first, second)))
+        first_row += count
+
+    g = ca.vertcat(*constraints)
+    gradient = _scatter(np.concatenate(gradient_at), np.zeros(sum(map(len, gradient_at)), int), (problem.size, 1), gradients)
+    jacobian = _scatter(*_stack(jacobian_at), (sum(rows), problem.size), jacobians)
+    hessian = _scatter(*_stack(hessian_at), (problem.size, problem.size), hessians)
+    return RelaxedNlp(
+        nlp=ca.Function("nlp", [x, sigma], [cost, g], ["x", "p"], ["f", "g"]),
+        gradient=ca.Function("nlp_grad_f", [x, sigma], [cost, ca.densify(gradient)], ["x", "p"], ["f", "grad_f_x"]),
+        jacobian=ca.Function("nlp_jac_g", [x, sigma], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
+        hessian=ca.Function(
+            "nlp_hess_l", [x, sigma, weight, multiplier], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
+        ),
+        lower=np.concatenate([np.tile(d.lower, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
+        upper=np.concatenate([np.tile(d.upper, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
+    )
+
+
+def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _BlockDerivatives:
+    w = ca.SX.sym("w", block.function.sparsity_in(0))
+    p = ca.SX.sym("p", block.function.sparsity_in(1))
+    sigma = ca.SX.sym("sigma")
+    f, g, G, H = (ca.densify(part) for part in block.function(w, p))
+    lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
+    signs = [
+        part[row]
+        for part in (G, H)
+        for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper))
+        if not implied
+    ]
+    relaxed = relaxation(G, H, sigma)
+    rows = ca.vertcat(g, relaxed, *signs)
+    free = np.full(len(signs), np.inf)
+    multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
+    jacobian = ca.jacobian(rows, w)
+    hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), w)[0])
+    return _BlockDerivatives(
+        value=ca.Function("value", [w, p, sigma], [f, rows]),
+        gradient=ca.Function("gradient", [w, p], [ca.densify(ca.gradient(f, w))]),
+        jacobian=ca.Function("jacobian", [w, p, sigma], [_nonzeros(jacobian)]),
+        hessian=ca.Function("hessian", [w, p, sigma, weight, multiplier], [_nonzeros(hessian)]),
+        jacobian_sparsity=jacobian.sparsity(),
+        hessian_sparsity=hessian.sparsity(),
+        lower=np.concatenate([block.lower, np.full(relaxed.numel(), -np.inf), np.zeros(len(signs))]),
+        upper=np.concatenate([block.upper, np.zeros(relaxed.numel()), free]),
+    )
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    return ca.densify(matrix.nz[:]) if matrix.nnz() else ca.SX(0, 1)
+
+
+def _nonnegative_in_box(part: ca.SX, w: ca.SX, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Which rows of `part` are affine in w and nonnegative for every lower <= w <= upper."""
+    slope = ca.jacobian(part, w)
+    varies = np.array(ca.which_depends(part, w, 2, True), dtype=bool) if part.numel() else np.zeros(0, bool)
+    affine = ca.Function("affine", [w], [part, slope], {"allow_free": True})
+    if affine.has_free():
+        return np.zeros(part.numel(), bool)
+    constant, slope_value = affine(np.zeros(w.numel()))
+    slope_matrix = np.asarray(ca.DM(slope_value).full())
+    with np.errstate(invalid="ignore"):
+        least = np.where(slope_matrix > 0, slope_matrix * lower, np.where(slope_matrix < 0, slope_matrix * upper, 0.0))
+    return ~varies & (np.asarray(constant).ravel() + least.sum(axis=1) >= 0.0)
+
+
+def _stack(places: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    return np.concatenate([p[0] for p in places]), np.concatenate([p[1] for p in places])
+
+
+def _scatter(row: np.ndarray, column: np.ndarray, shape: tuple[int, int], values: list[ca.MX]) -> ca.MX:
+    """Return the sparse matrix with `values` added up at (row, column)."""
+    key = column.astype(np.int64) * shape[0] + row
+    unique, position = np.unique(key, return_inverse=True)
+    sparsity = ca.Sparsity.triplet(*shape, (unique % shape[0]).tolist(), (unique // shape[0]).tolist())
+    stacked = ca.vertcat(*values)
+    if len(unique) == len(key):
+        order = np.argsort(position)
+        return ca.MX(sparsity, stacked[order.tolist()])
+    summation = ca.DM(
+        ca.Sparsity.triplet(len(unique), len(key), position.tolist(), list(range(len(key)))), np.ones(len(key))
+    )
+    return ca.MX(sparsity, ca.mtimes(summation, stacked))

@@ -1,0 +1,171 @@
+"""Homotopy: a sequence of relaxed NLPs whose parameter sigma goes to the complementarity asked for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fesd_robot.mpcc.assembly import assemble
+from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
+from fesd_robot.mpcc.problem import Mpcc, Residuals
+from fesd_robot.mpcc.relaxation import Relaxation, scholtes
+
+
+@dataclass(frozen=True)
+class HomotopyOptions:
+    """How sigma is driven to zero.
+
+    Args:
+        tolerance: product a b asked for in every pair; the last sigma.
+        sigma_start, sigma_factor: first sigma and the factor from one NLP to the next.
+        max_iterations: IPOPT iterations per NLP.
+        time_limit: seconds for the whole homotopy.
+        linear_solver: IPOPT's linear solver.
+        feasibility: largest constraint violation of a solved problem.
+        ipopt: further IPOPT options, by IPOPT's names.
+    """
+
+    tolerance: float = 1e-8
+    sigma_start: float = 1.0
+    sigma_factor: float = 0.1
+    max_iterations: int = 1000
+    time_limit: float | None = None
+    linear_solver: str = "mumps"
+    feasibility: float = 1e-8
+    ipopt: dict[str, Any] = field(default_factory=dict)
+
+    def sigmas(self) -> list[float]:
+        """The sequence of sigma, ending at the tolerance exactly."""
+        values = [self.sigma_start]
+        while values[-1] > self.tolerance * 1.0001:
+            values.append(max(values[-1] * self.sigma_factor, self.tolerance))
+        return values
+
+
+@dataclass(frozen=True)
+class NlpReport:
+    """One NLP of the homotopy as it is shown in the progress table."""
+
+    sigma: float
+    status: str
+    iterations: int
+    seconds: float
+    residuals: Residuals
+
+
+@dataclass(frozen=True)
+class MpccSolution:
+    """The end of a homotopy.
+
+    Attributes:
+        w: the returned point.
+        residuals: recomputed at w.
+        solved: last NLP converged at the last sigma, feasible, complementarity within the tolerance.
+        status: the last NLP's status in words.
+        reports: every NLP.
+        build_seconds, solve_seconds: derivatives and the NLPs.
+    """
+
+    w: np.ndarray
+    residuals: Residuals
+    solved: bool
+    status: str
+    reports: list[NlpReport]
+    build_seconds: float
+    solve_seconds: float
+
+    @property
+    def iterations(self) -> int:
+        """IPOPT iterations in all."""
+        return sum(report.iterations for report in self.reports)
+
+
+def solve(
+    problem: Mpcc,
+    options: HomotopyOptions | None = None,
+    *,
+    relaxation: Relaxation = scholtes,
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Callable[[int, float], bool] | None = None,
+) -> MpccSolution:
+    """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
+
+    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma. An NLP that fails ends the homotopy; the best point so
+    far is returned with its residuals, and `solved` is False.
+
+    Args:
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
+
+    Source: Scholtes 2001; Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022 (comparison of homotopies).
+    """
+    options = options or HomotopyOptions()
+    begin = time.perf_counter()
+    nlp = assemble(problem, relaxation)
+    build_seconds = time.perf_counter() - begin
+    point = NlpPoint(problem.start, np.zeros(problem.size), np.zeros(len(nlp.lower)))
+    reports: list[NlpReport] = []
+    best, status, finished = point, "not started", False
+    begin = time.perf_counter()
+    for sigma in options.sigmas():
+        remaining = None if options.time_limit is None else options.time_limit - (time.perf_counter() - begin)
+        if remaining is not None and remaining <= 0:
+            status = "time limit"
+            break
+        result = solve_nlp(
+            nlp,
+            sigma=sigma,
+            start=point,
+            lower=problem.lower,
+            upper=problem.upper,
+            options=_ipopt_options(options, sigma, remaining),
+            stop=stop,
+        )
+        point, status = result.point, result.status
+        residuals = problem.residuals(point.x)
+        report = NlpReport(sigma, status, result.iterations, result.seconds, residuals)
+        reports.append(report)
+        if progress:
+            progress(report)
+        if not result.converged:
+            if not reports[:-1] or residuals.constraint_violation <= options.feasibility:
+                best = point
+            break
+        best = point
+    else:
+        finished = True
+    residuals = problem.residuals(best.x)
+    return MpccSolution(
+        w=best.x,
+        residuals=residuals,
+        solved=finished
+        and residuals.constraint_violation <= options.feasibility
+        and residuals.complementarity <= 1.01 * options.tolerance,
+        status=status,
+        reports=reports,
+        build_seconds=build_seconds,
+        solve_seconds=time.perf_counter() - begin,
+    )
+
+
+def _ipopt_options(options: HomotopyOptions, sigma: float, remaining: float | None) -> dict[str, Any]:
+    """IPOPT's options for one sigma; no NLP is solved more accurately than its sigma deserves."""
+    tolerance = max(min(0.1 * sigma, 1e-3), 1e-9)
+    settings: dict[str, Any] = {
+        "linear_solver": options.linear_solver,
+        "max_iter": options.max_iterations,
+        "tol": tolerance,
+        "constr_viol_tol": min(tolerance, 1e-6),
+        "acceptable_iter": 0,
+        "mu_strategy": "adaptive",
+        "mu_oracle": "quality-function",
+        "bound_relax_factor": 0.0,
+        "honor_original_bounds": "no",
+    }
+    if remaining is not None:
+        settings["max_wall_time"] = remaining
+    return {**settings, **options.ipopt}

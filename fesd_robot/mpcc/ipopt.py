@@ -1,0 +1,131 @@
+"""IPOPT behind CasADi: one relaxed NLP in, one point with multipliers and IPOPT's own words out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.errors import SolverError
+from fesd_robot.mpcc.assembly import RelaxedNlp
+
+STATUS = {
+    "Solve_Succeeded": "converged",
+    "Solved_To_Acceptable_Level": "converged to the acceptable level",
+    "Maximum_Iterations_Exceeded": "iteration limit",
+    "Maximum_CpuTime_Exceeded": "time limit",
+    "Maximum_WallTime_Exceeded": "time limit",
+    "Infeasible_Problem_Detected": "infeasible",
+    "User_Requested_Stop": "interrupted",
+    "Restoration_Failed": "failed: restoration",
+    "Search_Direction_Becomes_Too_Small": "failed: search direction too small",
+}
+
+
+@dataclass(frozen=True)
+class NlpPoint:
+    """A point of the relaxed NLP: variables x, multipliers of bounds lam_x and of constraints lam_g."""
+
+    x: np.ndarray
+    lam_x: np.ndarray
+    lam_g: np.ndarray
+
+
+@dataclass(frozen=True)
+class NlpResult:
+    """What IPOPT returned: the point, its status in words, iterations and seconds."""
+
+    point: NlpPoint
+    status: str
+    iterations: int
+    seconds: float
+
+    @property
+    def converged(self) -> bool:
+        """IPOPT met its tolerance or its acceptable level."""
+        return self.status.startswith("converged")
+
+
+class IterationCallback(ca.Callback):
+    """Called by IPOPT once an iteration; keeps the iterate and asks `stop` whether to end."""
+
+    def __init__(self, size: int, constraints: int, stop: Callable[[int, float], bool]) -> None:
+        super().__init__()
+        self._shapes = {"x": size, "f": 1, "g": constraints, "lam_x": size, "lam_g": constraints, "lam_p": 1}
+        self._stop = stop
+        self.iterations = 0
+        self.construct("iteration", {})
+
+    def get_n_in(self) -> int:
+        """CasADi: number of inputs."""
+        return ca.nlpsol_n_out()
+
+    def get_n_out(self) -> int:
+        """CasADi: number of outputs."""
+        return 1
+
+    def get_sparsity_in(self, index: int) -> ca.Sparsity:
+        """CasADi: input shapes."""
+        return ca.Sparsity.dense(self._shapes[ca.nlpsol_out(index)], 1)
+
+    def eval(self, arguments: list[ca.DM]) -> list[int]:
+        """CasADi: one iteration."""
+        self.iterations += 1
+        return [int(self._stop(self.iterations, float(arguments[1])))]
+
+
+def solve_nlp(
+    nlp: RelaxedNlp,
+    *,
+    sigma: float,
+    start: NlpPoint,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    options: dict[str, Any],
+    stop: Callable[[int, float], bool] | None = None,
+) -> NlpResult:
+    """Solve the relaxed NLP for one sigma.
+
+    Args:
+        start: initial point; its multipliers are used when the options ask for a warm start.
+        lower, upper: bounds of the variables.
+        options: IPOPT options by IPOPT's names.
+        stop: called with (iteration, objective); True ends the solve.
+
+    Raises:
+        SolverError: IPOPT could not be started.
+    """
+    size, constraints = nlp.jacobian.size1_in(0), len(nlp.lower)
+    settings: dict[str, Any] = {
+        "ipopt": {"print_level": 0, "sb": "yes", **options},
+        "print_time": False,
+        "error_on_fail": False,
+        "calc_lam_p": False,
+        "grad_f": nlp.gradient,
+        "jac_g": nlp.jacobian,
+        "hess_lag": nlp.hessian,
+    }
+    callback = IterationCallback(size, constraints, stop) if stop else None
+    if callback:
+        settings["iteration_callback"] = callback
+    begin = time.perf_counter()
+    try:
+        solver = ca.nlpsol("relaxed", "ipopt", nlp.nlp, settings)
+        result = solver(
+            x0=start.x, lam_x0=start.lam_x, lam_g0=start.lam_g, p=sigma,
+            lbx=lower, ubx=upper, lbg=nlp.lower, ubg=nlp.upper,
+        )  # fmt: skip
+    except RuntimeError as error:
+        raise SolverError(f"IPOPT could not be run: {str(error).strip().splitlines()[-1]}") from error
+    statistics = solver.stats()
+    status = statistics["return_status"]
+    return NlpResult(
+        point=NlpPoint(*(np.asarray(result[key]).ravel() for key in ("x", "lam_x", "lam_g"))),
+        status=STATUS.get(status, f"failed: {status}"),
+        iterations=int(statistics["iter_count"]),
+        seconds=time.perf_counter() - begin,
+    )
