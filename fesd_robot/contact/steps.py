@@ -73,6 +73,8 @@ class StepContactSystem:
         theta_ode: share of free motion, SX in z; zero while the clock stands still.
         theta_auxiliary: (plus, minus) multipliers of each contact's auxiliary fields, SX in z.
         clock_rate: theta_ode * s = dt/dtau.
+        theta_error: largest deviation of the lifted multipliers from their definition; for one contact this is
+            |theta_ODE + theta_+ + theta_- - 1|.
         integrated_gap: whether the p states exist.
     """
 
@@ -80,6 +82,7 @@ class StepContactSystem:
     theta_ode: ca.SX
     theta_auxiliary: list[tuple[ca.SX, ca.SX]]
     clock_rate: ca.SX
+    theta_error: ca.SX
     integrated_gap: bool
 
 
@@ -108,21 +111,25 @@ def step_contact_system(
     gap_state = ca.SX.sym("p", len(contacts) if options.gap == "integrated" else 0)
 
     alpha, switching, step_names, lifted = [], [], [], []
+    free_share: dict[int, ca.SX] = {}
     theta_ode: ca.SX = ca.SX(1)
+    theta_exact, theta_error = ca.SX(1), []
     auxiliary_force = ca.SX.zeros(n_v)
     theta_auxiliary = []
     for i, contact in enumerate(contacts):
         gap = gap_state[i] if options.gap == "integrated" else contact.gap
         at_gap, closing = ca.SX.sym(f"alpha_q{i}"), ca.SX.sym(f"alpha_n{i}")
         gate = 1 - at_gap if options.gate else ca.SX(1)
+        beta = ca.SX.sym(f"beta{i}")
+        if options.gate:
+            free_share[len(alpha) + 1] = 1 - beta
         alpha += [at_gap, closing]
         switching += [gap, gate * ca.dot(contact.normal, v)]
         step_names += [f"{contact.name} gap", f"{contact.name} normal velocity"]
-        beta = ca.SX.sym(f"beta{i}")
         lifted.append((f"beta[{contact.name}]", beta, (1 - at_gap) * (1 - closing)))
-        if len(contacts) == 1:
-            theta_ode = 1 - beta
-        elif i == 0:
+        theta_exact *= 1 - (1 - at_gap) * (1 - closing)
+        theta_error.append(beta - (1 - at_gap) * (1 - closing))
+        if i == 0:
             theta_ode = 1 - beta
         else:
             product = ca.SX.sym(f"theta_ode{i}")
@@ -140,6 +147,7 @@ def step_contact_system(
             theta_auxiliary.append((beta, ca.SX(0)))
         auxiliary_force += options.auxiliary_acceleration * force
 
+    theta_error.append(theta_ode - theta_exact)
     rate = theta_ode * speed
     gap_rates = [
         rate * (ca.dot(contact.normal, v) + options.gap_feedback * gap_state[i] * (contact.gap - gap_state[i]))
@@ -158,6 +166,7 @@ def step_contact_system(
         ),
         mass_matrix=ca.diagcat(ca.SX.eye(q.numel()), mechanics.mass_matrix, ca.SX.eye(n_after)),
         lifted=lifted,
+        negative_partner=free_share,
         selection_weight=options.selection_weight,
         state_names=[*mechanics.configuration_names, *(f"{name} velocity" for name in mechanics.velocity_names), "clock"]
         + [f"{contact.name} integrated gap" for contact in contacts][: gap_state.numel()],
@@ -169,5 +178,6 @@ def step_contact_system(
         theta_ode=theta_ode,
         theta_auxiliary=theta_auxiliary,
         clock_rate=rate,
+        theta_error=ca.mmax(ca.fabs(ca.vertcat(*theta_error))),
         integrated_gap=options.gap == "integrated",
     )

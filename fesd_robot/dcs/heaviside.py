@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
@@ -21,6 +21,7 @@ def heaviside(
     parameters: ca.SX | None = None,
     mass_matrix: ca.SX | None = None,
     lifted: Sequence[tuple[str, ca.SX, ca.SX]] = (),
+    negative_partner: Mapping[int, ca.SX] | None = None,
     selection_weight: float = 0.0,
     state_names: Sequence[str] | None = None,
     control_names: Sequence[str] | None = None,
@@ -40,6 +41,7 @@ def heaviside(
         control, parameters: SX symbols; none if omitted.
         mass_matrix: E, SX (n_x, n_x); identity if omitted.
         lifted: (name, symbol, definition) of products that become variables; a definition may use earlier symbols.
+        negative_partner: step index -> what ln_i excludes instead of alpha_i; must vanish only where alpha_i does.
         selection_weight: epsilon of the cost epsilon ||alpha||^2 at every stage.
         state_names, control_names, step_names: names for messages and results.
 
@@ -56,6 +58,9 @@ def heaviside(
     negative, positive = ca.SX.sym("lambda_n", n_c), ca.SX.sym("lambda_p", n_c)
     products = ca.vertcat(*[symbol for _, symbol, _ in lifted]) if lifted else ca.SX(0, 1)
     definitions = ca.vertcat(*[definition for _, _, definition in lifted]) if lifted else ca.SX(0, 1)
+    excluded = ca.SX(alpha)
+    for i, partner in (negative_partner or {}).items():
+        excluded[i] = partner
     steps = list(step_names or [f"step{i}" for i in range(n_c)])
 
     explicit = definitions
@@ -80,7 +85,7 @@ def heaviside(
         right_hand_side=right_hand_side,
         residual=ca.vertcat(switching - positive + negative, products - definitions),
         multiplier=ca.vertcat(negative, positive),
-        partner=ca.vertcat(alpha, 1 - alpha),
+        partner=ca.vertcat(excluded, 1 - alpha),
         algebraic_lower=np.concatenate([np.zeros(3 * n_c), np.full(len(lifted), -np.inf)]),
         algebraic_upper=np.concatenate([np.ones(n_c), np.full(2 * n_c + len(lifted), np.inf)]),
         selection=selection_weight * ca.sumsqr(alpha),

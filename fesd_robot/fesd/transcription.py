@@ -90,7 +90,7 @@ class Transcription:
             n_g = functions.block.size1_out(1)
             blocks.append(
                 Block(
-                    name="interval",
+                    copy_names=[f"interval {k}" for k in where],
                     function=functions.block,
                     index=np.array([np.concatenate([self._left(k), self.offsets[k] + own]) for k in where]).T,
                     parameters=self.ocp.parameters[:, where],
@@ -116,7 +116,7 @@ class Transcription:
         n_g = function.size1_out(1)
         index = np.concatenate([self._left(0), self.offsets[0] + np.arange(u.numel())])
         return Block(
-            name="start",
+            copy_names=["the start"],
             function=function,
             index=index.reshape(-1, 1),
             parameters=self.ocp.parameters[:, :1],
@@ -131,7 +131,7 @@ class Transcription:
         cost = sum(self.ocp.terminal_cost.values(), ca.SX(0))
         empty = ca.SX(0, 1)
         return Block(
-            name="end",
+            copy_names=["the end"],
             function=ca.Function("end", [system.state, empty], [cost, empty, empty, empty]),
             index=self._left(self.ocp.intervals)[: system.state.numel()].reshape(-1, 1),
             parameters=np.zeros((0, 1)),
@@ -198,6 +198,10 @@ class Transcription:
                 time += step
                 boundary = points[-1]
         return found
+
+    def controls(self, w: np.ndarray) -> np.ndarray:
+        """Return the controls at a point of the MPCC, (n_u, N)."""
+        return w[self.offsets[None, :] + np.arange(self.ocp.system.control.numel())[:, None]]
 
     def cost_terms(self, w: np.ndarray) -> dict[str, float]:
         """Return every term of the objective at w by name."""

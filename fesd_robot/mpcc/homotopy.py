@@ -161,8 +161,7 @@ def _ipopt_options(options: HomotopyOptions, sigma: float, remaining: float | No
         "tol": tolerance,
         "constr_viol_tol": min(tolerance, 1e-6),
         "acceptable_iter": 0,
-        "mu_strategy": "adaptive",
-        "mu_oracle": "quality-function",
+        "mu_strategy": "monotone",
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }

@@ -17,7 +17,7 @@ class Block:
     """K copies of one small problem, each reading its own selection of the variables.
 
     Args:
-        name: what a copy is, e.g. ``interval``.
+        copy_names: what each copy is, e.g. ``interval 7``, length K.
         function: CasADi function (w, p) -> (f, g, G, H) of local variables and parameters.
         index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
         parameters: values of p, shape (n_p, K).
@@ -28,7 +28,7 @@ class Block:
         DimensionError: a shape does not fit the function's.
     """
 
-    name: str
+    copy_names: Sequence[str]
     function: ca.Function
     index: np.ndarray
     parameters: np.ndarray
@@ -43,6 +43,7 @@ class Block:
         copies = self.index.shape[1]
         for what, found, expected in (
             ("index", self.index.shape, (n_w, copies)),
+            ("copy_names", (len(self.copy_names),), (copies,)),
             ("parameters", self.parameters.shape, (n_p, copies)),
             ("lower", self.lower.shape, (n_g,)),
             ("upper", self.upper.shape, (n_g,)),
@@ -51,7 +52,7 @@ class Block:
             ("H", (self.function.size1_out(3),), (n_pairs,)),
         ):
             if found != expected:
-                raise DimensionError(f"block '{self.name}': {what} has shape {found}, expected {expected}")
+                raise DimensionError(f"block '{self.function.name()}': {what} has shape {found}, expected {expected}")
 
     @property
     def copies(self) -> int:
@@ -115,7 +116,7 @@ class Mpcc:
             raise DimensionError(f"lower, upper and start must have one shape, found {sorted(shapes)}")
         for block in self.blocks:
             if block.index.size and not 0 <= block.index.min() <= block.index.max() < self.size:
-                raise DimensionError(f"block '{block.name}' reads variables outside 0..{self.size - 1}")
+                raise DimensionError(f"block '{block.function.name()}' reads variables outside 0..{self.size - 1}")
 
     @classmethod
     def from_expressions(
@@ -142,7 +143,7 @@ class Mpcc:
             return np.full(size, default) if value is None else np.asarray(value, dtype=float).reshape(size)
 
         block = Block(
-            name="problem",
+            copy_names=["problem"],
             function=ca.Function("problem", [w, ca.SX(0, 1)], [f, g, G, H]),
             index=np.arange(n).reshape(n, 1),
             parameters=np.zeros((0, 1)),
@@ -193,12 +194,12 @@ class Mpcc:
                 if excess.size and excess.max() > violation:
                     row, copy = np.unravel_index(int(np.argmax(excess)), excess.shape)
                     violation = float(excess.max())
-                    worst = f"{labels[row]} in {block.name} {copy}"
+                    worst = f"{labels[row]} in {block.copy_names[copy]}"
             if G.size:
                 natural = max(natural, float(np.minimum(G, H).max()))
                 products = G * H
                 if products.max() > product:
                     row, copy = np.unravel_index(int(np.argmax(products)), products.shape)
                     product = float(products.max())
-                    worst_pair = f"{block.pair_names[row]} in {block.name} {copy}"
+                    worst_pair = f"{block.pair_names[row]} in {block.copy_names[copy]}"
         return Residuals(objective, violation, product, natural, worst, worst_pair)

@@ -77,7 +77,8 @@ class Status(Record):
         solved: all of the answers below are good enough for the tolerances asked for.
         nlp: the last NLP's own verdict (``converged``, ``iteration limit``, ``infeasible``, ``time limit``,
             ``interrupted`` or ``failed: ...``).
-        complementarity: max over all pairs of min(a, b), recomputed from the returned point.
+        complementarity: largest product a b over all pairs, recomputed from the returned point.
+        natural_residual: largest min(a, b) over all pairs, recomputed from the returned point.
         constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
         stationarity: ``S``, ``M``, ``C`` or ``unknown``.
         audit_passed: every entry of `Audit.violations` is empty.
@@ -87,6 +88,7 @@ class Status(Record):
     solved: bool
     nlp: str
     complementarity: float
+    natural_residual: float
     constraint_violation: float
     stationarity: Literal["S", "M", "C", "unknown"]
     audit_passed: bool
@@ -102,10 +104,12 @@ class Audit(Record):
         max_clock_error: largest |t(k) - kT/N| over the control grid, s.
         max_theta_sum_error: largest |sum of the multipliers - 1|.
         max_friction_cone_violation: largest excess of |tangential| over mu * normal force, N.
-        max_stick_slip_velocity: largest tangential speed while sticking, m/s.
-        max_impact_law_error: largest normal velocity left after an inelastic impact, m/s.
+        max_stick_slip_violation: largest min(tangential speed, unused friction) of a closed contact, m/s or N, and
+            largest power that friction adds, W; zero if every contact either sticks or slips against its friction.
+        max_impact_law_error: largest of the normal velocity left after an inelastic impact, m/s, and of the part of
+            M (v+ - v-) that impulses within the friction cone do not explain, N s.
         max_normal_force_violation: largest pulling (negative) normal force, N.
-        max_dynamics_error: largest defect of M a + h = B u + J^T f between neighbouring samples, relative.
+        max_dynamics_error: largest part of M a + h - B u that closed contacts cannot supply, relative.
         max_position_limit_violation: m or rad.
         max_velocity_limit_violation: m/s or rad/s.
         max_control_limit_violation: unit of the control.
@@ -119,7 +123,7 @@ class Audit(Record):
     max_clock_error: float
     max_theta_sum_error: float
     max_friction_cone_violation: float
-    max_stick_slip_velocity: float
+    max_stick_slip_violation: float
     max_impact_law_error: float
     max_normal_force_violation: float
     max_dynamics_error: float
@@ -129,6 +133,14 @@ class Audit(Record):
     max_energy_error: float
     tolerances: dict[str, float]
     violations: list[str]
+
+
+class Units(Record):
+    """Unit of every coordinate and control by name."""
+
+    configuration: dict[str, str]
+    velocity: dict[str, str]
+    controls: dict[str, str]
 
 
 class HomotopyStep(Record):
@@ -178,6 +190,7 @@ class Plan(Record):
     name: str
     status: Status
     audit: Audit
+    units: Units
     trajectory: Trajectory
     controls: dict[str, Array]
     contacts: dict[str, ContactHistory]

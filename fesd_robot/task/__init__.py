@@ -1,0 +1,59 @@
+"""The task file: what a user writes, loaded and checked.
+
+from fesd_robot.task import load_task
+task = load_task("tasks/hopper_one_jump.yaml", ["horizon.intervals=30"])
+"""
+
+from __future__ import annotations
+
+from fesd_robot.task.expression import evaluate_expression, expression_names
+from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
+from fesd_robot.task.load import load_task
+from fesd_robot.task.method import Formulation, Method, Output, Solver, StepEquilibration
+from fesd_robot.task.motion import (
+    Costs,
+    Goal,
+    Horizon,
+    Initial,
+    Jumps,
+    Limits,
+    Line,
+    Reference,
+    SpeedOfTime,
+    Tolerance,
+)
+from fesd_robot.task.names import check_names, check_values
+from fesd_robot.task.scene import Actuator, GeneralizedForceActuator, JointActuator, Plane, PointContact, Robot
+from fesd_robot.task.schema import Task
+
+__all__ = [
+    "Actuator",
+    "Costs",
+    "Formulation",
+    "GeneralizedForceActuator",
+    "Goal",
+    "Horizon",
+    "Initial",
+    "JointActuator",
+    "Jumps",
+    "Limits",
+    "Line",
+    "Method",
+    "Output",
+    "Plane",
+    "PointContact",
+    "Reference",
+    "Robot",
+    "Solver",
+    "SpeedOfTime",
+    "StepEquilibration",
+    "Task",
+    "Tolerance",
+    "check_names",
+    "check_values",
+    "evaluate_expression",
+    "expression_names",
+    "load_task",
+    "task_json_schema",
+    "task_json_schema_text",
+]

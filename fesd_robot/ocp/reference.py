@@ -1,0 +1,74 @@
+"""The motion that the costs compare with and the solver starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.ocp.vectors import Endpoints
+from fesd_robot.robot import Robot
+from fesd_robot.task import Jumps, Task
+
+_DIFFERENCE = 1e-6
+"""Step of the difference quotient for the reference velocity, as a share of the duration."""
+
+
+@dataclass(frozen=True)
+class ReferenceMotion:
+    """q(t) along the line from start to goal on the configuration manifold, raised by `lift` on each of `count` jumps.
+
+    With s from 0 to 1 on every jump: q = line(t) + lift 4 s (1 - s).
+    """
+
+    robot: Robot
+    duration: float
+    start: np.ndarray
+    goal: np.ndarray
+    count: int
+    apex: dict[int, float]
+
+    def configuration(self, time: float) -> np.ndarray:
+        """Configuration at a time, (n_q)."""
+        return self._at(time, self._jump(time))
+
+    def velocity(self, time: float) -> np.ndarray:
+        """Velocity consistent with the configuration, (n_v); at a take-off that of the jump that begins."""
+        step = _DIFFERENCE * self.duration
+        jump = self._jump(time)
+        ahead = time + step <= self.duration * (jump + 1) / self.count + 0.5 * step
+        first, second = (time, time + step) if ahead else (time - step, time)
+        before, after = self._at(first, jump), self._at(second, jump)
+        return np.asarray(pin.difference(self.robot.model, before, after)) / step
+
+    def _jump(self, time: float) -> int:
+        return min(int(time / self.duration * self.count + 1e-9), self.count - 1)
+
+    def _at(self, time: float, jump: int) -> np.ndarray:
+        line = self._line(time)
+        if not self.apex:
+            return line
+        share = time / self.duration * self.count - jump
+        takeoff = self._line(self.duration * jump / self.count)
+        for coordinate, apex in self.apex.items():
+            line[coordinate] += (apex - takeoff[coordinate]) * 4.0 * share * (1.0 - share)
+        return np.asarray(pin.normalize(self.robot.model, line))
+
+    def _line(self, time: float) -> np.ndarray:
+        share = time / self.duration
+        return np.array(pin.interpolate(self.robot.model, self.start, self.goal, share))
+
+
+def reference_of(task: Task, robot: Robot, endpoints: Endpoints) -> ReferenceMotion:
+    """Return the task's reference motion."""
+    jumps = task.reference if isinstance(task.reference, Jumps) else None
+    names = robot.configuration_names
+    return ReferenceMotion(
+        robot=robot,
+        duration=task.horizon.duration,
+        start=endpoints.initial_configuration,
+        goal=endpoints.goal_configuration,
+        count=jumps.count if jumps else 1,
+        apex={names.index(name): value for name, value in jumps.apex.items()} if jumps else {},
+    )

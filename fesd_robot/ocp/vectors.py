@@ -1,0 +1,70 @@
+"""Maps keyed by name, turned into vectors in the order of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.robot import Robot
+from fesd_robot.task import Task
+
+
+def vector(names: Sequence[str], values: Mapping[str, float], default: float | np.ndarray) -> np.ndarray:
+    """Return one value per name, `default` where the map has none."""
+    base = np.broadcast_to(np.asarray(default, dtype=float), (len(names),))
+    return np.array([values.get(name, base[i]) for i, name in enumerate(names)], dtype=float)
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Initial and goal configuration (n_q) and velocity (n_v)."""
+
+    initial_configuration: np.ndarray
+    initial_velocity: np.ndarray
+    goal_configuration: np.ndarray
+    goal_velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class StateLimits:
+    """Bounds of configuration (n_q) and velocity (n_v); infinite where there is none."""
+
+    lower_position: np.ndarray
+    upper_position: np.ndarray
+    lower_velocity: np.ndarray
+    upper_velocity: np.ndarray
+
+
+def endpoints_of(task: Task, robot: Robot) -> Endpoints:
+    """Return where the motion starts and where it should end; what the task leaves out is neutral, or as it was."""
+    names, velocities = robot.configuration_names, robot.velocity_names
+    limits = limits_of(task, robot)
+    neutral = np.clip(robot.neutral, limits.lower_position, limits.upper_position)
+    q0 = _on_manifold(robot, vector(names, task.initial.configuration, neutral))
+    goal = _on_manifold(robot, vector(names, task.goal.configuration, q0))
+    return Endpoints(
+        initial_configuration=q0,
+        initial_velocity=vector(velocities, task.initial.velocity, 0.0),
+        goal_configuration=goal,
+        goal_velocity=vector(velocities, task.goal.velocity, 0.0),
+    )
+
+
+def limits_of(task: Task, robot: Robot) -> StateLimits:
+    """Return the model's limits with the task's in their place where it gives some."""
+    position, velocity = task.limits.position, task.limits.velocity
+    names, velocities = robot.configuration_names, robot.velocity_names
+    return StateLimits(
+        lower_position=vector(names, {name: bounds[0] for name, bounds in position.items()}, robot.lower_position),
+        upper_position=vector(names, {name: bounds[1] for name, bounds in position.items()}, robot.upper_position),
+        lower_velocity=vector(velocities, {name: bounds[0] for name, bounds in velocity.items()}, -robot.velocity_limit),
+        upper_velocity=vector(velocities, {name: bounds[1] for name, bounds in velocity.items()}, robot.velocity_limit),
+    )
+
+
+def _on_manifold(robot: Robot, configuration: np.ndarray) -> np.ndarray:
+    """Normalise quaternions and (cos, sin) pairs."""
+    return np.asarray(pin.normalize(robot.model, configuration))

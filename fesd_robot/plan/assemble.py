@@ -1,0 +1,84 @@
+"""A plan in names from a motion in arrays."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import platform
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import numpy as np
+
+from fesd_robot.contact import PhysicalMotion
+from fesd_robot.plan.physics import NumericPhysics
+from fesd_robot.plan.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
+
+PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
+
+
+def trajectory_of(motion: PhysicalMotion, configuration_names: Sequence[str], velocity_names: Sequence[str]) -> Trajectory:
+    """Return the samples by coordinate name."""
+    return Trajectory(
+        time=motion.time,
+        configuration=dict(zip(configuration_names, motion.configuration.T, strict=True)),
+        velocity=dict(zip(velocity_names, motion.velocity.T, strict=True)),
+    )
+
+
+def controls_of(control: np.ndarray, names: Sequence[str], duration: float) -> dict[str, np.ndarray]:
+    """Return the start time of every control interval and its controls by name; `control` is (n_u, N)."""
+    intervals = control.shape[1]
+    return {"time": duration * np.arange(intervals) / intervals, **dict(zip(names, control, strict=True))}
+
+
+def contacts_of(motion: PhysicalMotion, names: Sequence[str], physics: NumericPhysics) -> dict[str, ContactHistory]:
+    """Return gap, forces and mode of every contact along the trajectory."""
+    gaps = np.array([physics.gaps(q) for q in motion.configuration])
+    return {
+        name: ContactHistory(
+            gap=gaps[:, i],
+            normal_force=motion.force[:, i, 0],
+            tangential_force=motion.force[:, i, 1],
+            mode=cast(list[Literal["flight", "impact", "stick", "slip"]], list(motion.mode[:, i])),
+        )
+        for i, name in enumerate(names)
+    }
+
+
+def switches_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Switch]:
+    """Return the changes of contact mode in time order."""
+    return [Switch(time=s.time, contact=names[s.contact], kind=s.kind) for s in motion.switches]
+
+
+def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
+    """Return the impulse of every contact that took part in an impact."""
+    return [
+        Impulse(time=float(motion.time[impact.after]), contact=name, normal=normal, tangential=tangential)
+        for impact in motion.impacts
+        for name, (normal, tangential) in zip(names, impact.impulse.tolist(), strict=True)
+        if normal > 0
+    ]
+
+
+def provenance(folder: Path) -> Provenance:
+    """Return package versions, the git state of the folder the task lies in, and the time in UTC."""
+    versions: dict[str, str] = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            versions[package] = "not installed"
+    created = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+    return Provenance(versions=versions, git=_git_state(folder), created=created)
+
+
+def _git_state(folder: Path) -> str:
+    command: list[Any] = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return "none"
+    return answer.stdout.strip() if answer.returncode == 0 else "none"

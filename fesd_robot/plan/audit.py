@@ -1,0 +1,137 @@
+"""The audit: physics recomputed from the returned trajectory, trusting no solver."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fesd_robot.contact import PhysicalMotion
+from fesd_robot.plan.physics import NumericPhysics, split_contact_force
+from fesd_robot.plan.plan import Audit
+
+TOLERANCES = {
+    "min_gap": 1e-3,
+    "max_gap_drift": 5e-3,
+    "max_clock_error": 1e-6,
+    "max_theta_sum_error": 1e-6,
+    "max_friction_cone_violation": 1e-2,
+    "max_stick_slip_violation": 1e-2,
+    "max_impact_law_error": 1e-3,
+    "max_normal_force_violation": 1e-2,
+    "max_dynamics_error": 1e-5,
+    "max_position_limit_violation": 1e-6,
+    "max_velocity_limit_violation": 1e-6,
+    "max_control_limit_violation": 1e-6,
+    "max_energy_error": 1e-2,
+}
+"""Largest value of every entry of an audit that passes; `min_gap` passes down to minus its tolerance."""
+
+
+def audit(
+    motion: PhysicalMotion,
+    physics: NumericPhysics,
+    *,
+    interval_ends: np.ndarray,
+    position_limits: tuple[np.ndarray, np.ndarray],
+    velocity_limits: tuple[np.ndarray, np.ndarray],
+    control_limits: tuple[np.ndarray, np.ndarray],
+) -> Audit:
+    """Return what Pinocchio's numeric algorithms say about a motion.
+
+    At every stage the contact force is what M(q) a + h(q, v) - B u asks for, with the acceleration a taken from the
+    trajectory; it is solved for in least squares, and everything the closed contacts cannot supply counts as an error
+    of the dynamics.
+
+    Args:
+        motion: the trajectory in physical time.
+        interval_ends: kT/N, k = 1..N, s.
+        position_limits, velocity_limits, control_limits: (lower, upper).
+    """
+    values = {
+        "min_gap": float(np.min([physics.gaps(q) for q in motion.configuration])),
+        "max_gap_drift": _gap_drift(motion, physics),
+        "max_clock_error": float(np.abs(motion.clock - interval_ends).max()),
+        "max_theta_sum_error": motion.theta_sum_error,
+        **_forces(motion, physics),
+        "max_impact_law_error": _impact_error(motion, physics),
+        "max_position_limit_violation": _outside(motion.configuration, position_limits),
+        "max_velocity_limit_violation": _outside(motion.velocity, velocity_limits),
+        "max_control_limit_violation": _outside(motion.control, control_limits),
+        "max_energy_error": _energy_error(motion, physics),
+    }
+    violations = [
+        name
+        for name, value in values.items()
+        if not (-value if name == "min_gap" else value) <= TOLERANCES[name]
+    ]
+    return Audit(**values, tolerances=TOLERANCES, violations=violations)
+
+
+def _outside(values: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
+    lower, upper = limits
+    return max(0.0, float(np.maximum(lower - values, values - upper).max()))
+
+
+def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics) -> float:
+    if motion.gap_state.shape[1] == 0:
+        return 0.0
+    gaps = np.array([physics.gaps(q) for q in motion.configuration])
+    return float(np.abs(gaps - motion.gap_state).max())
+
+
+def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]:
+    cone = pull = slip = dynamics = 0.0
+    for k in np.flatnonzero(np.isfinite(motion.acceleration).all(axis=1)):
+        q, v = motion.configuration[k], motion.velocity[k]
+        jacobian = physics.contact_jacobian(q)
+        required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
+        closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
+        force, rest = split_contact_force(required, jacobian, closed)
+        scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
+        dynamics = max(dynamics, float(np.abs(rest).max() / scale))
+        normal, tangential = force[closed].T
+        speed = (jacobian @ v)[1::2][closed]
+        if normal.size:
+            unused = physics.friction[closed] * np.maximum(normal, 0.0) - np.abs(tangential)
+            pull = max(pull, float(-normal.min()))
+            cone = max(cone, float(-unused.min()))
+            slip = max(slip, float(np.minimum(np.abs(speed), np.abs(unused)).max()), float((speed * tangential).max()))
+    return {
+        "max_friction_cone_violation": cone,
+        "max_stick_slip_violation": slip,
+        "max_normal_force_violation": pull,
+        "max_dynamics_error": dynamics,
+    }
+
+
+def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
+    worst = 0.0
+    for impact in motion.impacts:
+        q = motion.configuration[impact.after]
+        jacobian = physics.contact_jacobian(q)
+        jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
+        hit = impact.impulse[:, 0] > 1e-3 * impact.impulse[:, 0].max()
+        impulse, rest = split_contact_force(jump, jacobian, hit)
+        normal, tangential = impulse[hit].T
+        after = (jacobian @ motion.velocity[impact.after])[0::2][hit]
+        excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
+        worst = max(
+            worst, float(np.abs(after).max()), float(np.abs(rest).max()), float(excess.max()), float(-normal.min())
+        )
+    return worst
+
+
+def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
+    """Largest |change of energy - work - impact losses| of a control interval, J."""
+    energy = np.array([physics.energy(q, v) for q, v in zip(motion.configuration, motion.velocity, strict=True)])
+    jumps = {impact.after: energy[impact.after] - energy[impact.before] for impact in motion.impacts}
+    worst = balance = 0.0
+    for k in range(1, len(energy)):
+        balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
+        if motion.weight[k] > 0:
+            q, v = motion.configuration[k], motion.velocity[k]
+            force = physics.generalized_force(q, motion.control[k])
+            force = force + physics.contact_jacobian(q).T @ motion.force[k].ravel()
+            balance -= motion.weight[k] * float(force @ v)
+        if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
+            worst, balance = max(worst, abs(balance)), 0.0
+    return worst

@@ -1,0 +1,114 @@
+"""A plan in words and tables, as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fesd_robot.plan.plan import Plan
+
+_AUDIT_UNITS = {
+    "min_gap": "m",
+    "max_gap_drift": "m",
+    "max_clock_error": "s",
+    "max_theta_sum_error": "",
+    "max_friction_cone_violation": "N",
+    "max_stick_slip_violation": "m/s or N",
+    "max_impact_law_error": "m/s or N s",
+    "max_normal_force_violation": "N",
+    "max_dynamics_error": "relative",
+    "max_position_limit_violation": "m or rad",
+    "max_velocity_limit_violation": "m/s or rad/s",
+    "max_control_limit_violation": "N or N m",
+    "max_energy_error": "J",
+}
+
+
+def report(plan: Plan) -> str:
+    """Return the report: verdict, what the contacts did, audit, cost shares, effort, where it comes from."""
+    parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan), _contacts(plan), _audit(plan)]
+    parts += [_cost(plan), _effort(plan), _provenance(plan)]
+    return "\n".join(parts)
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def _answers(plan: Plan) -> str:
+    status = plan.status
+    asked = plan.task["solver"]["tolerance"]
+    rows = [
+        ["last NLP", status.nlp],
+        ["complementarity, largest a b", f"{status.complementarity:.2e} (asked for {asked:.0e})"],
+        ["natural residual, largest min(a, b)", f"{status.natural_residual:.2e}"],
+        ["constraint violation", f"{status.constraint_violation:.2e}"],
+        ["stationarity", status.stationarity],
+        ["physics audit", "passed" if status.audit_passed else "failed: " + ", ".join(plan.audit.violations)],
+    ]
+    return "## Status\n\n" + _table(["question", "answer"], rows)
+
+
+def _contacts(plan: Plan) -> str:
+    text = "## Contact\n\n"
+    text += _table(["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches])
+    if plan.impulses:
+        rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", f"{i.tangential:.4f}"] for i in plan.impulses]
+        text += "\n" + _table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
+    highest = [
+        [name, f"{float(np.max(contact.gap)):.4f}", f"{float(np.max(contact.normal_force)):.2f}"]
+        for name, contact in plan.contacts.items()
+    ]
+    text += "\n" + _table(["contact", "highest clearance [m]", "largest normal force [N]"], highest)
+    return text + (
+        "\nImpacts are inelastic. Where normal and tangential directions couple through the mass matrix, the impact law "
+        "is the integrated one (friction acts along the impact), not Newton's with an impulse cone.\n"
+    )
+
+
+def _audit(plan: Plan) -> str:
+    rows = []
+    for name, unit in _AUDIT_UNITS.items():
+        value, limit = getattr(plan.audit, name), plan.audit.tolerances[name]
+        bound = f">= -{limit:g}" if name == "min_gap" else f"<= {limit:g}"
+        rows.append([name, f"{value:.3e}", bound, unit, "no" if name in plan.audit.violations else "yes"])
+    return "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n" + _table(
+        ["entry", "value", "limit", "unit", "passed"], rows
+    )
+
+
+def _cost(plan: Plan) -> str:
+    terms = plan.statistics.cost_terms
+    total = sum(terms.values()) or 1.0
+    rows = [[name, f"{value:.6g}", f"{100 * value / total:.1f} %"] for name, value in terms.items()]
+    text = "## Cost\n\n" + _table(["term", "value", "share"], [*rows, ["total", f"{plan.statistics.objective:.6g}", ""]])
+    return text + "\n'choice of alpha' and 'step equilibration' belong to the method, not to the task.\n"
+
+
+def _effort(plan: Plan) -> str:
+    s = plan.statistics
+    rows = [
+        [
+            f"{step.sigma:.0e}",
+            step.status,
+            str(step.iterations),
+            f"{step.objective:.6g}",
+            f"{step.complementarity:.1e}",
+            f"{step.constraint_violation:.1e}",
+            f"{step.seconds:.1f}",
+        ]
+        for step in s.homotopy
+    ]
+    header = ["sigma", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
+    return (
+        f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs; "
+        f"built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
+        + _table(header, rows)
+    )
+
+
+def _provenance(plan: Plan) -> str:
+    versions = ", ".join(f"{name} {version}" for name, version in plan.provenance.versions.items())
+    return f"## Provenance\n\n{versions}; git {plan.provenance.git}; {plan.provenance.created}\n"

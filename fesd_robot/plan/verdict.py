@@ -1,0 +1,48 @@
+"""The four answers of a plan's status, and the sentence that sums them up."""
+
+from __future__ import annotations
+
+from fesd_robot.mpcc import MpccSolution
+from fesd_robot.plan.plan import Audit, Status
+
+_HELP = {
+    "iteration limit": "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",
+    "time limit": "try a longer solver.time_limit",
+    "infeasible": "try a longer horizon.duration, more method.elements, wider limits or another reference",
+    "interrupted": "this is the best iterate so far",
+}
+_DEFAULT_HELP = "try another reference, solver.sigma_start or more method.elements"
+
+
+def status_of(solution: MpccSolution, found: Audit, tolerance: float) -> Status:
+    """Return the status of a solved MPCC and its audit; solved only if every answer is good."""
+    residuals = solution.residuals
+    audit_passed = not found.violations
+    if solution.solved and audit_passed:
+        message = f"Solved to complementarity {residuals.complementarity:.1e}; the physics audit passed."
+    elif solution.solved:
+        worst = ", ".join(f"{name} = {getattr(found, name):.2e}" for name in found.violations)
+        message = (
+            f"Not solved: the numbers converged but the physics audit failed ({worst}); "
+            "try more method.stages, horizon.intervals or method.elements."
+        )
+    else:
+        sigma = solution.reports[-1].sigma if solution.reports else float("nan")
+        where = (
+            f"largest constraint violation {residuals.constraint_violation:.1e} at {residuals.worst_constraint}"
+            if residuals.constraint_violation > 1e-8
+            else f"complementarity is {residuals.complementarity:.1e} (asked for {tolerance:.0e}), "
+            f"worst at {residuals.worst_pair}"
+        )
+        help_text = _HELP.get(solution.status, _DEFAULT_HELP)
+        message = f"Not solved: {solution.status} at sigma = {sigma:.0e}; {where}; {help_text}."
+    return Status(
+        solved=solution.solved and audit_passed,
+        nlp=solution.status,
+        complementarity=residuals.complementarity,
+        natural_residual=residuals.natural_residual,
+        constraint_violation=residuals.constraint_violation,
+        stationarity="unknown",
+        audit_passed=audit_passed,
+        message=message,
+    )

@@ -1,0 +1,142 @@
+"""The chain from a task to a plan: formulate, transcribe, solve, return to physical time, audit."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from fesd_robot.contact import PhysicalMotion, recover
+from fesd_robot.fesd import Transcription
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
+from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.plan import assemble
+from fesd_robot.plan.audit import audit
+from fesd_robot.plan.physics import ContactPoint, NumericPhysics
+from fesd_robot.plan.plan import Audit, HomotopyStep, Plan, Statistics, Units
+from fesd_robot.plan.verdict import status_of
+from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.task import Task
+
+
+def plan(
+    task: Task,
+    *,
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Callable[[int, float], bool] | None = None,
+) -> Plan:
+    """Plan the motion that a task describes.
+
+    Args:
+        task: from `load_task`.
+        progress: called after every NLP of the homotopy.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve, and the best iterate is
+            returned as not solved.
+
+    Returns:
+        The plan; `plan.status.solved` says whether it can be relied on.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    begin = time.perf_counter()
+    motion = formulate(task)
+    transcription = Transcription(motion.ocp, motion.fesd)
+    problem = transcription.problem
+    build_seconds = time.perf_counter() - begin
+    solution = solve(problem, homotopy_options(task), progress=progress, stop=stop)
+    elements = transcription.unpack(solution.w)
+    physical = recover(
+        elements,
+        motion.fesd.tableau,
+        motion.mechanics,
+        motion.contacts,
+        motion.contact_system,
+        motion.auxiliary_acceleration,
+    )
+    physics = numeric_physics(motion)
+    found = _audit(motion, physical, physics)
+    names, controls = list(task.contacts), motion.actuation.names
+    values = transcription.controls(solution.w)[: len(controls)]
+    return Plan(
+        name=task.name,
+        status=status_of(solution, found, task.solver.tolerance),
+        audit=found,
+        units=Units(
+            configuration=configuration_units(motion.robot),
+            velocity=velocity_units(motion.robot),
+            controls=dict(zip(controls, motion.actuation.units, strict=True)),
+        ),
+        trajectory=assemble.trajectory_of(physical, motion.robot.configuration_names, motion.robot.velocity_names),
+        controls=assemble.controls_of(values, controls, task.horizon.duration),
+        contacts=assemble.contacts_of(physical, names, physics),
+        switches=assemble.switches_of(physical, names),
+        impulses=assemble.impulses_of(physical, names),
+        statistics=_statistics(transcription, solution, build_seconds),
+        provenance=assemble.provenance(task.source_path.parent if task.source_path else Path()),
+        task=task.model_dump(mode="json"),
+    )
+
+
+def homotopy_options(task: Task) -> HomotopyOptions:
+    """Return the solver's options from the task's section `solver`."""
+    solver = task.solver
+    return HomotopyOptions(
+        tolerance=solver.tolerance,
+        sigma_start=solver.sigma_start,
+        sigma_factor=solver.sigma_factor,
+        max_iterations=solver.max_iterations,
+        time_limit=solver.time_limit,
+        linear_solver=solver.linear_solver,
+    )
+
+
+def numeric_physics(motion: MotionProblem) -> NumericPhysics:
+    """Return Pinocchio's numeric view of the same robot, ground and contacts."""
+    frames = [contact.frame for contact in motion.task.contacts.values()]
+    points = [
+        ContactPoint(contact.name, frame, contact.friction)
+        for contact, frame in zip(motion.contacts, frames, strict=True)
+    ]
+    matrix = motion.actuation.matrix
+    return NumericPhysics(motion.robot, motion.ground, points, lambda q: np.asarray(matrix(q).full()))
+
+
+def _audit(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Audit:
+    horizon, limits = motion.task.horizon, motion.limits
+    return audit(
+        physical,
+        physics,
+        interval_ends=horizon.duration * np.arange(1, horizon.intervals + 1) / horizon.intervals,
+        position_limits=(limits.lower_position, limits.upper_position),
+        velocity_limits=(limits.lower_velocity, limits.upper_velocity),
+        control_limits=(motion.actuation.lower, motion.actuation.upper),
+    )
+
+
+def _statistics(transcription: Transcription, solution: MpccSolution, build_seconds: float) -> Statistics:
+    problem = transcription.problem
+    return Statistics(
+        variables=problem.size,
+        constraints=problem.constraints,
+        pairs=problem.pairs,
+        iterations=solution.iterations,
+        build_seconds=build_seconds + solution.build_seconds,
+        solve_seconds=solution.solve_seconds,
+        objective=solution.residuals.objective,
+        cost_terms=transcription.cost_terms(solution.w),
+        homotopy=[
+            HomotopyStep(
+                sigma=step.sigma,
+                status=step.status,
+                iterations=step.iterations,
+                objective=step.residuals.objective,
+                complementarity=step.residuals.complementarity,
+                constraint_violation=step.residuals.constraint_violation,
+                seconds=step.seconds,
+            )
+            for step in solution.reports
+        ],
+    )

@@ -1,0 +1,103 @@
+"""Collada files made ready for the viewer: textures inside, and all parts with the same vertex attributes."""
+
+from __future__ import annotations
+
+import base64
+import logging
+import mimetypes
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+logger = logging.getLogger(__name__)
+
+PRIMITIVE = re.compile(r"<(triangles|polylist|polygons|trifans|tristrips)\b([^>]*)>(.*?)</\1>", re.DOTALL)
+VERTICES = re.compile(r"<vertices\b[^>]*\bid\s*=\s*[\"']([^\"']+)[\"'][^>]*>(.*?)</vertices>", re.DOTALL)
+INPUT = re.compile(r"<input\b[^>]*?\bsemantic\s*=\s*[\"'](\w+)[\"'][^>]*>")
+SOURCE = re.compile(r"\bsource\s*=\s*[\"']#([^\"']+)[\"']")
+IMAGE = re.compile(r"<init_from>\s*([^<]*\.\w+)\s*</init_from>")
+UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)[\"']")
+UNIT_WITHIN = 100_000
+"""Characters within which a file names its unit: the asset element comes first."""
+
+NO_UV = (
+    '<source id="no-uv"><float_array id="no-uv-array" count="2">0 0</float_array><technique_common>'
+    '<accessor source="#no-uv-array" count="1" stride="2"/></technique_common></source>'
+)
+NO_UV_INPUT = '<input semantic="TEXCOORD" source="#no-uv" offset="0" set="0"/>'
+BLANK_IMAGE = "data:image/gif;base64,R0lGODlhAQABAIAAAP///wAAACH5BAAAAAAALAAAAAABAAEAAAICRAEAOw=="
+
+
+class Collada(NamedTuple):
+    """One Collada file.
+
+    Args:
+        text: the document.
+        resources: name of each image in it -> the image as a data URL.
+    """
+
+    text: str
+    resources: dict[str, str]
+
+
+def read_collada(path: Path) -> Collada:
+    """Read a Collada file with all that it refers to.
+
+    The viewer merges the parts of a file into one mesh and gives up if one part has texture coordinates, normals or
+    colours and another has not. Parts without texture coordinates get unused ones; normals and colours that are not
+    everywhere are dropped (the viewer computes normals where there are none).
+    """
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return Collada(_uniform(text), _textures(path, text))
+
+
+def collada_unit(path: Path) -> float:
+    """Return the length of a Collada file's unit, m."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        unit = UNIT.search(file.read(UNIT_WITHIN))
+    return float(unit.group(1)) if unit else 1.0
+
+
+def _uniform(text: str) -> str:
+    """Return the document with the same vertex attributes in every part."""
+    shared = {match.group(1): set(INPUT.findall(match.group(2))) for match in VERTICES.finditer(text)}
+    parts = [_semantics(match.group(3), shared) for match in PRIMITIVE.finditer(text) if "<p>" in match.group(3)]
+    if not parts or all(part == parts[0] for part in parts):
+        return text
+    keep = set.intersection(*parts) | {"VERTEX", "POSITION", "TEXCOORD"}
+    textured = any("TEXCOORD" in part for part in parts)
+
+    def rename(match: re.Match[str]) -> str:
+        semantic = match.group(1)
+        return match.group(0) if semantic in keep else match.group(0).replace(semantic, "UNUSED", 1)
+
+    def level(match: re.Match[str]) -> str:
+        kind, attributes, body = match.groups()
+        missing = textured and "TEXCOORD" not in _semantics(body, shared)
+        return f"<{kind}{attributes}>{NO_UV_INPUT if missing else ''}{INPUT.sub(rename, body)}</{kind}>"
+
+    text = VERTICES.sub(lambda match: INPUT.sub(rename, match.group(0)), PRIMITIVE.sub(level, text))
+    return re.sub(r"<vertices\b", lambda match: NO_UV + match.group(0), text) if textured else text
+
+
+def _semantics(body: str, shared: dict[str, set[str]]) -> set[str]:
+    """Return the vertex attributes of one part, its own and those it shares through its vertices."""
+    found: set[str] = set()
+    for match in INPUT.finditer(body):
+        source = SOURCE.search(match.group(0))
+        found |= shared.get(source.group(1), set()) if match.group(1) == "VERTEX" and source else {match.group(1)}
+    return found
+
+
+def _textures(path: Path, text: str) -> dict[str, str]:
+    """Return the images that the document names as data URLs; a missing one is white."""
+    resources = {}
+    for name in IMAGE.findall(text):
+        image = (path.parent / name.removeprefix("file://")).resolve()
+        if image.is_file():
+            kind = mimetypes.guess_type(image.name)[0] or "image/png"
+            resources[name] = f"data:{kind};base64,{base64.b64encode(image.read_bytes()).decode('ascii')}"
+        else:
+            logger.warning("%s: texture %s is missing and drawn white", path.name, name)
+            resources[name] = BLANK_IMAGE
+    return resources

@@ -1,0 +1,98 @@
+"""The drawn piece of the ground: a slab with grid lines and distance labels."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import meshcat.geometry as mg
+import numpy as np
+from meshcat.commands import SetObject, SetTransform
+from meshcat.path import Path
+
+from fesd_robot.render.geometry import mesh
+from fesd_robot.render.ground import GroundVisual
+from fesd_robot.render.window import SceneWindow
+
+GROUND_COLOR = 0xD3D6D2
+GRID_COLOR = 0xB9BEBB
+LABELLED_COLOR = 0x8A918E
+
+
+class Floor(NamedTuple):
+    """Extent of the drawn ground, seen from above.
+
+    Args:
+        center: x and y of its middle, m.
+        half_size: half its extent along x and y, m.
+        spacing: distance of the grid lines, m.
+        labelled: x of the lines that carry a label, m, shape (k,).
+    """
+
+    center: tuple[float, float]
+    half_size: tuple[float, float]
+    spacing: float
+    labelled: np.ndarray
+
+
+def floor_below(box: np.ndarray) -> Floor:
+    """Return a piece of ground that reaches well beyond `box`, m, shape (2, 3)."""
+    size = np.maximum(box[1] - box[0], 1e-3)
+    span = float(max(size[0], size[1], 0.6 * size[2]))
+    x, y = ((box[0] + box[1]) / 2)[:2].tolist()
+    spacing = _round_step(span / 12)
+    # Labels stand on grid lines: their distance is a round number and a multiple of the spacing.
+    steps = [step for step in spacing * np.array([1, 2, 5, 10]) if np.isclose(_round_step(step), step)]
+    step = min(steps, key=lambda value: abs(np.log(5 * value / span)))
+    reach = 0.55 * float(size[0])
+    half_size = (float(size[0] / 2 + 0.35 * span), float(size[1] / 2 + 0.16 * span))
+    return Floor((x, y), half_size, spacing, _multiples(x - reach, x + reach, step))
+
+
+def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
+    """Return text and place, m, of each distance label on the ground in front of the robot."""
+    y = floor.center[1] - 0.6 * floor.half_size[1]
+    # Adding zero turns -0 into 0.
+    return [{"text": f"{x + 0.0:g} m", "at": [x, y, ground.elevation(x)]} for x in floor.labelled.round(9).tolist()]
+
+
+def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor) -> None:
+    """Add a slab whose top is the ground, with grid lines at multiples of `floor.spacing`."""
+    (x, y), (half_x, half_y) = floor.center, floor.half_size
+    along = 1.0 / np.cos(ground.slope)
+    thickness = 0.024 * max(half_x, half_y)
+    window.send(SetTransform(ground.frame(x, y), Path(("ground",))))
+    slab = mesh("slab", mg.Box([2 * half_x * along, 2 * half_y, thickness]), mg.MeshLambertMaterial(color=GROUND_COLOR))
+    window.send(SetObject(slab, path=Path(("ground", "slab"))))
+    below = np.eye(4)
+    below[2, 3] = -thickness / 2
+    window.send(SetTransform(below, Path(("ground", "slab"))))
+
+    # The lines float a little above the slab, or the two would flicker.
+    lift = 0.0008 * max(half_x, half_y)
+    across = _multiples(x - half_x, x + half_x, floor.spacing)
+    is_labelled = np.isclose(across[:, None], floor.labelled[None, :], atol=floor.spacing / 10).any(axis=1)
+    ends = (-half_y, half_y)
+    lines = {
+        "grid": [[(c - x) * along, end, lift] for c in across[~is_labelled] for end in ends]
+        + [
+            [e * half_x * along, c - y, lift]
+            for c in _multiples(y - half_y, y + half_y, floor.spacing)
+            for e in (-1, 1)
+        ],
+        "labelled": [[(c - x) * along, end, lift] for c in across[is_labelled] for end in ends],
+    }
+    for (name, points), color in zip(lines.items(), (GRID_COLOR, LABELLED_COLOR), strict=True):
+        geometry = mg.PointsGeometry(np.array(points, dtype=np.float32).reshape(-1, 3).T)
+        element = mesh(name, geometry, mg.LineBasicMaterial(color=color), mg.LineSegments)
+        window.send(SetObject(element, path=Path(("ground", name))))
+
+
+def _round_step(step: float) -> float:
+    """Return the number 1, 2 or 5 times a power of ten nearest to `step` by ratio."""
+    candidates = np.array([1.0, 2.0, 5.0, 10.0]) * 10.0 ** np.floor(np.log10(step))
+    return float(candidates[np.argmin(np.abs(np.log(candidates / step)))])
+
+
+def _multiples(low: float, high: float, spacing: float) -> np.ndarray:
+    """Return all multiples of `spacing` in [low, high]."""
+    return spacing * np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1)

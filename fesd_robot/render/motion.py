@@ -1,0 +1,124 @@
+"""The motion of a robot as key frames of nested joint nodes, and the box it sweeps."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+import umsgpack
+
+from fesd_robot.render.geometry import file_unit
+
+MOVES = 1e-9
+"""A joint coordinate that changes less than this (m or quaternion entry) stands still."""
+
+
+class Motion(NamedTuple):
+    """Joint placements at key times.
+
+    Args:
+        time: key times since the first sample, s, float32, strictly increasing, shape (k,).
+        placement: pose of each joint in its parent joint, position in m and unit quaternion (x, y, z, w),
+            shape (k, njoints, 7); a quaternion never changes its sign between neighbours.
+        box: corners of the axis-parallel box around all geometry at all samples, m, shape (2, 3).
+    """
+
+    time: np.ndarray
+    placement: np.ndarray
+    box: np.ndarray
+
+
+class Track:
+    """One animated property in three.js's own binary form; meets the interface of Meshcat's `AnimationTrack`."""
+
+    def __init__(self, name: str, kind: str, times: np.ndarray, values: np.ndarray) -> None:
+        self.name = name
+        self.kind = kind
+        self.times = times
+        self.values = values
+
+    def lower(self) -> dict[str, Any]:
+        return {
+            "name": f".{self.name}",
+            "type": self.kind,
+            "times": _float32(self.times),
+            "values": _float32(self.values),
+        }
+
+
+def _float32(array: np.ndarray) -> umsgpack.Ext:
+    """Return `array` as the msgpack extension that the viewer decodes to a Float32Array."""
+    return umsgpack.Ext(0x17, np.ascontiguousarray(array, dtype="<f4").tobytes())
+
+
+def key_samples(time: np.ndarray) -> np.ndarray:
+    """Return the indices of the samples to keep so that the key times increase strictly in single precision.
+
+    An impact stands twice at the same time with the same configuration; its second sample is dropped.
+
+    Args:
+        time: s, non-decreasing, shape (n,).
+    """
+    single = (time - time[0]).astype(np.float32)
+    return np.concatenate([[0], 1 + np.flatnonzero(np.diff(single) > 0)])
+
+
+def sample_motion(
+    model: pin.Model, visual_model: pin.GeometryModel, time: np.ndarray, configuration: np.ndarray
+) -> Motion:
+    """Evaluate the forward kinematics at all key times.
+
+    Args:
+        model: the robot.
+        visual_model: what it looks like.
+        time: s, non-decreasing, shape (n,).
+        configuration: shape (n, nq).
+    """
+    keys = key_samples(time)
+    data, visual_data = model.createData(), visual_model.createData()
+    placement = np.empty((len(keys), model.njoints, 7))
+    corners = _local_corners(visual_model)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for row, key in enumerate(keys):
+        pin.forwardKinematics(model, data, pin.normalize(model, configuration[key]))
+        for joint in range(model.njoints):
+            placement[row, joint] = pin.SE3ToXYZQUAT(data.liMi[joint])
+        pin.updateGeometryPlacements(model, data, visual_model, visual_data)
+        for index, points in corners.items():
+            pose = visual_data.oMg[index]
+            world = points @ pose.rotation.T + pose.translation
+            low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
+    for joint in range(model.njoints):
+        placement[:, joint, 3:] = _continuous(placement[:, joint, 3:])
+    return Motion((time[keys] - time[0]).astype(np.float32), placement, np.array([low, high]))
+
+
+def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:
+    """Return the tracks of one joint node; a coordinate that stands still needs none."""
+    tracks = {}
+    for name, kind, values in (
+        ("position", "vector3", motion.placement[:, joint, :3]),
+        ("quaternion", "quaternion", motion.placement[:, joint, 3:]),
+    ):
+        if np.ptp(values, axis=0).max() > MOVES:
+            tracks[name] = Track(name, kind, motion.time, values)
+    return tracks
+
+
+def _continuous(quaternion: np.ndarray) -> np.ndarray:
+    """Return the same rotations with every quaternion on the side of its predecessor, shape (k, 4)."""
+    flips = np.where(np.einsum("ij,ij->i", quaternion[1:], quaternion[:-1]) < 0.0, -1.0, 1.0)
+    return quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
+
+
+def _local_corners(visual_model: pin.GeometryModel) -> dict[int, np.ndarray]:
+    """Return the corners of each geometry's own box, m, shape (8, 3), without unbounded geometries."""
+    corners = {}
+    for index, geometry_object in enumerate(visual_model.geometryObjects):
+        geometry_object.geometry.computeLocalAABB()
+        box = geometry_object.geometry.aabb_local
+        bounds = np.array([np.ravel(box.min_), np.ravel(box.max_)]) * file_unit(geometry_object)
+        if np.abs(bounds).max() < 1e6:
+            corners[index] = np.array([[bounds[i, 0], bounds[j, 1], bounds[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+    return corners

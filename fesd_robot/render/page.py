@@ -1,0 +1,155 @@
+"""One self-contained web page that plays a motion, built on Meshcat's viewer; needs no server and no network."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import json
+import logging
+import os
+import re
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+
+import meshcat
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import DimensionError, FesdRobotError
+from fesd_robot.render.files import write_atomically
+from fesd_robot.render.floor import add_floor, floor_below, tick_labels
+from fesd_robot.render.ground import GroundVisual
+from fesd_robot.render.motion import sample_motion
+from fesd_robot.render.palette import series_color
+from fesd_robot.render.scene import add_robot, add_traces, view_box
+from fesd_robot.render.window import SceneWindow
+
+logger = logging.getLogger(__name__)
+
+LARGE_PAGE = 25e6
+"""Bytes above which a page is slow to open and send; a warning says so."""
+
+CLOCK_NOISE = 1e-6
+"""Seconds by which time may step back, as the clock of a plan does that is solved to finite tolerance."""
+
+VIEWER = Path(meshcat.__file__).parent / "viewer"
+
+
+def render_page(
+    path: str | os.PathLike[str],
+    *,
+    title: str,
+    model: pin.Model,
+    visual_model: pin.GeometryModel,
+    time: np.ndarray,
+    configuration: np.ndarray,
+    ground: GroundVisual,
+    traces: Mapping[str, np.ndarray],
+    subtitle: str = "",
+) -> Path:
+    """Write a page with the robot in motion, the ground and the given paths.
+
+    The motion passes through every sample at its own time; samples may be spaced unevenly.
+
+    Args:
+        path: the HTML file to write; replaced in one step if it exists.
+        title: heading of the page.
+        model: the robot.
+        visual_model: its shapes and colours.
+        time: s, non-decreasing, shape (n,); of samples at the same time only the first is shown.
+        configuration: shape (n, nq), m and rad.
+        ground: the plane to draw.
+        traces: name -> path to draw as a line, e.g. of a foot, m, shape (n, 3).
+        subtitle: a line below the title, e.g. the status of the plan.
+
+    Returns:
+        `path`.
+
+    Raises:
+        DimensionError: an array has the wrong shape.
+        FesdRobotError: time decreases, or a value is not finite.
+    """
+    time = np.asarray(time, dtype=float)
+    configuration = np.asarray(configuration, dtype=float)
+    paths = {name: np.asarray(points, dtype=float) for name, points in traces.items()}
+    _check(model, time, configuration, paths)
+    time = np.maximum.accumulate(time)
+
+    motion = sample_motion(model, visual_model, time, configuration)
+    box = view_box(motion, paths, ground)
+    floor = floor_below(box)
+    if not visual_model.ngeoms:
+        logger.warning("%s: %r has no visual geometry, the page shows no robot", path, model.name)
+    window = SceneWindow()
+    add_floor(window, ground, floor)
+    add_traces(window, paths, radius=0.0013 * float(np.linalg.norm(box[1] - box[0])))
+    add_robot(window, model, visual_model, motion)
+
+    settings: dict[str, object] = {"start": float(time[0]), "duration": float(motion.time[-1]), "box": box.tolist()}
+    settings["ticks"] = tick_labels(ground, floor)
+    page = _fill(
+        title=html.escape(title),
+        subtitle=html.escape(subtitle),
+        legend=_legend(list(paths), floor.spacing),
+        settings=json.dumps(settings),
+        scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=9, mtime=0)).decode("ascii"),
+    )
+    content = page.encode("utf-8")
+    if len(content) > LARGE_PAGE:
+        logger.warning(
+            "%s: %.0f MB is a large page; simpler meshes or fewer samples make it smaller", path, len(content) / 1e6
+        )
+    return write_atomically(Path(path), content)
+
+
+def _check(model: pin.Model, time: np.ndarray, configuration: np.ndarray, traces: Mapping[str, np.ndarray]) -> None:
+    """Raise unless all arrays fit the model and each other."""
+    if time.ndim != 1 or time.size == 0:
+        raise DimensionError(f"time has shape {time.shape}, expected (n,) with n >= 1")
+    count = time.size
+    if configuration.shape != (count, model.nq):
+        raise DimensionError(
+            f"configuration has shape {configuration.shape}, expected {(count, model.nq)}: one row per entry of time, "
+            f"one column per configuration coordinate of {model.name!r}"
+        )
+    for name, points in traces.items():
+        if points.shape != (count, 3):
+            raise DimensionError(f"trace {name!r} has shape {points.shape}, expected {(count, 3)}")
+    for name, array in {"time": time, "configuration": configuration, **traces}.items():
+        if not np.isfinite(array).all():
+            row = int(np.argwhere(~np.isfinite(array))[0][0])
+            raise FesdRobotError(f"{name} has a value that is not finite in row {row}")
+    if (np.diff(time) < -CLOCK_NOISE).any():
+        row = int(np.flatnonzero(np.diff(time) < -CLOCK_NOISE)[0])
+        raise FesdRobotError(f"time decreases from {time[row]} to {time[row + 1]} s at row {row + 1}")
+
+
+def _legend(names: list[str], spacing: float) -> str:
+    """Return the list entries that explain the coloured paths and the grid."""
+    entries = [
+        f'<li><i style="background:{series_color(index)}"></i>{html.escape(name)}</li>'
+        for index, name in enumerate(names)
+    ]
+    return "".join([*entries, f"<li>grid {spacing:g} m</li>"])
+
+
+def _fill(**values: str) -> str:
+    """Return the page with its viewer, style and the given values in place."""
+    here = resources.files("fesd_robot.render")
+    distribution = VIEWER / "dist"
+    licences = [VIEWER / "LICENSE", *sorted(distribution.glob("*LICENSE*"))]
+    values = {
+        **values,
+        # JSON and JavaScript strings may spell these characters so that no text can end the script element.
+        "settings": values["settings"].replace("<", "\\u003c"),
+        "bundle": (distribution / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
+        "licences": "\n".join(file.read_text(encoding="utf-8") for file in licences if file.is_file()).replace(
+            "</", "< /"
+        ),
+        "style": (here / "page.css").read_text(encoding="utf-8").strip(),
+        "viewer": (here / "page.js").read_text(encoding="utf-8").strip(),
+    }
+    template = (here / "page.html").read_text(encoding="utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: values[match.group(1)], template)

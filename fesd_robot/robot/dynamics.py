@@ -1,0 +1,298 @@
+"""The equations of motion M(q) dv/dt + h(q, v) = τ and the energies as CasADi expressions.
+
+Joint friction, damping and springs are not part of them, as in Pinocchio.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import casadi as ca
+
+from fesd_robot.robot.algebra import column, cross, cross_columns, rotate_symmetric, symmetric
+from fesd_robot.robot.kinematics import first_moment
+from fesd_robot.robot.robot import Robot
+from fesd_robot.robot.tree import Link
+
+
+def rnea(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
+    """Return the joint forces that produce the acceleration a.
+
+        τ = M(q) a + h(q, v)
+
+    The recursion runs on classical accelerations: with U = [dω/dt]× + [ω]×[ω]×, a point r of a body accelerates by
+    a_o + U r. The force a body passes on is M a_o + G with the mass M of all it carries, where G and the moment N about
+    its origin follow from the first moment h and the second moment Σ of the augmented body,
+
+        G = U h + Σ_children G_c,   N = h × a_o + axial(U Σ) + Σ_children (N_c + p_c × G_c),
+
+    so that nothing is turned back and forth that need not be, and a child that slides adds M_c times its acceleration
+    relative to a_o.
+
+    Args:
+        robot: the robot.
+        q: configuration, shape (nq, 1), m and rad.
+        v: velocity, shape (nv, 1), m/s and rad/s.
+        a: derivative of v, shape (nv, 1), m/s² and rad/s².
+
+    Returns:
+        τ, shape (nv, 1), N and N m, including armature · a.
+
+    Raises:
+        DimensionError: if q, v or a has the wrong shape.
+
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3; Balafoutis, Patel, Misra, Efficient
+        modeling and computation of manipulator dynamics using orthogonal Cartesian tensors (1988); Wittenburg,
+        Dynamics of Systems of Rigid Bodies (1977), for augmented bodies.
+    """
+    a = column("a", a, robot.model.nv)
+    return ca.sparsify(_inverse_dynamics(robot, q, v, a) + ca.sparsify(ca.DM(robot.model.armature)) * a)
+
+
+def nonlinear_effects(robot: Robot, q: ca.SX, v: ca.SX) -> ca.SX:
+    """Return the joint forces of gravity, Coriolis and centrifugal effects.
+
+        h(q, v) = τ at a = 0
+
+    Args:
+        robot: the robot.
+        q: configuration, shape (nq, 1), m and rad.
+        v: velocity, shape (nv, 1), m/s and rad/s.
+
+    Returns:
+        h, shape (nv, 1), N and N m.
+
+    Raises:
+        DimensionError: if q or v has the wrong shape.
+
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3.
+    """
+    return ca.sparsify(_inverse_dynamics(robot, q, v, ca.SX(robot.model.nv, 1)))
+
+
+def mass_matrix(robot: Robot, q: ca.SX) -> ca.SX:
+    """Return the joint-space inertia matrix by the composite-rigid-body algorithm.
+
+        M_ij = s_iᵀ I_i^c s_j for a joint j that carries joint i, plus the armature on the diagonal
+
+    Args:
+        robot: the robot.
+        q: configuration, shape (nq, 1), m and rad.
+
+    Returns:
+        M, shape (nv, nv), symmetric, with structural zeros; kg, kg m and kg m².
+
+    Raises:
+        DimensionError: if q has the wrong shape.
+
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
+    """
+    q = column("q", q, robot.model.nq)
+    links = robot.tree.links
+    motions = [link.motion(q) for link in links]
+    moments = [ca.SX(link.first_moment) for link in links]
+    inertias = [ca.SX(link.inertia) for link in links]
+    result = ca.SX(ca.diag(ca.sparsify(ca.DM(robot.model.armature))))
+    for index in reversed(range(len(links))):
+        link = links[index]
+        mass, moment, inertia = link.mass, moments[index], inertias[index]
+        if mass == 0.0 and moment.nnz() == 0 and inertia.nnz() == 0:
+            continue
+        force = mass * link.linear - cross_columns(moment, ca.SX(link.angular))
+        torque = inertia @ link.angular + cross_columns(moment, ca.SX(link.linear))
+        result[link.v_indices, link.v_indices] += link.linear.T @ force + link.angular.T @ torque
+        below = link
+        below_index = index
+        while below.parent >= 0:
+            rotation, position = motions[below_index]
+            force = rotation @ force
+            torque = rotation @ torque + cross_columns(position, force)
+            below_index = below.parent
+            below = links[below_index]
+            block = below.linear.T @ force + below.angular.T @ torque
+            result[below.v_indices, link.v_indices] += block
+            result[link.v_indices, below.v_indices] += block.T
+        if link.parent >= 0:
+            rotation, position = motions[index]
+            counted = link.joint.origin_fixed_in_parent
+            moved, shift = _shift_inertia(0.0 if counted else mass, rotation @ moment, position)
+            moments[link.parent] = moments[link.parent] + moved
+            inertias[link.parent] = inertias[link.parent] + rotate_symmetric(rotation, inertia) + shift
+    return ca.sparsify(result)
+
+
+def kinetic_energy(robot: Robot, q: ca.SX, v: ca.SX) -> ca.SX:
+    """Return the kinetic energy, including that of the armatures.
+
+        T = ½ vᵀ M(q) v
+
+    Args:
+        robot: the robot.
+        q: configuration, shape (nq, 1), m and rad.
+        v: velocity, shape (nv, 1), m/s and rad/s.
+
+    Returns:
+        a scalar, J.
+
+    Raises:
+        DimensionError: if q or v has the wrong shape.
+
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), equation 2.67.
+    """
+    q, v = column("q", q, robot.model.nq), column("v", v, robot.model.nv)
+    twice = ca.dot(ca.sparsify(ca.DM(robot.model.armature)) * v, v)
+    velocities: list[tuple[ca.SX, ca.SX]] = []
+    for link in robot.tree.links:
+        rotation, position = link.motion(q)
+        parent_linear, angular = velocities[link.parent] if link.parent >= 0 else (ca.SX(3, 1), ca.SX(3, 1))
+        own = v[link.v_indices]
+        step = cross(angular, position)
+        if link.parent_linear is not None:
+            step = step + link.parent_linear @ own
+            linear = rotation.T @ (parent_linear + step)
+            gained = ca.dot(step, 2 * parent_linear + step)
+        else:
+            linear = rotation.T @ (parent_linear + step) + link.linear @ own
+            gained = ca.dot(linear, linear) - ca.dot(parent_linear, parent_linear)
+        if not link.joint.origin_fixed_in_parent:
+            twice = twice + link.mass * gained
+        angular = rotation.T @ angular + link.angular @ own
+        velocities.append((linear, angular))
+        if not link.turns_nothing:
+            twice = twice + 2 * ca.dot(linear, cross(angular, ca.SX(link.first_moment)))
+            twice = twice + ca.dot(angular, link.inertia @ angular)
+    return twice / 2
+
+
+def potential_energy(robot: Robot, q: ca.SX) -> ca.SX:
+    """Return the potential energy in gravity, zero at the origin of the world.
+
+        V = −gᵀ Σ m_i c_i
+
+    Args:
+        robot: the robot.
+        q: configuration, shape (nq, 1), m and rad.
+
+    Returns:
+        a scalar, J.
+
+    Raises:
+        DimensionError: if q has the wrong shape.
+
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 2.13.
+    """
+    return ca.dot(ca.sparsify(ca.DM(-robot.model.gravity.linear)), first_moment(robot, q))
+
+
+class _Motion(NamedTuple):
+    """How a link moves.
+
+    Attributes:
+        rotation, position: its placement in its parent.
+        spin, spin_rate: its angular velocity and acceleration.
+        acceleration: classical acceleration of its origin, gravity subtracted.
+        arrival: the same in parent coordinates.
+        step: the same relative to the parent's origin, in parent coordinates.
+        field: [dω/dt]× + [ω]×[ω]×.
+    """
+
+    rotation: ca.SX
+    position: ca.SX
+    spin: ca.SX
+    spin_rate: ca.SX
+    acceleration: ca.SX
+    arrival: ca.SX
+    step: ca.SX
+    field: ca.SX
+
+
+def _inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
+    """Return τ without armature; structurally zero entries of a cost nothing."""
+    q, v = column("q", q, robot.model.nq), column("v", v, robot.model.nv)
+    links = robot.tree.links
+    zero, unit = ca.SX(3, 1), ca.SX(ca.DM.eye(3))
+    lift = ca.SX(ca.sparsify(ca.DM(-robot.model.gravity.linear)))
+    ground = _Motion(unit, zero, zero, zero, lift, lift, zero, ca.SX(3, 3))
+    motions: list[_Motion] = []
+    for link in links:
+        parent = motions[link.parent] if link.parent >= 0 else ground
+        motions.append(_accelerate(link, parent, *link.motion(q), v[link.v_indices], a[link.v_indices]))
+    forces, moments = [zero] * len(links), [zero] * len(links)
+    result = ca.SX(robot.model.nv, 1)
+    for index in reversed(range(len(links))):
+        link, motion = links[index], motions[index]
+        force, moment = forces[index], moments[index]
+        if not link.turns_nothing:
+            force = force + motion.field @ link.first_moment
+            moment = moment + _axial(motion.field @ link.second_moment)
+            moment = moment + cross(ca.SX(link.first_moment), motion.acceleration)
+        moved = motion.rotation @ force
+        passed_on = link.mass * motion.arrival + moved
+        if link.parent_linear is not None:
+            result[link.v_indices] += link.parent_linear.T @ passed_on + link.angular.T @ moment
+        else:
+            result[link.v_indices] += (
+                link.linear.T @ (link.mass * motion.acceleration + force) + link.angular.T @ moment
+            )
+        if link.parent < 0:
+            continue
+        if link.joint.origin_fixed_in_parent:
+            forces[link.parent] = forces[link.parent] + moved
+            lever_force = moved
+        else:
+            forces[link.parent] = forces[link.parent] + link.mass * motion.step + moved
+            lever_force = passed_on
+        turned = motion.rotation @ moment + cross(motion.position, lever_force)
+        moments[link.parent] = moments[link.parent] + turned
+    return result
+
+
+def _accelerate(link: Link, parent: _Motion, rotation: ca.SX, position: ca.SX, v: ca.SX, a: ca.SX) -> _Motion:
+    """Return how a link moves on a moving parent; v and a are its own joint's."""
+    back = rotation.T
+    carried, turning = back @ parent.spin, link.angular @ v
+    spin = carried + turning
+    spin_rate = back @ parent.spin_rate + cross(carried, turning) + link.angular @ a
+    step = parent.field @ position
+    if link.parent_linear is not None:
+        step = step + 2 * cross(parent.spin, link.parent_linear @ v) + link.parent_linear @ a
+        arrival = parent.acceleration + step
+        acceleration = back @ arrival
+    else:
+        sliding = cross(carried + spin, link.linear @ v) + link.linear @ a
+        acceleration = back @ (parent.acceleration + step) + sliding
+        step = step + rotation @ sliding
+        arrival = parent.acceleration + step
+    field = _acceleration_field(spin, spin_rate)
+    return _Motion(rotation, position, spin, spin_rate, acceleration, arrival, step, field)
+
+
+def _axial(matrix: ca.SX) -> ca.SX:
+    """Return the vector of the antisymmetric part: ε_ijk A_kj."""
+    return ca.vertcat(matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1])
+
+
+def _acceleration_field(spin: ca.SX, spin_rate: ca.SX) -> ca.SX:
+    """Return [dω/dt]× + [ω]×[ω]×."""
+    xx, yy, zz = spin[0] * spin[0], spin[1] * spin[1], spin[2] * spin[2]
+    xy, xz, yz = spin[0] * spin[1], spin[0] * spin[2], spin[1] * spin[2]
+    return ca.blockcat(
+        [
+            [-(yy + zz), xy - spin_rate[2], xz + spin_rate[1]],
+            [xy + spin_rate[2], -(xx + zz), yz - spin_rate[0]],
+            [xz - spin_rate[1], yz + spin_rate[0], -(xx + yy)],
+        ]
+    )
+
+
+def _shift_inertia(mass: float, moment: ca.SX, position: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return first moment about a point, and what is added to the inertia there, of a body at `position` from it.
+
+    h' = h + m p,   I' − I = 2 (pᵀk) 1 − p kᵀ − k pᵀ   with   k = h + m p / 2
+    """
+    middle = moment + mass / 2 * position
+    px, py, pz = position[0], position[1], position[2]
+    kx, ky, kz = middle[0], middle[1], middle[2]
+    xx, yy, zz = 2 * (px * kx), 2 * (py * ky), 2 * (pz * kz)
+    shift = symmetric(yy + zz, xx + zz, xx + yy, -(px * ky + kx * py), -(px * kz + kx * pz), -(py * kz + ky * pz))
+    return moment + mass * position, shift

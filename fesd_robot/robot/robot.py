@@ -1,0 +1,97 @@
+"""The robot: a Pinocchio model, its tree of links, names for every coordinate, limits and frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.tree import Tree
+
+Format = Literal["urdf", "mjcf", "sdf"]
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot as it was read from its file; nothing in it is to be modified.
+
+    Attributes:
+        name: name given in the file.
+        source: the file.
+        format: how the file is written.
+        package_directories: where ``package://`` addresses of meshes are looked up.
+        model: Pinocchio's model, with ``model.armature`` set.
+        tree: the same model as links, for the CasADi expressions.
+        configuration_names: a name for every entry of q: the joint's name, or for joints with several entries
+            ``joint.x .y .z .qx .qy .qz .qw`` (free flyer), ``joint.x .y .cos .sin`` (planar), ``joint.cos .sin``
+            (unbounded revolute), ``joint.qx .qy .qz .qw`` (spherical). The joints of a MuJoCo body with several keep
+            their own names, and their q is MuJoCo's qpos.
+        velocity_names: a name for every entry of v: the joint's name, or ``joint.vx .vy .vz .wx .wy .wz`` (free flyer),
+            ``joint.vx .vy .wz`` (planar), ``joint.wx .wy .wz`` (spherical).
+        lower_position, upper_position: limits of q, m or rad, shape (nq,); ±inf where there is none, and for entries
+            that are cosines, sines or quaternion components.
+        velocity_limit: limit of |v|, m/s or rad/s, shape (nv,); inf where there is none.
+        effort_limit: limit of |τ|, N or N m, shape (nv,); inf where there is none; of an asymmetric
+            one the smaller side.
+        frame_names: names of all frames, each once.
+        neutral: the configuration with every joint at zero, shape (nq,).
+        notes: what the file says that the equations of motion leave out, one sentence each.
+    """
+
+    name: str
+    source: Path
+    format: Format
+    package_directories: tuple[Path, ...]
+    model: pin.Model
+    tree: Tree
+    configuration_names: list[str]
+    velocity_names: list[str]
+    lower_position: np.ndarray
+    upper_position: np.ndarray
+    velocity_limit: np.ndarray
+    effort_limit: np.ndarray
+    frame_names: list[str]
+    neutral: np.ndarray
+    notes: tuple[str, ...]
+
+    def frame_id(self, name: str) -> int:
+        """Return Pinocchio's index of the frame called `name`.
+
+        Raises:
+            RobotError: if there is none, naming the nearest one, or if several at different places share the name.
+        """
+        frames = self.model.frames
+        found = [index for index in range(self.model.nframes) if frames[index].name == name]
+        if not found:
+            raise RobotError(f"Robot '{self.name}' has no frame '{name}'{nearest(name, self.frame_names)}.")
+        first = frames[found[0]]
+        for index in found[1:]:
+            other = frames[index]
+            if other.parentJoint != first.parentJoint or not other.placement.isApprox(first.placement, 1e-12):
+                raise RobotError(
+                    f"Robot '{self.name}' has several frames called '{name}' at different places; rename one of them."
+                )
+        return found[0]
+
+    @cached_property
+    def visual_model(self) -> pin.GeometryModel:
+        """The shapes to draw; read from the file on first use, so that planning needs no meshes.
+
+        Raises:
+            RobotError: if a mesh is missing or unreadable.
+        """
+        path = str(self.source)
+        packages = [str(directory) for directory in self.package_directories]
+        try:
+            if self.format == "mjcf":
+                return pin.buildGeomFromMJCF(self.model, path, pin.GeometryType.VISUAL)
+            if self.format == "sdf":
+                return pin.buildGeomFromSdf(self.model, path, pin.GeometryType.VISUAL, "", packages)
+            return pin.buildGeomFromUrdf(self.model, path, pin.GeometryType.VISUAL, package_dirs=packages)
+        except Exception as error:
+            raise RobotError(f"The shapes of {self.source} cannot be read: {' '.join(str(error).split())}.") from error

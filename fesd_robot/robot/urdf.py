@@ -1,0 +1,72 @@
+"""What Pinocchio would silently read differently from what a URDF file says."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from fesd_robot.errors import RobotError, nearest
+
+
+def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
+    """Return the mimic joints of a file, each with the joint it follows, after refusing what Pinocchio misreads.
+
+    Raises:
+        RobotError: for a planar joint whose plane is not x-y, which Pinocchio takes as x-y all the same, and for a
+            continuous joint that follows or leads, whose (cos, sin) does not scale.
+    """
+    joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
+    leaders: dict[str, str] = {}
+    for name, joint in joints.items():
+        if joint.get("type") == "planar" and _axis(joint) != [0.0, 0.0, 1.0]:
+            raise RobotError(
+                f"{path}: planar joint '{name}' must move in the x-y plane of its origin: write "
+                '<axis xyz="0 0 1"/> and turn the plane with <origin rpy="..."/>.'
+            )
+        mimic = joint.find("mimic")
+        if mimic is None or joint.get("type") == "fixed":
+            continue
+        leader = leaders[name] = mimic.get("joint", "")
+        if "continuous" in (joint.get("type"), joints[leader].get("type") if leader in joints else None):
+            raise RobotError(
+                f"{path}: joint '{name}' mimics '{leader}' and one of them is continuous, which is not supported; "
+                "make both revolute."
+            )
+    return leaders
+
+
+def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) -> None:
+    """Refuse mimic joints that Pinocchio cannot build.
+
+    Args:
+        path: the file.
+        leaders: name of a mimic joint -> name of the joint it follows.
+        order: all moving joints as Pinocchio orders them: depth first, the children of a link sorted by name.
+
+    Raises:
+        RobotError: for a leader that does not exist, mimics itself, or comes after its follower; names both.
+    """
+    for name, leader in leaders.items():
+        if leader not in order:
+            raise RobotError(
+                f"{path}: joint '{name}' mimics '{leader}', which is no moving joint{nearest(leader, order)}."
+            )
+        if leader in leaders:
+            raise RobotError(
+                f"{path}: joint '{name}' mimics '{leader}', which mimics '{leaders[leader]}'; name that one."
+            )
+        if order.index(leader) > order.index(name):
+            raise RobotError(
+                f"{path}: joint '{name}' mimics '{leader}', but Pinocchio, which sorts the children of a link by name, "
+                f"reads '{name}' first; rename the links, or make '{name}' a fixed joint."
+            )
+
+
+def _axis(joint: ElementTree.Element) -> list[float]:
+    axis = joint.find("axis")
+    text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
+    try:
+        return [float(number) for number in text.split()]
+    except ValueError:
+        return []

@@ -1,0 +1,175 @@
+"""A task file as plain data: YAML text and overrides turned into dicts, with the origin of every key."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.constructor import ConstructorError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
+
+from fesd_robot.errors import TaskError
+from fesd_robot.task.origins import KeyPath, Origin, Origins
+
+_MAX_NODES = 100_000
+_TAG = "tag:yaml.org,2002:"
+_SCALARS = {f"{_TAG}{kind}" for kind in ("null", "bool", "int", "float", "str")}
+
+
+class _Problem(Exception):
+    """A fault of YAML text: sentence, line counted from 1, key."""
+
+    def __init__(self, message: str, line: int | None = None, path: KeyPath = ()) -> None:
+        super().__init__(message)
+        self.message, self.line, self.path = message, line, path
+
+
+class _Reader:
+    """Turns one YAML text into plain data and notes the line of every key."""
+
+    def __init__(self) -> None:
+        self.lines: dict[KeyPath, int] = {}
+        self._yaml = YAML(typ="safe", pure=True)
+        self._open: list[Node] = []
+        self._count = 0
+
+    def read(self, text: str) -> Any:
+        try:
+            node = self._yaml.compose(text)
+            if node is None:
+                return None
+            self.lines[()] = node.start_mark.line + 1
+            return self._convert(node, ())
+        except MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            reason = " ".join(str(error.problem or error.context).split())
+            raise _Problem(f"this is not valid YAML: {reason}", None if mark is None else mark.line + 1) from error
+        except ReaderError as error:
+            position = error.position if isinstance(error.position, int) else 0
+            line = text.count("\n", 0, position) + 1
+            raise _Problem(f"this is not valid YAML: character {error.character!r} is not allowed", line) from error
+        except YAMLError as error:
+            raise _Problem(f"this is not valid YAML: {' '.join(str(error).split())}") from error
+        except RecursionError as error:
+            raise _Problem("this is nested too deeply to be a task") from error
+
+    def _convert(self, node: Node, path: KeyPath) -> Any:
+        line = node.start_mark.line + 1
+        self._count += 1
+        if self._count > _MAX_NODES or any(node is parent for parent in self._open):
+            raise _Problem("an alias (*) repeats too much or contains itself, expected plain values", line, path)
+        self._open.append(node)
+        try:
+            if isinstance(node, ScalarNode):
+                return self._scalar(node, path)
+            if isinstance(node, SequenceNode) and node.tag == f"{_TAG}seq":
+                return [self._convert(item, path) for item in node.value]
+            if isinstance(node, MappingNode) and node.tag == f"{_TAG}map":
+                return self._mapping(node, path)
+        finally:
+            self._open.pop()
+        raise _Problem(f"found the YAML tag {node.tag}, expected a plain value", line, path)
+
+    def _mapping(self, node: MappingNode, path: KeyPath) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            line = key_node.start_mark.line + 1
+            if not isinstance(key_node, ScalarNode) or key_node.tag != f"{_TAG}str":
+                raw = f" {key_node.value}" if isinstance(key_node, ScalarNode) else ""
+                raise _Problem(f"found the key{raw}, expected a name; quote it if it is one", line, path)
+            key = str(key_node.value)
+            below = (*path, key)
+            if key in result:
+                raise _Problem(f"this key is given twice, first in line {self.lines[below]}", line, below)
+            self.lines[below] = line
+            result[key] = self._convert(value_node, below)
+        return result
+
+    def _scalar(self, node: ScalarNode, path: KeyPath) -> Any:
+        if node.tag not in _SCALARS:
+            if str(node.tag).startswith(f"{_TAG}timestamp"):
+                return str(node.value)
+            raise _Problem(f"found the YAML tag {node.tag}, expected a plain value", node.start_mark.line + 1, path)
+        try:
+            return self._yaml.constructor.construct_object(node)
+        except (ValueError, ConstructorError) as error:
+            raise _Problem(
+                f"found {str(node.value)[:40]}, expected a number", node.start_mark.line + 1, path
+            ) from error
+
+
+def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any], Origins]:
+    """Return a task file with overrides applied, as plain data, and where each key came from.
+
+    Args:
+        path: the task file, UTF-8.
+        overrides: ``key.path=value`` each, the value in YAML; the last one for a key wins.
+
+    Raises:
+        TaskError: the file cannot be read, is not YAML, is not a mapping, or an override does not fit.
+    """
+    reader = _Reader()
+    try:
+        data = reader.read(_read_text(path))
+    except _Problem as problem:
+        key = ".".join(problem.path) or None
+        raise TaskError(problem.message, file=path, line=problem.line, key=key) from problem.__cause__
+    if data is None:
+        raise TaskError("this file is empty, expected the keys of a task", file=path, line=1)
+    if not isinstance(data, dict):
+        kind = "a list" if isinstance(data, list) else "a single value"
+        raise TaskError(f"found {kind}, expected the keys of a task", file=path, line=reader.lines[()])
+    places = {key_path: Origin(line=line) for key_path, line in reader.lines.items()}
+    for override in overrides:
+        _apply(override, data, places)
+    return data, Origins(file=path, places=places)
+
+
+def _read_text(path: Path) -> str:
+    if path.is_dir():
+        raise TaskError("this is a folder, expected a task file", file=path)
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError as error:
+        raise TaskError("there is no such file, expected a task file", file=path) from error
+    except OSError as error:
+        raise TaskError(f"this file cannot be read ({error.strerror}), expected a task file", file=path) from error
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise TaskError("found bytes that are not UTF-8, expected a text file", file=path, line=line) from error
+
+
+def _apply(override: str, data: dict[str, Any], places: dict[KeyPath, Origin]) -> None:
+    dotted, equals, text = override.partition("=")
+    path = tuple(part.strip() for part in dotted.split("."))
+    if not equals or not all(path):
+        raise TaskError(
+            f"found --set {override}, expected key.path=value, for example --set horizon.intervals=30",
+            key=dotted.strip() or None,
+        )
+    try:
+        value = _Reader().read(text)
+    except _Problem as problem:
+        raise TaskError(f"{problem.message} (from --set {override})", key=".".join(path)) from problem.__cause__
+    origin = Origin(override=override)
+    parent = data
+    for end, part in enumerate(path[:-1], start=1):
+        if parent.get(part) is None:
+            parent[part] = {}
+            places[path[:end]] = origin
+        if not isinstance(parent[part], dict):
+            raise TaskError(
+                f"'{'.'.join(path[:end])}' holds a value, expected keys below it (from --set {override})",
+                key=".".join(path),
+            )
+        parent = parent[part]
+    parent[path[-1]] = value
+    for known in [known for known in places if known[: len(path)] == path]:
+        del places[known]
+    places[path] = origin

@@ -1,0 +1,105 @@
+"""Value types shared by all parts of a task file: strict finite numbers, names, bounds."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+
+class Section(BaseModel):
+    """Base of all parts of a task: frozen, closed against unknown keys, no conversion of text to numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def expected(what: str) -> PydanticCustomError:
+    """Return the error "found ..., expected `what`"; the value found is added where the error is reported."""
+    return PydanticCustomError("expected", "expected {what}", {"what": what})
+
+
+def conflict(at: tuple[str, ...], sentence: str) -> PydanticCustomError:
+    """Return an error about keys that contradict each other; `at` is the key to blame, below the validated model."""
+    return PydanticCustomError("conflict", "{sentence}", {"sentence": sentence, "at": at})
+
+
+def is_number(value: Any) -> bool:
+    """Return whether `value` is an int or float (not a bool) that is no NaN and fits a float."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return not math.isnan(float(value))
+    except OverflowError:
+        return False
+
+
+_BOUNDS = "two numbers [lower, upper] with lower < upper (null for no limit on that side)"
+
+
+def _read_bounds(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise expected(_BOUNDS)
+    lower = -math.inf if value[0] is None else value[0]
+    upper = math.inf if value[1] is None else value[1]
+    if not (is_number(lower) and is_number(upper) and lower < upper):
+        raise expected(_BOUNDS)
+    return float(lower), float(upper)
+
+
+def _read_symmetric_bounds(value: Any) -> tuple[float, float]:
+    if isinstance(value, list | tuple):
+        return _read_bounds(value)
+    if not is_number(value) or value <= 0:
+        raise expected(f"a number greater than 0, meaning plus or minus that number, or {_BOUNDS}")
+    return -float(value), float(value)
+
+
+def _write_bounds(bounds: tuple[float, float]) -> list[float | None]:
+    return [None if math.isinf(bound) else bound for bound in bounds]
+
+
+_BOUNDS_SCHEMA: dict[str, Any] = {
+    "type": "array",
+    "prefixItems": [{"type": ["number", "null"]}, {"type": ["number", "null"]}],
+    "minItems": 2,
+    "maxItems": 2,
+}
+
+Name = Annotated[str, Field(min_length=1)]
+"""Name of a joint, coordinate, frame, contact or control."""
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+"""A finite number; text and booleans are refused."""
+
+NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+"""A finite number, at least zero."""
+
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+"""A finite number greater than zero."""
+
+Count = Annotated[int, Field(strict=True, ge=1)]
+"""A whole number, at least one."""
+
+Bounds = Annotated[
+    tuple[float, float],
+    BeforeValidator(_read_bounds),
+    PlainSerializer(_write_bounds, when_used="json"),
+    WithJsonSchema(_BOUNDS_SCHEMA),
+]
+"""``[lower, upper]``; null (in Python an infinity) stands for no limit on that side."""
+
+SymmetricBounds = Annotated[
+    tuple[float, float],
+    BeforeValidator(_read_symmetric_bounds),
+    PlainSerializer(_write_bounds, when_used="json"),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, _BOUNDS_SCHEMA]}),
+]
+"""`Bounds`, or one positive number b for ``[-b, b]``."""
+
+Values = dict[Name, Number]
+"""Name of a coordinate -> value in its own unit."""
+
+Weights = dict[Name, NonNegative]
+"""Name of a coordinate or control -> weight of its square."""

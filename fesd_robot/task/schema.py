@@ -1,0 +1,96 @@
+"""The task: everything a user says about one motion, keyed by name, in SI units and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, PrivateAttr, model_validator
+
+from fesd_robot.errors import TaskError
+from fesd_robot.task.fields import Name, Section, conflict
+from fesd_robot.task.method import Method, Output, Solver
+from fesd_robot.task.motion import Costs, Goal, Horizon, Initial, Jumps, Limits, Line, Reference
+from fesd_robot.task.origins import Origins
+from fesd_robot.task.scene import EXAMPLE_ROBOT_PREFIX, Plane, PointContact, Robot
+
+
+class Task(Section):
+    """One motion to plan: robot, ground, contacts, horizon, goal, and how to solve for it."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = Field(
+        description="Name of the task; files are named after it, so letters, digits, '_', '-' and '.' only."
+    )
+    robot: Robot = Field(description="The robot: its model, root, armature and actuators.")
+    ground: Plane = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
+    contacts: dict[Name, PointContact] = Field(
+        min_length=1, description="Name of a contact -> the point of the robot that may touch the ground."
+    )
+    horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
+    initial: Initial = Field(default_factory=Initial, description="State at time 0, m, rad, m/s, rad/s.")
+    goal: Goal = Field(
+        default_factory=Goal,
+        description="State wanted at the end, m, rad, m/s, rad/s; default: at rest where the motion began.",
+    )
+    reference: Reference = Field(
+        default_factory=lambda: Line(type="line"),
+        description="Motion that the costs compare with and the solver starts from; default: a straight line.",
+    )
+    costs: Costs = Field(default_factory=Costs, description="Weights of the cost.")
+    limits: Limits = Field(default_factory=Limits, description="Limits that replace those of the robot model.")
+    method: Method = Field(default_factory=Method, description="How the motion is discretised.")
+    solver: Solver = Field(default_factory=Solver, description="How the resulting problem is solved.")
+    output: Output = Field(default_factory=Output, description="Which optional files are written.")
+
+    _origins: Origins = PrivateAttr(default_factory=Origins)
+
+    @model_validator(mode="after")
+    def _jumps_fit(self) -> Task:
+        if isinstance(self.reference, Jumps) and self.reference.count > self.horizon.intervals:
+            raise conflict(
+                ("reference", "count"),
+                f"found {self.reference.count} jumps, expected at most one per control interval "
+                f"({self.horizon.intervals})",
+            )
+        return self
+
+    @property
+    def source_path(self) -> Path | None:
+        """The file this task was loaded from, None for a task made in Python."""
+        return self._origins.file
+
+    @property
+    def origins(self) -> Origins:
+        """Where each key came from."""
+        return self._origins
+
+    def with_origins(self, origins: Origins) -> Task:
+        """Return the same task that remembers where its keys came from."""
+        task = self.model_copy()
+        task._origins = origins
+        return task
+
+    def error(self, key_path: Sequence[str] | str, message: str) -> TaskError:
+        """Return the error about one key, with the file and line of the key or of its nearest parent.
+
+        Args:
+            key_path: dotted text, or the keys one by one (needed if a name contains a dot).
+            message: what was found and what was expected, one sentence without a full stop.
+        """
+        path = tuple(key_path.split(".")) if isinstance(key_path, str) else tuple(key_path)
+        return self._origins.error(path, message)
+
+    def locate_model(self) -> Path | str:
+        """Return the path of the robot's model file, or the text ``example-robot-data:NAME`` unchanged.
+
+        Raises:
+            TaskError: there is no such file.
+        """
+        if self.robot.model.startswith(EXAMPLE_ROBOT_PREFIX):
+            return self.robot.model
+        folder = self.source_path.parent if self.source_path is not None else Path()
+        path = folder / self.robot.model
+        if not path.is_file():
+            raise self.error("robot.model", f"found '{self.robot.model}', but there is no file {path}")
+        return path
