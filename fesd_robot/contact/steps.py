@@ -8,7 +8,7 @@ from typing import Literal
 
 import casadi as ca
 
-from fesd_robot.dcs import ComplementaritySystem, heaviside
+from fesd_robot.dcs import ComplementaritySystem, Exclusion, heaviside
 
 
 @dataclass(frozen=True)
@@ -111,6 +111,8 @@ def step_contact_system(
     gap_state = ca.SX.sym("p", len(contacts) if options.gap == "integrated" else 0)
 
     alpha, switching, step_names, lifted = [], [], [], []
+    exclusions: list[Exclusion] = []
+    lifted_beta: list[ca.SX] = []
     free_share: dict[int, ca.SX] = {}
     theta_ode: ca.SX = ca.SX(1)
     theta_exact, theta_error = ca.SX(1), []
@@ -122,10 +124,11 @@ def step_contact_system(
         gate = 1 - at_gap if options.gate else ca.SX(1)
         beta = ca.SX.sym(f"beta{i}")
         if options.gate:
-            free_share[len(alpha) + 1] = 1 - beta
+            free_share[len(alpha) + 1] = 1 - beta if not __import__("os").environ.get("OLD") else closing
         alpha += [at_gap, closing]
         switching += [gap, gate * ca.dot(contact.normal, v)]
         step_names += [f"{contact.name} gap", f"{contact.name} normal velocity"]
+        lifted_beta.append(beta)
         lifted.append((f"beta[{contact.name}]", beta, (1 - at_gap) * (1 - closing)))
         theta_exact *= 1 - (1 - at_gap) * (1 - closing)
         theta_error.append(beta - (1 - at_gap) * (1 - closing))
@@ -155,7 +158,19 @@ def step_contact_system(
     ]
     state = ca.vertcat(q, v, clock, gap_state)
     n_after = 1 + gap_state.numel()
+    if options.gate:
+        for i, contact in enumerate(contacts):
+            plus, minus = theta_auxiliary[i]
+            beta = lifted_beta[i]
+            vn, vt = ca.dot(contact.normal, v), ca.dot(contact.tangent, v)
+            exclusions += [
+                Exclusion("vn>0", vn, beta, boundary_only=True),
+                Exclusion("vn<0", -vn, beta, 1 - beta, boundary_only=True),
+                Exclusion("vt<0", -vt, plus, boundary_only=True),
+                Exclusion("vt>0", vt, minus, boundary_only=True),
+            ]
     system = heaviside(
+        exclusions=exclusions,
         state=state,
         control=ca.vertcat(u, speed),
         parameters=parameters,

@@ -1,6 +1,6 @@
 """Nonsmooth systems and their complementarity form."""
 
 from fesd_robot.dcs.heaviside import heaviside
-from fesd_robot.dcs.system import ComplementaritySystem
+from fesd_robot.dcs.system import ComplementaritySystem, Exclusion
 
-__all__ = ["ComplementaritySystem", "heaviside"]
+__all__ = ["ComplementaritySystem", "Exclusion", "heaviside"]

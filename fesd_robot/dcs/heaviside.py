@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs.system import ComplementaritySystem
+from fesd_robot.dcs.system import ComplementaritySystem, Exclusion
 from fesd_robot.errors import DimensionError
 
 
@@ -22,6 +22,7 @@ def heaviside(
     mass_matrix: ca.SX | None = None,
     lifted: Sequence[tuple[str, ca.SX, ca.SX]] = (),
     negative_partner: Mapping[int, ca.SX] | None = None,
+    exclusions: Sequence[Exclusion] = (),
     selection_weight: float = 0.0,
     state_names: Sequence[str] | None = None,
     control_names: Sequence[str] | None = None,
@@ -94,5 +95,6 @@ def heaviside(
         control_names=list(control_names or [f"u{i}" for i in range(control.numel())]),
         algebraic_names=[f"{kind}[{s}]" for kind in ("alpha", "lambda_n", "lambda_p") for s in steps]
         + [name for name, _, _ in lifted],
+        exclusions=exclusions,
         pair_names=[f"lambda_n _|_ alpha [{s}]" for s in steps] + [f"lambda_p _|_ 1 - alpha [{s}]" for s in steps],
     )

@@ -12,6 +12,21 @@ from fesd_robot.errors import DimensionError
 
 
 @dataclass(frozen=True)
+class Exclusion:
+    """Where level(x) > 0, share(z) = 0 (or rest(z) = 0): level * share * rest <= 0 with share, rest >= 0.
+
+    The level is a function of the state, so its values at the left boundary of an element need no variable. Within a
+    finite element the condition is held between every point and every stage.
+    """
+
+    name: str
+    level: ca.SX
+    share: ca.SX
+    rest: ca.SX | None = None
+    boundary_only: bool = False
+
+
+@dataclass(frozen=True)
 class ComplementaritySystem:
     """E(x) x' = f(x, u, z, p), 0 = g(x, u, z, p), 0 <= a(z) complementary to b(z) >= 0.
 
@@ -27,6 +42,7 @@ class ComplementaritySystem:
         algebraic_lower, algebraic_upper: bounds of z.
         selection: cost added at every stage, not multiplied by a step; picks one z where several are valid.
         guess: (x, u, p) -> z, numbers consistent with the state.
+        exclusions: further conditions between state and algebraic variables.
         state_names, control_names, algebraic_names, pair_names: one name an entry.
 
     Raises:
@@ -50,6 +66,7 @@ class ComplementaritySystem:
     control_names: Sequence[str]
     algebraic_names: Sequence[str]
     pair_names: Sequence[str]
+    exclusions: Sequence[Exclusion] = ()
 
     def __post_init__(self) -> None:
         n_x, n_u, n_z, n_pairs = (

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import os
 import casadi as ca
+_SCALE=float(os.environ.get("SC","1"))
 
+from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.options import CrossComplementarity
 
 
@@ -34,3 +37,25 @@ def cross_pairs(
     if mode == "theta_sum":
         return [(f"stage {k}", a, sum_b) for k, a in enumerate(multipliers)]
     return [("sum", sum(multipliers[1:], multipliers[0]), sum_b)]
+
+
+def excluded_pairs(
+    system: ComplementaritySystem, points: Sequence[ca.SX], stages: int
+) -> list[tuple[str, ca.SX, ca.SX]]:
+    """Return (where, G, H) with G H <= 0 of the system's exclusions in one element: level(x_k) * sum_j share * sum_j rest.
+
+    Args:
+        points: (x, z) at the left boundary and at the points of the element.
+    """
+    n_x = system.state.numel()
+    found = []
+    for exclusion in system.exclusions:
+        level = ca.Function("level", [system.state], [exclusion.level])
+        rest = exclusion.rest if exclusion.rest is not None else ca.SX(1 / stages)
+        parts = ca.Function("parts", [system.algebraic], [exclusion.share, rest])
+        sums = [parts(point[n_x:]) for point in points[1:]]
+        share, others = sum(s for s, _ in sums), sum(r for _, r in sums)
+        found += [
+            (f"{exclusion.name}, point {k}", _SCALE * level(point[:n_x]) * others, share) for k, point in enumerate(points[:1] if exclusion.boundary_only else points)
+        ]
+    return found

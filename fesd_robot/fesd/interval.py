@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
-from fesd_robot.fesd.cross import cross_pairs
+from fesd_robot.fesd.cross import cross_pairs, excluded_pairs
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 
@@ -49,6 +50,7 @@ class IntervalFunctions:
     cost_names: list[str]
     constraint_names: list[str]
     pair_names: list[str]
+    one_sided: np.ndarray
 
 
 def layout_of(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> IntervalLayout:
@@ -89,6 +91,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
 
     equations: list[tuple[str, ca.SX]] = []
     pairs: list[tuple[str, ca.SX, ca.SX]] = []
+    exclusions: list[tuple[str, ca.SX, ca.SX]] = []
     steps = [own[layout.step(n)] for n in range(elements)]
     integral, chosen = ca.SX.zeros(len(ocp.running_cost), 1), ca.SX(0)
     boundary = left
@@ -113,6 +116,10 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
             [a for a, _ in all_sides], [b for _, b in all_sides[1:]], options.cross_complementarity
         )
         pairs += [(f"element {n}, {where}", a, b) for where, a, b in found]
+        exclusions += [
+            (f"element {n}, {where}", level, share)
+            for where, level, share in excluded_pairs(system, [boundary, *points], tableau.stages)
+        ]
         boundary = points[-1]
     equations.append(("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
     equations.append(("end of interval", interval_end(boundary[:n_x], p)))
@@ -135,14 +142,16 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
             [
                 ca.sum1(cost),
                 ca.vertcat(*[row for _, row in equations]),
-                ca.vertcat(*[a for _, a, _ in pairs]),
-                ca.vertcat(*[b for _, _, b in pairs]),
+                ca.vertcat(*[a for _, a, _ in pairs + exclusions]),
+                ca.vertcat(*[b for _, _, b in pairs + exclusions]),
             ],
         ),
         cost_terms=ca.Function("cost_terms", [w, p], [cost]),
         cost_names=list(terms),
         constraint_names=_labels(ocp, equations),
-        pair_names=[f"{name}, {where}" for where, a, _ in pairs for name in system.pair_names[: a.numel()]],
+        pair_names=[f"{name}, {where}" for where, a, _ in pairs for name in system.pair_names[: a.numel()]]
+        + [where for where, _, _ in exclusions],
+        one_sided=np.array([False] * sum(a.numel() for _, a, _ in pairs) + [True] * len(exclusions)),
     )
 
 

@@ -98,6 +98,7 @@ class Transcription:
                     upper=np.zeros(n_g),
                     constraint_names=functions.constraint_names,
                     pair_names=functions.pair_names,
+                    one_sided=functions.one_sided,
                 )
             )
         blocks.append(self._terminal_block())

@@ -103,13 +103,12 @@ def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _Bloc
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
         part[row]
-        for part in (G, H)
-        for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper))
+        for part, free in ((G, block.sign_free), (H, np.zeros(len(block.sign_free), bool)))
+        for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
         if not implied
     ]
     relaxed = relaxation(G, H, sigma)
     rows = ca.vertcat(g, relaxed, *signs)
-    free = np.full(len(signs), np.inf)
     multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
     jacobian = ca.jacobian(rows, w)
     hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), w)[0])
@@ -121,7 +120,7 @@ def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _Bloc
         jacobian_sparsity=jacobian.sparsity(),
         hessian_sparsity=hessian.sparsity(),
         lower=np.concatenate([block.lower, np.full(relaxed.numel(), -np.inf), np.zeros(len(signs))]),
-        upper=np.concatenate([block.upper, np.zeros(relaxed.numel()), free]),
+        upper=np.concatenate([block.upper, np.zeros(relaxed.numel()), np.full(len(signs), np.inf)]),
     )
 
 

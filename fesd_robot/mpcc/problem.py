@@ -23,6 +23,8 @@ class Block:
         parameters: values of p, shape (n_p, K).
         lower, upper: bounds of g, shape (n_g,).
         constraint_names, pair_names: one name per row of g and per pair.
+        one_sided: which pairs ask for H >= 0 and G H <= 0 only, with G of any sign (vanishing constraints); none if
+            omitted.
 
     Raises:
         DimensionError: a shape does not fit the function's.
@@ -36,6 +38,7 @@ class Block:
     upper: np.ndarray
     constraint_names: Sequence[str]
     pair_names: Sequence[str]
+    one_sided: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         n_w, n_p = self.function.size1_in(0), self.function.size1_in(1)
@@ -49,10 +52,16 @@ class Block:
             ("upper", self.upper.shape, (n_g,)),
             ("constraint_names", (len(self.constraint_names),), (n_g,)),
             ("pair_names", (len(self.pair_names),), (n_pairs,)),
+            ("one_sided", self.sign_free.shape, (n_pairs,)),
             ("H", (self.function.size1_out(3),), (n_pairs,)),
         ):
             if found != expected:
                 raise DimensionError(f"block '{self.function.name()}': {what} has shape {found}, expected {expected}")
+
+    @property
+    def sign_free(self) -> np.ndarray:
+        """Which pairs are one-sided, (n_pairs,)."""
+        return np.zeros(len(self.pair_names), dtype=bool) if self.one_sided is None else self.one_sided
 
     @property
     def copies(self) -> int:
@@ -187,7 +196,7 @@ class Mpcc:
             objective += float(f.sum())
             rows = (
                 (np.maximum(block.lower[:, None] - g, g - block.upper[:, None]), block.constraint_names),
-                (-G, block.pair_names),
+                (np.where(block.sign_free[:, None], -np.inf, -G), block.pair_names),
                 (-H, block.pair_names),
             )
             for excess, labels in rows:
@@ -197,7 +206,7 @@ class Mpcc:
                     worst = f"{labels[row]} in {block.copy_names[copy]}"
             if G.size:
                 natural = max(natural, float(np.minimum(G, H).max()))
-                products = G * H
+                products = np.maximum(G, 0.0) * H
                 if products.max() > product:
                     row, copy = np.unravel_index(int(np.argmax(products)), products.shape)
                     product = float(products.max())

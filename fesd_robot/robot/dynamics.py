@@ -85,7 +85,7 @@ def mass_matrix(robot: Robot, q: ca.SX) -> ca.SX:
     Raises:
         DimensionError: if q has the wrong shape.
 
-    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.2.
     """
     q = column("q", q, robot.model.nq)
     links = robot.tree.links
@@ -137,7 +137,7 @@ def kinetic_energy(robot: Robot, q: ca.SX, v: ca.SX) -> ca.SX:
     Raises:
         DimensionError: if q or v has the wrong shape.
 
-    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), equation 2.67.
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 2.13.
     """
     q, v = column("q", q, robot.model.nq), column("v", v, robot.model.nv)
     twice = ca.dot(ca.sparsify(ca.DM(robot.model.armature)) * v, v)

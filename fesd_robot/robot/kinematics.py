@@ -29,7 +29,7 @@ def frame_placement(robot: Robot, q: ca.SX, frame_name: str) -> tuple[ca.SX, ca.
         RobotError: if the robot has no such frame.
         DimensionError: if q has the wrong shape.
 
-    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 4.1.
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 4.2.
     """
     frame = robot.model.frames[robot.frame_id(frame_name)]
     steps = _walk(robot, column("q", q, robot.model.nq), frame.parentJoint)
@@ -56,7 +56,7 @@ def frame_velocity(robot: Robot, q: ca.SX, v: ca.SX, frame_name: str) -> tuple[c
         RobotError: if the robot has no such frame.
         DimensionError: if q or v has the wrong shape.
 
-    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), equation 4.20, in world axes.
+    Source: Siciliano, Sciavicco, Villani, Oriolo, Robotics: Modelling, Planning and Control (2009), section 3.1.
     """
     frame = robot.model.frames[robot.frame_id(frame_name)]
     v = column("v", v, robot.model.nv)
@@ -87,7 +87,7 @@ def frame_jacobian(robot: Robot, q: ca.SX, frame_name: str) -> ca.SX:
         RobotError: if the robot has no such frame.
         DimensionError: if q has the wrong shape.
 
-    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 4.3, in world axes.
+    Source: Siciliano, Sciavicco, Villani, Oriolo, Robotics: Modelling, Planning and Control (2009), section 3.1.
     """
     frame = robot.model.frames[robot.frame_id(frame_name)]
     steps = _walk(robot, column("q", q, robot.model.nq), frame.parentJoint)

@@ -167,11 +167,21 @@ def _build(path: Path, build: Callable[[pin.JointModel | None], pin.Model], root
         except Exception as error:
             said = " ".join([*complaints(), _last_sentence(str(error))])
             raise RobotError(f"{path} cannot be read: {said.removesuffix('.')}.") from error
-    free = [index for index in range(1, model.njoints) if model.joints[index].shortname() == "JointModelFreeFlyer"]
-    own = [model.names[index] for index in free if model.parents[index] == 0 and model.names[index] != _ROOT_JOINT]
-    if root != "fixed" and own:
-        raise RobotError(f"{path} has its own free root joint '{own[0]}'; set root to 'fixed' instead of '{root}'.")
+    if root != "fixed":
+        _refuse_second_root(path, model, root)
     return model
+
+
+def _refuse_second_root(path: Path, model: pin.Model, root: Root) -> None:
+    """Raise if the file floats already: a free joint on the world, or on a root that carries nothing itself."""
+    for index in range(1, model.njoints):
+        parent = model.parents[index]
+        on_root = parent == 0 or (model.names[parent] == _ROOT_JOINT and model.inertias[parent].mass == 0.0)
+        is_free = model.joints[index].shortname() == "JointModelFreeFlyer"
+        if is_free and on_root and model.names[index] != _ROOT_JOINT:
+            raise RobotError(
+                f"{path} has its own free root joint '{model.names[index]}'; set root to 'fixed' instead of '{root}'."
+            )
 
 
 def _build_urdf(path: Path, root_joint: pin.JointModel | None, leaders: Mapping[str, str]) -> pin.Model:

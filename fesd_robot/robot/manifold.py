@@ -27,7 +27,7 @@ def configuration_derivative(robot: Robot, q: ca.SX, v: ca.SX) -> ca.SX:
     Raises:
         DimensionError: if q or v has the wrong shape.
 
-    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), table 4.1 and equation 4.13.
+    Source: Featherstone, Rigid Body Dynamics Algorithms (2008), table 4.1 and section 4.5.
     """
     q, v = column("q", q, robot.model.nq), column("v", v, robot.model.nv)
     result = ca.SX(robot.model.nq, 1)

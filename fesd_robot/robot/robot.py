@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -47,20 +47,20 @@ class Robot:
     source: Path
     format: Format
     package_directories: tuple[Path, ...]
-    model: pin.Model
-    tree: Tree
+    model: pin.Model = field(repr=False)
+    tree: Tree = field(repr=False)
     configuration_names: list[str]
     velocity_names: list[str]
-    lower_position: np.ndarray
-    upper_position: np.ndarray
-    velocity_limit: np.ndarray
-    effort_limit: np.ndarray
-    frame_names: list[str]
-    neutral: np.ndarray
+    lower_position: np.ndarray = field(repr=False)
+    upper_position: np.ndarray = field(repr=False)
+    velocity_limit: np.ndarray = field(repr=False)
+    effort_limit: np.ndarray = field(repr=False)
+    frame_names: list[str] = field(repr=False)
+    neutral: np.ndarray = field(repr=False)
     notes: tuple[str, ...]
 
     def frame_id(self, name: str) -> int:
-        """Return Pinocchio's index of the frame called `name`.
+        """Return Pinocchio's index of the frame called `name`; a link or site goes before a joint of the same name.
 
         Raises:
             RobotError: if there is none, naming the nearest one, or if several at different places share the name.
@@ -69,6 +69,8 @@ class Robot:
         found = [index for index in range(self.model.nframes) if frames[index].name == name]
         if not found:
             raise RobotError(f"Robot '{self.name}' has no frame '{name}'{nearest(name, self.frame_names)}.")
+        joints = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+        found = [index for index in found if frames[index].type not in joints] or found
         first = frames[found[0]]
         for index in found[1:]:
             other = frames[index]

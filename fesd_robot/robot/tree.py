@@ -23,8 +23,6 @@ from fesd_robot.robot.joints import (
     UnboundedRevolute,
 )
 
-_AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
-
 
 @dataclass(frozen=True, eq=False)
 class Link:
@@ -193,23 +191,20 @@ def _link(placed: _Placed, joint: Joint, mass: float, first_moment: np.ndarray, 
 
 
 def _joint(name: str, model: pin.JointModel) -> Joint:
-    """Return the counterpart of Pinocchio's joint, read from its type and, for a follower, from its motion subspace."""
+    """Return the counterpart of Pinocchio's joint."""
     kind = model.shortname().removeprefix("JointModel")
     if kind == "Mimic":
-        return _follower(name, model)
-    axis = getattr(model.extract(), "axis", None)
-    if kind in ("RX", "RY", "RZ"):
-        return Revolute(_AXES[kind[-1]])
-    if kind in ("RUBX", "RUBY", "RUBZ"):
-        return UnboundedRevolute(_AXES[kind[-1]])
-    if kind in ("PX", "PY", "PZ"):
-        return Prismatic(_AXES[kind[-1]])
-    if kind == "RevoluteUnaligned":
-        return Revolute(np.array(axis))
-    if kind == "RevoluteUnboundedUnaligned":
-        return UnboundedRevolute(np.array(axis))
-    if kind == "PrismaticUnaligned":
-        return Prismatic(np.array(axis))
+        multiplier = model.extract().scaling
+        if multiplier == 0.0:
+            raise RobotError(f"Joint '{name}' mimics another one with multiplier 0; make it a fixed joint.")
+        linear, angular = _directions(model)
+        return Revolute(angular / multiplier) if np.any(angular) else Prismatic(linear / multiplier)
+    if kind in ("RX", "RY", "RZ", "RevoluteUnaligned"):
+        return Revolute(_directions(model)[1])
+    if kind in ("RUBX", "RUBY", "RUBZ", "RevoluteUnboundedUnaligned"):
+        return UnboundedRevolute(_directions(model)[1])
+    if kind in ("PX", "PY", "PZ", "PrismaticUnaligned"):
+        return Prismatic(_directions(model)[0])
     whole: dict[str, type[Translation | Spherical | Planar | FreeFlyer]] = {
         "Translation": Translation,
         "Spherical": Spherical,
@@ -221,11 +216,9 @@ def _joint(name: str, model: pin.JointModel) -> Joint:
     raise RobotError(f"Joint '{name}' is of type {kind}, which is not supported.")
 
 
-def _follower(name: str, model: pin.JointModel) -> Joint:
-    multiplier = model.extract().scaling
-    if multiplier == 0.0:
-        raise RobotError(f"Joint '{name}' mimics another one with multiplier 0; make it a fixed joint.")
+def _directions(model: pin.JointModel) -> tuple[np.ndarray, np.ndarray]:
+    """Return the linear and the angular part of the motion subspace of a joint with one degree of freedom."""
     data = model.createData()
-    model.calc(data, np.zeros(model.idx_q + 1), np.zeros(model.idx_v + 1))
-    subspace = np.array(data.S).reshape(6) / multiplier
-    return Revolute(subspace[3:]) if np.any(subspace[3:]) else Prismatic(subspace[:3])
+    model.calc(data, np.zeros(model.idx_q + 2), np.zeros(model.idx_v + 1))
+    subspace = np.array(data.S).reshape(6)
+    return subspace[:3], subspace[3:]

@@ -2,38 +2,30 @@
 
 from __future__ import annotations
 
+from fesd_robot.robot.joints import Prismatic
 from fesd_robot.robot.robot import Robot
 
-_ENDINGS = {
-    "x": "m",
-    "y": "m",
-    "z": "m",
-    "vx": "m/s",
-    "vy": "m/s",
-    "vz": "m/s",
-    "wx": "rad/s",
-    "wy": "rad/s",
-    "wz": "rad/s",
-}
+_LENGTHS = (".x", ".y", ".z", ".vx", ".vy", ".vz")
 
 
 def configuration_units(robot: Robot) -> dict[str, str]:
-    """Return name -> ``m``, ``rad`` or ``1`` (cosines, sines, quaternion components)."""
-    units = {}
-    for name in robot.configuration_names:
-        ending = name.rsplit(".", 1)[-1] if name not in robot.velocity_names else ""
-        units[name] = _ENDINGS.get(ending, "1") if ending else ("m" if _slides(robot, name) else "rad")
+    """Return name -> ``m``, ``rad`` or ``1`` (cosines, sines, quaternion components), in the order of q."""
+    units = dict.fromkeys(robot.configuration_names, "")
+    for link in robot.tree.links:
+        if not link.mimics:
+            for entry, suffix in enumerate(link.joint.position_suffixes):
+                is_length = suffix in _LENGTHS or isinstance(link.joint, Prismatic)
+                is_unit = entry in link.joint.unit_entries
+                units[link.name + suffix] = "1" if is_unit else "m" if is_length else "rad"
     return units
 
 
 def velocity_units(robot: Robot) -> dict[str, str]:
-    """Return name -> ``m/s`` or ``rad/s``."""
-    joints = set(robot.model.names)
-    return {
-        name: ("m/s" if _slides(robot, name) else "rad/s") if name in joints else _ENDINGS[name.rsplit(".", 1)[-1]]
-        for name in robot.velocity_names
-    }
-
-
-def _slides(robot: Robot, joint: str) -> bool:
-    return "P" in robot.model.joints[robot.model.getJointId(joint)].shortname().removeprefix("JointModel")
+    """Return name -> ``m/s`` or ``rad/s``, in the order of v."""
+    units = dict.fromkeys(robot.velocity_names, "")
+    for link in robot.tree.links:
+        if not link.mimics:
+            for suffix in link.joint.velocity_suffixes:
+                is_length = suffix in _LENGTHS or isinstance(link.joint, Prismatic)
+                units[link.name + suffix] = "m/s" if is_length else "rad/s"
+    return units

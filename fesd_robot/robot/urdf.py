@@ -42,7 +42,7 @@ def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) 
     Args:
         path: the file.
         leaders: name of a mimic joint -> name of the joint it follows.
-        order: all moving joints as Pinocchio orders them: depth first, the children of a link sorted by name.
+        order: all moving joints as Pinocchio orders them: depth first, those on the same link sorted by name.
 
     Raises:
         RobotError: for a leader that does not exist, mimics itself, or comes after its follower; names both.
@@ -58,8 +58,8 @@ def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) 
             )
         if order.index(leader) > order.index(name):
             raise RobotError(
-                f"{path}: joint '{name}' mimics '{leader}', but Pinocchio, which sorts the children of a link by name, "
-                f"reads '{name}' first; rename the links, or make '{name}' a fixed joint."
+                f"{path}: joint '{name}' mimics '{leader}', but Pinocchio, which sorts the joints on a link by name, "
+                f"reads '{name}' first; rename them, or make '{name}' a fixed joint."
             )
 
 
