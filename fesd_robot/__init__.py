@@ -15,12 +15,12 @@ _HOME = {
     "load_task": "fesd_robot.task",
     "Task": "fesd_robot.task",
     "plan": "fesd_robot.planner",
-    "Plan": "fesd_robot.plan",
-    "read_plan": "fesd_robot.plan",
+    "Plan": "fesd_robot.plans",
+    "read_plan": "fesd_robot.plans",
 }
 
 if TYPE_CHECKING:
-    from fesd_robot.plan import Plan, read_plan
+    from fesd_robot.plans import Plan, read_plan
     from fesd_robot.planner import plan
     from fesd_robot.task import Task, load_task
 

@@ -12,11 +12,11 @@ from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.plan import assemble
-from fesd_robot.plan.audit import audit
-from fesd_robot.plan.physics import ContactPoint, NumericPhysics
-from fesd_robot.plan.plan import Audit, HomotopyStep, Plan, Statistics, Units
-from fesd_robot.plan.verdict import status_of
+from fesd_robot.plans import assemble
+from fesd_robot.plans.audit import audit
+from fesd_robot.plans.physics import ContactPoint, NumericPhysics
+from fesd_robot.plans.plan import Audit, HomotopyStep, Plan, Statistics, Units
+from fesd_robot.plans.verdict import status_of
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
 

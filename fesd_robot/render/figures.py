@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.plan.plan import ContactHistory, Plan
+from fesd_robot.plans.plan import ContactHistory, Plan
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.palette import BLACK, GREY, SERIES
 from fesd_robot.render.series import DPI, TEXT, draw_series, mark_times, name_panel, new_figure, small_multiples

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fesd_robot.plan.plan import Plan
+from fesd_robot.plans.plan import Plan
 from fesd_robot.render.palette import BLACK, MODES
 from fesd_robot.render.series import TEXT, new_figure
 

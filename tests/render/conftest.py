@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.plan.plan import (
+from fesd_robot.plans.plan import (
     ContactHistory,
     Impulse,
     Plan,

@@ -13,7 +13,7 @@ from matplotlib.patches import StepPatch
 from PIL import Image
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.plan.plan import Plan
+from fesd_robot.plans.plan import Plan
 from fesd_robot.render import build_figures, write_figures
 from fesd_robot.render.timeline import contact_phases
 

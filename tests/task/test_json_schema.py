@@ -6,17 +6,10 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-import pydantic
-import pytest
-
 from fesd_robot.task import task_json_schema, task_json_schema_text
 from fesd_robot.task.json_schema import SCHEMA_FILE
 
 
-@pytest.mark.skipif(
-    tuple(map(int, pydantic.VERSION.split(".")[:2])) < (2, 10),
-    reason="pydantic before 2.10 words the same schema otherwise",
-)
 def test_the_committed_schema_is_in_step() -> None:
     """`task.schema.json` is what the code would write; if not, write `task_json_schema_text()` to it."""
     assert json.loads(SCHEMA_FILE.read_text(encoding="utf-8")) == task_json_schema()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fesd_robot.mpcc import MpccSolution
-from fesd_robot.plan.plan import Audit, Status
+from fesd_robot.plans.plan import Audit, Status
 
 _HELP = {
     "iteration limit": "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",

@@ -13,8 +13,8 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from fesd_robot.contact import PhysicalMotion
-from fesd_robot.plan.physics import NumericPhysics
-from fesd_robot.plan.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
+from fesd_robot.plans.physics import NumericPhysics
+from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
 
 PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
 

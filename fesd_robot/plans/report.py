@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fesd_robot.plan.plan import Plan
+from fesd_robot.plans.plan import Plan
 
 _AUDIT_UNITS = {
     "min_gap": "m",

@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.plan.plan import Plan
-from fesd_robot.plan.report import report
+from fesd_robot.plans.plan import Plan
+from fesd_robot.plans.report import report
 
 PLAN_FILE = "plan.json"
 

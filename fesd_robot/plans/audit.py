@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fesd_robot.contact import PhysicalMotion
-from fesd_robot.plan.physics import NumericPhysics, split_contact_force
-from fesd_robot.plan.plan import Audit
+from fesd_robot.plans.physics import NumericPhysics, split_contact_force
+from fesd_robot.plans.plan import Audit
 
 TOLERANCES = {
     "min_gap": 1e-3,
