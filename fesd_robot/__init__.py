@@ -1,7 +1,7 @@
 """Plan robot motion through contact with finite elements with switch detection (FESD).
 
-    from fesd_robot import load_task, plan
-    result = plan(load_task("tasks/hopper_one_jump.yaml"))
+from fesd_robot import load_task, plan
+result = plan(load_task("tasks/hopper_one_jump.yaml"))
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ _HOME = {
 }
 
 if TYPE_CHECKING:
-    from fesd_robot.plans import Plan, read_plan
     from fesd_robot.planner import plan
+    from fesd_robot.plans import Plan, read_plan
     from fesd_robot.task import Task, load_task
 
 

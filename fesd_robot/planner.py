@@ -87,6 +87,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         tolerance=solver.tolerance,
         sigma_start=solver.sigma_start,
         sigma_factor=solver.sigma_factor,
+        rank_ratio=solver.velocity_relaxation,
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
         linear_solver=solver.linear_solver,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import casadi as ca
+import numpy as np
 
 from fesd_robot.contact.ground import Ground
-from fesd_robot.contact.steps import PlanarContact
+from fesd_robot.contact.model import PlanarContact
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
 
@@ -15,7 +16,7 @@ def point_contact(
 ) -> PlanarContact:
     """Return gap, normal and tangent directions of the origin of a frame over the ground.
 
-    f_c(q) = distance(p(q)), J_n = J_p^T n, J_t = J_p^T t with the translational, world-aligned Jacobian J_p of the frame.
+    f_c(q) = distance(p(q)), J_n = J_p^T n, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin.
 
     Args:
         configuration: q, SX symbols (n_q).
@@ -43,6 +44,6 @@ def point_contact(
     )
 
 
-def _constant(vector: object) -> ca.SX:
+def _constant(vector: np.ndarray) -> ca.SX:
     """A constant direction with structural zeros, so that they leave no trace in the expressions."""
-    return ca.sparsify(ca.SX(ca.DM(vector)))
+    return ca.sparsify(ca.SX(ca.DM(vector.tolist())))

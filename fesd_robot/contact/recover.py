@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.steps import Mechanics, PlanarContact, StepContactSystem
+from fesd_robot.contact.model import ContactSystem, Mechanics, PlanarContact
 from fesd_robot.contact.switches import Phase, SwitchRecord, switches_between
 from fesd_robot.fesd import Element, Tableau
 
@@ -77,7 +77,7 @@ def recover(
     tableau: Tableau,
     mechanics: Mechanics,
     contacts: Sequence[PlanarContact],
-    contact_system: StepContactSystem,
+    contact_system: ContactSystem,
     auxiliary_acceleration: float,
 ) -> PhysicalMotion:
     """Return the motion in physical time: frozen phases removed, both sides of an impact kept.
@@ -133,7 +133,7 @@ class _ElementReader:
         tableau: Tableau,
         mechanics: Mechanics,
         contacts: Sequence[PlanarContact],
-        contact_system: StepContactSystem,
+        contact_system: ContactSystem,
         auxiliary_acceleration: float,
     ) -> None:
         self.tableau = tableau
@@ -170,9 +170,7 @@ class _ElementReader:
         values = [self._shares(z) for z in element.z]
         theta = np.array([float(value[0]) for value in values])
         both = np.array([np.asarray(ca.DM(value[1]).full()).reshape(self.n_c, 2) for value in values])
-        push = self._strength * np.stack(
-            [both.sum(axis=2), self._friction * (both[:, :, 1] - both[:, :, 0])], axis=2
-        )
+        push = self._strength * np.stack([both.sum(axis=2), self._friction * (both[:, :, 1] - both[:, :, 0])], axis=2)
         stages = self.tableau.stages
         rate = theta * element.u[-1]
         advance = self.clock(element.x[-1]) - self.clock(element.x_left)

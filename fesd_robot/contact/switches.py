@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, cast
+from typing import Literal
 
 Kind = Literal["touchdown", "takeoff", "stick_to_slip", "slip_to_stick", "slip_reversal"]
 
 
 @dataclass(frozen=True)
 class Phase:
-    """From `start` (s) on the contacts are in these modes: ``flight``, ``stick``, ``slip+``, ``slip-``; ``impact`` lasts
-    no time, and an empty mode means that the contact takes no part in an impact."""
+    """From `start` (s) on the contacts are in these modes: ``flight``, ``stick``, ``slip+``, ``slip-``.
+
+    A phase of ``impact`` lasts no time; an empty mode in it means that the contact takes no part.
+    """
 
     start: float
     modes: list[str]
@@ -52,4 +54,4 @@ def _kinds(mode: str, following: str) -> list[Kind]:
         return []
     if mode == "stick":
         return ["stick_to_slip"]
-    return [cast(Kind, "slip_to_stick" if following == "stick" else "slip_reversal")]
+    return ["slip_to_stick" if following == "stick" else "slip_reversal"]

@@ -13,10 +13,16 @@ from fesd_robot.errors import DimensionError
 
 @dataclass(frozen=True)
 class Exclusion:
-    """Where level(x) > 0, share(z) = 0 (or rest(z) = 0): level * share * rest <= 0 with share, rest >= 0.
+    """Where level(x) > 0, share(z) = 0 or rest(z) = 0: max(level, 0) * share * rest = 0 with share, rest >= 0.
 
-    The level is a function of the state, so its values at the left boundary of an element need no variable. Within a
-    finite element the condition is held between every point and every stage.
+    Within a finite element the condition is held between every point and every stage. The level is a function of the
+    state, so that the left boundary of an element takes part without variables of its own.
+
+    Attributes:
+        name: what the condition forbids, for messages.
+        level, share, rest: SX in x, z, z; no `rest` means 1.
+        boundary_only: hold the condition for the left boundary of each element only.
+        rank: 0 decides where contact is, 1 what happens there; a homotopy may relax rank 1 further than rank 0.
     """
 
     name: str
@@ -24,6 +30,7 @@ class Exclusion:
     share: ca.SX
     rest: ca.SX | None = None
     boundary_only: bool = False
+    rank: int = 0
 
 
 @dataclass(frozen=True)
@@ -69,9 +76,7 @@ class ComplementaritySystem:
     exclusions: Sequence[Exclusion] = ()
 
     def __post_init__(self) -> None:
-        n_x, n_u, n_z, n_pairs = (
-            part.numel() for part in (self.state, self.control, self.algebraic, self.multiplier)
-        )
+        n_x, n_u, n_z, n_pairs = (part.numel() for part in (self.state, self.control, self.algebraic, self.multiplier))
         for what, found, expected in (
             ("mass_matrix", self.mass_matrix.shape, (n_x, n_x)),
             ("right_hand_side", self.right_hand_side.shape, (n_x, 1)),

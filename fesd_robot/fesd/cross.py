@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import os
 import casadi as ca
-_SCALE=float(os.environ.get("SC","1"))
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.options import CrossComplementarity
@@ -27,9 +25,7 @@ def cross_pairs(
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.2 (cross complementarity and its sparse and dense forms).
     """
     if mode == "stage_stage":
-        return [
-            (f"stages {k}, {j}", a, b) for k, a in enumerate(multipliers) for j, b in enumerate(partners, start=1)
-        ]
+        return [(f"stages {k}, {j}", a, b) for k, a in enumerate(multipliers) for j, b in enumerate(partners, start=1)]
     if mode == "lambda_sum":
         total = sum(multipliers[1:], multipliers[0])
         return [(f"stage {j}", total, b) for j, b in enumerate(partners, start=1)]
@@ -40,22 +36,34 @@ def cross_pairs(
 
 
 def excluded_pairs(
-    system: ComplementaritySystem, points: Sequence[ca.SX], stages: int
-) -> list[tuple[str, ca.SX, ca.SX]]:
-    """Return (where, G, H) with G H <= 0 of the system's exclusions in one element: level(x_k) * sum_j share * sum_j rest.
+    system: ComplementaritySystem, points: Sequence[ca.SX], stages: int, mode: CrossComplementarity
+) -> list[tuple[str, ca.SX, ca.SX, int]]:
+    """Return (where, G, H, rank) of the system's exclusions in one element, with H >= 0 and max(G, 0) H = 0.
+
+    G = level(x_k) sum_j rest_j for every point k, left boundary included, and H = sum_j share_j: the shares of an
+    element are zero together, whichever point forbids them. With ``stage_stage`` every stage's share is a pair of its own.
+    (A level can have any sign, so levels are never added up.)
 
     Args:
         points: (x, z) at the left boundary and at the points of the element.
+        stages: number of stages among the points.
+        mode: aggregation.
     """
     n_x = system.state.numel()
     found = []
     for exclusion in system.exclusions:
         level = ca.Function("level", [system.state], [exclusion.level])
-        rest = exclusion.rest if exclusion.rest is not None else ca.SX(1 / stages)
+        rest = ca.SX(1 / stages) if exclusion.rest is None else exclusion.rest
         parts = ca.Function("parts", [system.algebraic], [exclusion.share, rest])
-        sums = [parts(point[n_x:]) for point in points[1:]]
-        share, others = sum(s for s, _ in sums), sum(r for _, r in sums)
+        values = [parts(point[n_x:]) for point in points[1 : stages + 1]]
+        shares = [share for share, _ in values]
+        if mode != "stage_stage":
+            shares = [sum(shares[1:], shares[0])]
+        rests = sum((rest for _, rest in values[1:]), values[0][1])
+        levels = points[:1] if exclusion.boundary_only else points
         found += [
-            (f"{exclusion.name}, point {k}", _SCALE * level(point[:n_x]) * others, share) for k, point in enumerate(points[:1] if exclusion.boundary_only else points)
+            (f"{exclusion.name}, point {k}, {j}", level(point[:n_x]) * rests, share, exclusion.rank)
+            for k, point in enumerate(levels)
+            for j, share in enumerate(shares)
         ]
     return found

@@ -51,21 +51,20 @@ class IntervalFunctions:
     constraint_names: list[str]
     pair_names: list[str]
     one_sided: np.ndarray
+    ranks: np.ndarray
 
 
 def layout_of(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> IntervalLayout:
     """Return the layout of an interval with this many elements."""
     system = ocp.system
     points = options.tableau.stages + (0 if options.tableau.ends_at_stage else 1)
-    return IntervalLayout(
-        system.state.numel(), system.algebraic.numel(), system.control.numel(), points, elements
-    )
+    return IntervalLayout(system.state.numel(), system.algebraic.numel(), system.control.numel(), points, elements)
 
 
 def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> IntervalFunctions:
     """Return the equations of one control interval.
 
-    Per element n and stage j, with the collocation polynomial through X_0 (right end of the element before) and X_1..X_ns:
+    Per element n and stage j, with the collocation polynomial through X_0 (end of the element before) and X_1..X_ns:
     ``E(X_j) sum_r d_jr X_r = h_n f(X_j, u, Z_j)``, ``0 = g(X_j, u, Z_j)``; cross complementarity of the element; and
     once per interval ``sum_n h_n = T/N``. The running cost is ``sum_n h_n sum_j b_j L(X_j, u, Z_j)``.
 
@@ -91,7 +90,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
 
     equations: list[tuple[str, ca.SX]] = []
     pairs: list[tuple[str, ca.SX, ca.SX]] = []
-    exclusions: list[tuple[str, ca.SX, ca.SX]] = []
+    exclusions: list[tuple[str, ca.SX, ca.SX, int]] = []
     steps = [own[layout.step(n)] for n in range(elements)]
     integral, chosen = ca.SX.zeros(len(ocp.running_cost), 1), ca.SX(0)
     boundary = left
@@ -112,27 +111,27 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
             equations.append((f"step functions, {where}", residual(x, u, z, p)))
             chosen += selection(z)
         all_sides = [sides(point[n_x:]) for point in [boundary, *points]]
-        found = cross_pairs(
-            [a for a, _ in all_sides], [b for _, b in all_sides[1:]], options.cross_complementarity
-        )
+        found = cross_pairs([a for a, _ in all_sides], [b for _, b in all_sides[1:]], options.cross_complementarity)
         pairs += [(f"element {n}, {where}", a, b) for where, a, b in found]
         exclusions += [
-            (f"element {n}, {where}", level, share)
-            for where, level, share in excluded_pairs(system, [boundary, *points], tableau.stages)
+            (f"element {n}, {where}", level, share, rank)
+            for where, level, share, rank in excluded_pairs(
+                system, [boundary, *points], tableau.stages, options.cross_complementarity
+            )
         ]
         boundary = points[-1]
     equations.append(("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
     equations.append(("end of interval", interval_end(boundary[:n_x], p)))
 
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
-    terms["choice of alpha"] = chosen
+    if not system.selection.is_zero():
+        terms["choice of alpha"] = chosen
     if options.step_equilibration == "mean":
-        terms["step equilibration"] = options.equilibration_weight * sum((h - mean_step) ** 2 for h in steps)
+        terms["step equilibration"] = options.equilibration_weight * ca.sumsqr(ca.vertcat(*steps) - mean_step)
     elif options.step_equilibration == "difference":
-        terms["step equilibration"] = options.equilibration_weight * sum(
-            ((b - a) ** 2 for a, b in zip(steps, steps[1:], strict=False)), ca.SX(0)
-        )
+        terms["step equilibration"] = options.equilibration_weight * ca.sumsqr(ca.diff(ca.vertcat(*steps)))
     w = ca.vertcat(left, own)
+    two_sided = sum(a.numel() for _, a, _ in pairs)
     cost = ca.vertcat(*terms.values())
     return IntervalFunctions(
         layout=layout,
@@ -142,16 +141,17 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
             [
                 ca.sum1(cost),
                 ca.vertcat(*[row for _, row in equations]),
-                ca.vertcat(*[a for _, a, _ in pairs + exclusions]),
-                ca.vertcat(*[b for _, _, b in pairs + exclusions]),
+                ca.vertcat(ca.SX(0, 1), *[a for _, a, _ in pairs], *[a for _, a, _, _ in exclusions]),
+                ca.vertcat(ca.SX(0, 1), *[b for _, _, b in pairs], *[b for _, _, b, _ in exclusions]),
             ],
         ),
         cost_terms=ca.Function("cost_terms", [w, p], [cost]),
         cost_names=list(terms),
         constraint_names=_labels(ocp, equations),
         pair_names=[f"{name}, {where}" for where, a, _ in pairs for name in system.pair_names[: a.numel()]]
-        + [where for where, _, _ in exclusions],
-        one_sided=np.array([False] * sum(a.numel() for _, a, _ in pairs) + [True] * len(exclusions)),
+        + [where for where, _, _, _ in exclusions],
+        one_sided=np.array([False] * two_sided + [True] * len(exclusions), dtype=bool),
+        ranks=np.array([0] * two_sided + [rank for _, _, _, rank in exclusions], dtype=int),
     )
 
 
@@ -172,4 +172,3 @@ def step_bounds(ocp: OptimalControlProblem, options: FesdOptions, elements: int)
     """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps for gamma_h = 0."""
     mean = ocp.duration / ocp.intervals / elements
     return (0.0, (1.0 + options.step_freedom) * mean) if options.step_freedom > 0 else (mean, mean)
-

@@ -44,7 +44,9 @@ class Tableau:
     def __post_init__(self) -> None:
         worst = max(self.order_defects().values())
         if worst > 1e-11:
-            raise ValueError(f"tableau {self.scheme} with {self.stages} stages misses its order conditions by {worst:.1e}")
+            raise ValueError(
+                f"tableau {self.scheme} with {self.stages} stages misses its order conditions by {worst:.1e}"
+            )
 
     @property
     def stages(self) -> int:
@@ -57,16 +59,14 @@ class Tableau:
         return abs(self.c[-1] - 1.0) < 1e-14
 
     def order_defects(self) -> dict[str, float]:
-        """Return the largest violation of the row sums, of B(p): sum b c^(k-1) = 1/k, and of C(n_s): A c^(k-1) = c^k/k."""
+        """Return the worst defect of the row sums, of B(p): sum b c^(k-1) = 1/k, of C(n_s): A c^(k-1) = c^k/k."""
         row = float(np.abs(self.A.sum(axis=1) - self.c).max())
         quadrature = max(abs(self.b @ self.c ** (k - 1) - 1.0 / k) for k in range(1, self.order + 1))
-        stage = max(
-            float(np.abs(self.A @ self.c ** (k - 1) - self.c**k / k).max()) for k in range(1, self.stages + 1)
-        )
+        stage = max(float(np.abs(self.A @ self.c ** (k - 1) - self.c**k / k).max()) for k in range(1, self.stages + 1))
         return {"row sums": row, f"B({self.order})": float(quadrature), f"C({self.stages})": stage}
 
     def interpolate(self, values: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-        """Return the collocation polynomial through `values` (n_s + 1, n_x) at `fraction` of the step, shape (m, n_x)."""
+        """Return the collocation polynomial through `values`, (n_s + 1, n_x), at `fraction` of the step, (m, n_x)."""
         return _lagrange(np.concatenate([[0.0], self.c]), np.asarray(fraction, dtype=float)) @ values
 
 

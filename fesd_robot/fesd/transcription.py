@@ -99,6 +99,7 @@ class Transcription:
                     constraint_names=functions.constraint_names,
                     pair_names=functions.pair_names,
                     one_sided=functions.one_sided,
+                    ranks=functions.ranks,
                 )
             )
         blocks.append(self._terminal_block())
@@ -211,7 +212,8 @@ class Transcription:
             values = functions.cost_terms.map(block.copies)(w[block.index], block.parameters)
             for name, row in zip(functions.cost_names, np.asarray(ca.DM(values).full()), strict=True):
                 totals[name] = totals.get(name, 0.0) + float(row.sum())
-        totals["choice of alpha"] += float(self.problem.blocks[0].evaluate(w)[0].sum())
+        if "choice of alpha" in totals:
+            totals["choice of alpha"] += float(self.problem.blocks[0].evaluate(w)[0].sum())
         terminal = ca.Function("terminal", [self.ocp.system.state], list(self.ocp.terminal_cost.values()))
         values = terminal.call([w[self._left(self.ocp.intervals)[: self.ocp.system.state.numel()]]])
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):

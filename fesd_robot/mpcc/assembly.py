@@ -1,4 +1,4 @@
-"""From the MPCC's blocks to one sparse NLP: block derivatives are taken once and scattered, whatever the number of copies.
+"""From the MPCC's blocks to one sparse NLP: derivatives are taken once a block and scattered to all its copies.
 
 Taking derivatives of the whole graph instead would colour a matrix with hundreds of columns and evaluate the whole
 problem once per colour.
@@ -17,10 +17,10 @@ from fesd_robot.mpcc.relaxation import Relaxation
 
 @dataclass(frozen=True)
 class RelaxedNlp:
-    """The relaxed problem with parameter sigma: CasADi functions and constraint bounds.
+    """The relaxed problem with its two sigmas as parameters: CasADi functions and constraint bounds.
 
     Attributes:
-        nlp: ``x, p -> f, g`` with p = sigma.
+        nlp: ``x, p -> f, g`` with p = (sigma of rank 0, sigma of rank 1).
         gradient, jacobian, hessian: derivative functions in CasADi's nlpsol signatures.
         lower, upper: bounds of g.
     """
@@ -50,7 +50,7 @@ def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
 
     Rows G >= 0 or H >= 0 that already follow from the bounds on the variables are left out.
     """
-    x, sigma, weight = ca.MX.sym("x", problem.size), ca.MX.sym("sigma"), ca.MX.sym("lam_f")
+    x, sigma, weight = ca.MX.sym("x", problem.size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
     derivatives = [_differentiate(block, problem, relaxation) for block in problem.blocks]
     rows = [len(d.lower) * block.copies for block, d in zip(problem.blocks, derivatives, strict=True)]
     multiplier = ca.MX.sym("lam_g", sum(rows))
@@ -80,7 +80,9 @@ def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
         first_row += count
 
     g = ca.vertcat(*constraints)
-    gradient = _scatter(np.concatenate(gradient_at), np.zeros(sum(map(len, gradient_at)), int), (problem.size, 1), gradients)
+    gradient = _scatter(
+        np.concatenate(gradient_at), np.zeros(sum(map(len, gradient_at)), int), (problem.size, 1), gradients
+    )
     jacobian = _scatter(*_stack(jacobian_at), (sum(rows), problem.size), jacobians)
     hessian = _scatter(*_stack(hessian_at), (problem.size, problem.size), hessians)
     return RelaxedNlp(
@@ -98,7 +100,7 @@ def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
 def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _BlockDerivatives:
     w = ca.SX.sym("w", block.function.sparsity_in(0))
     p = ca.SX.sym("p", block.function.sparsity_in(1))
-    sigma = ca.SX.sym("sigma")
+    sigma = ca.SX.sym("sigma", 2)
     f, g, G, H = (ca.densify(part) for part in block.function(w, p))
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
@@ -107,7 +109,7 @@ def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _Bloc
         for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
         if not implied
     ]
-    relaxed = relaxation(G, H, sigma)
+    relaxed = relaxation(G, H, sigma[block.pair_ranks.tolist()])
     rows = ca.vertcat(g, relaxed, *signs)
     multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
     jacobian = ca.jacobian(rows, w)

@@ -9,10 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from fesd_robot.mpcc.assembly import assemble
+from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxation import Relaxation, scholtes
+
+SETTLED = 5e-4
+"""Below this sigma the active set hardly changes: NLPs start warm, and sigma falls by the square of its factor."""
+
+_WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,7 @@ class HomotopyOptions:
     Args:
         tolerance: product a b asked for in every pair; the last sigma.
         sigma_start, sigma_factor: first sigma and the factor from one NLP to the next.
+        rank_ratio: how much larger sigma is for pairs of rank 1 until rank 0 has reached the tolerance.
         max_iterations: IPOPT iterations per NLP.
         time_limit: seconds for the whole homotopy.
         linear_solver: IPOPT's linear solver.
@@ -32,17 +38,20 @@ class HomotopyOptions:
     tolerance: float = 1e-8
     sigma_start: float = 1.0
     sigma_factor: float = 0.1
+    rank_ratio: float = 100.0
     max_iterations: int = 1000
     time_limit: float | None = None
     linear_solver: str = "mumps"
     feasibility: float = 1e-8
     ipopt: dict[str, Any] = field(default_factory=dict)
 
-    def sigmas(self) -> list[float]:
-        """The sequence of sigma, ending at the tolerance exactly."""
-        values = [self.sigma_start]
-        while values[-1] > self.tolerance * 1.0001:
-            values.append(max(values[-1] * self.sigma_factor, self.tolerance))
+    def sigmas(self) -> list[tuple[float, float]]:
+        """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly."""
+        values = [(self.sigma_start, self.sigma_start * self.rank_ratio)]
+        while values[-1][1] > self.tolerance * 1.0001:
+            factor = self.sigma_factor if values[-1][0] > SETTLED else self.sigma_factor**2
+            first = max(values[-1][0] * factor, self.tolerance)
+            values.append((first, max(values[-1][1] * factor, self.tolerance)))
         return values
 
 
@@ -89,6 +98,7 @@ def solve(
     options: HomotopyOptions | None = None,
     *,
     relaxation: Relaxation = scholtes,
+    nlp: RelaxedNlp | None = None,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
 ) -> MpccSolution:
@@ -98,6 +108,7 @@ def solve(
     far is returned with its residuals, and `solved` is False.
 
     Args:
+        nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks).
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
 
@@ -105,7 +116,7 @@ def solve(
     """
     options = options or HomotopyOptions()
     begin = time.perf_counter()
-    nlp = assemble(problem, relaxation)
+    nlp = nlp or assemble(problem, relaxation)
     build_seconds = time.perf_counter() - begin
     point = NlpPoint(problem.start, np.zeros(problem.size), np.zeros(len(nlp.lower)))
     reports: list[NlpReport] = []
@@ -122,12 +133,12 @@ def solve(
             start=point,
             lower=problem.lower,
             upper=problem.upper,
-            options=_ipopt_options(options, sigma, remaining),
+            options=_ipopt_options(options, sigma[0], remaining),
             stop=stop,
         )
         point, status = result.point, result.status
         residuals = problem.residuals(point.x)
-        report = NlpReport(sigma, status, result.iterations, result.seconds, residuals)
+        report = NlpReport(sigma[0], status, result.iterations, result.seconds, residuals)
         reports.append(report)
         if progress:
             progress(report)
@@ -165,6 +176,8 @@ def _ipopt_options(options: HomotopyOptions, sigma: float, remaining: float | No
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }
+    if sigma <= SETTLED:
+        settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
     if remaining is not None:
         settings["max_wall_time"] = remaining
     return {**settings, **options.ipopt}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,7 +55,7 @@ class IterationCallback(ca.Callback):
 
     def __init__(self, size: int, constraints: int, stop: Callable[[int, float], bool]) -> None:
         super().__init__()
-        self._shapes = {"x": size, "f": 1, "g": constraints, "lam_x": size, "lam_g": constraints, "lam_p": 1}
+        self._shapes = {"x": size, "f": 1, "g": constraints, "lam_x": size, "lam_g": constraints, "lam_p": 2}
         self._stop = stop
         self.iterations = 0
         self.construct("iteration", {})
@@ -72,7 +72,7 @@ class IterationCallback(ca.Callback):
         """CasADi: input shapes."""
         return ca.Sparsity.dense(self._shapes[ca.nlpsol_out(index)], 1)
 
-    def eval(self, arguments: list[ca.DM]) -> list[int]:
+    def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
         """CasADi: one iteration."""
         self.iterations += 1
         return [int(self._stop(self.iterations, float(arguments[1])))]
@@ -81,14 +81,14 @@ class IterationCallback(ca.Callback):
 def solve_nlp(
     nlp: RelaxedNlp,
     *,
-    sigma: float,
+    sigma: tuple[float, float],
     start: NlpPoint,
     lower: np.ndarray,
     upper: np.ndarray,
     options: dict[str, Any],
     stop: Callable[[int, float], bool] | None = None,
 ) -> NlpResult:
-    """Solve the relaxed NLP for one sigma.
+    """Solve the relaxed NLP for one pair of sigmas (rank 0, rank 1).
 
     Args:
         start: initial point; its multipliers are used when the options ask for a warm start.
@@ -116,7 +116,7 @@ def solve_nlp(
     try:
         solver = ca.nlpsol("relaxed", "ipopt", nlp.nlp, settings)
         result = solver(
-            x0=start.x, lam_x0=start.lam_x, lam_g0=start.lam_g, p=sigma,
+            x0=start.x, lam_x0=start.lam_x, lam_g0=start.lam_g, p=list(sigma),
             lbx=lower, ubx=upper, lbg=nlp.lower, ubg=nlp.upper,
         )  # fmt: skip
     except RuntimeError as error:

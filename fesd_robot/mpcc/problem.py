@@ -25,6 +25,7 @@ class Block:
         constraint_names, pair_names: one name per row of g and per pair.
         one_sided: which pairs ask for H >= 0 and G H <= 0 only, with G of any sign (vanishing constraints); none if
             omitted.
+        ranks: rank of each pair, 0 or 1; a homotopy may relax pairs of rank 1 further. All 0 if omitted.
 
     Raises:
         DimensionError: a shape does not fit the function's.
@@ -39,6 +40,7 @@ class Block:
     constraint_names: Sequence[str]
     pair_names: Sequence[str]
     one_sided: np.ndarray | None = None
+    ranks: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         n_w, n_p = self.function.size1_in(0), self.function.size1_in(1)
@@ -53,6 +55,7 @@ class Block:
             ("constraint_names", (len(self.constraint_names),), (n_g,)),
             ("pair_names", (len(self.pair_names),), (n_pairs,)),
             ("one_sided", self.sign_free.shape, (n_pairs,)),
+            ("ranks", self.pair_ranks.shape, (n_pairs,)),
             ("H", (self.function.size1_out(3),), (n_pairs,)),
         ):
             if found != expected:
@@ -62,6 +65,11 @@ class Block:
     def sign_free(self) -> np.ndarray:
         """Which pairs are one-sided, (n_pairs,)."""
         return np.zeros(len(self.pair_names), dtype=bool) if self.one_sided is None else self.one_sided
+
+    @property
+    def pair_ranks(self) -> np.ndarray:
+        """Rank of each pair, (n_pairs,)."""
+        return np.zeros(len(self.pair_names), dtype=int) if self.ranks is None else self.ranks
 
     @property
     def copies(self) -> int:
@@ -76,7 +84,7 @@ class Block:
     def evaluate(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (f, g, G, H) with shapes (1, K), (n_g, K), (n_pairs, K), (n_pairs, K) at the global point w."""
         outputs = self.mapped(w[self.index], self.parameters)
-        return tuple(np.asarray(ca.DM(out)).reshape(out.shape) for out in outputs)  # type: ignore[return-value]
+        return tuple(np.asarray(ca.DM(out)).reshape(out.shape) for out in outputs)
 
 
 @dataclass(frozen=True)
@@ -203,12 +211,12 @@ class Mpcc:
                 if excess.size and excess.max() > violation:
                     row, copy = np.unravel_index(int(np.argmax(excess)), excess.shape)
                     violation = float(excess.max())
-                    worst = f"{labels[row]} in {block.copy_names[copy]}"
+                    worst = f"{labels[int(row)]} in {block.copy_names[int(copy)]}"
             if G.size:
                 natural = max(natural, float(np.minimum(G, H).max()))
                 products = np.maximum(G, 0.0) * H
                 if products.max() > product:
                     row, copy = np.unravel_index(int(np.argmax(products)), products.shape)
                     product = float(products.max())
-                    worst_pair = f"{block.pair_names[row]} in {block.copy_names[copy]}"
+                    worst_pair = f"{block.pair_names[int(row)]} in {block.copy_names[int(copy)]}"
         return Residuals(objective, violation, product, natural, worst, worst_pair)

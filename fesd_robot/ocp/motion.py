@@ -10,16 +10,16 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import (
+    ContactOptions,
+    ContactSystem,
     Mechanics,
     PlanarContact,
     Plane,
-    StepContactSystem,
-    StepOptions,
     point_contact,
-    step_contact_system,
 )
+from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
-from fesd_robot.fesd import FesdOptions, OptimalControlProblem, make_tableau
+from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, actuators_of, build_actuation
 from fesd_robot.ocp.reference import ReferenceMotion, reference_of
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of, vector
@@ -49,7 +49,7 @@ class MotionProblem:
     mechanics: Mechanics
     actuation: Actuation
     contacts: Sequence[PlanarContact]
-    contact_system: StepContactSystem
+    contact_system: ContactSystem
     auxiliary_acceleration: float
     endpoints: Endpoints
     limits: StateLimits
@@ -76,10 +76,11 @@ def formulate(task: Task) -> MotionProblem:
     formulation = task.method.formulation
     n_q = len(robot.configuration_names)
     parameters = ca.SX.sym("reference", n_q + 1)
-    contact_system = step_contact_system(
+    contact_system = build_contact_system(
         mechanics,
         contacts,
-        StepOptions(
+        ContactOptions(
+            form=formulation.type,
             gap=formulation.gap,
             gap_feedback=formulation.gap_feedback,
             gate=formulation.gate,
@@ -107,12 +108,19 @@ def formulate(task: Task) -> MotionProblem:
         fesd=FesdOptions(
             tableau=make_tableau(task.method.scheme, task.method.stages),
             elements=task.method.elements,
-            cross_complementarity=task.method.cross_complementarity,
+            cross_complementarity=_aggregation(task),
             step_equilibration=task.method.step_equilibration.type,
             equilibration_weight=task.method.step_equilibration.weight,
             step_freedom=task.method.step_freedom,
         ),
     )
+
+
+def _aggregation(task: Task) -> CrossComplementarity:
+    chosen = task.method.cross_complementarity
+    if chosen != "auto":
+        return chosen
+    return "theta_sum" if task.method.formulation.type == "multipliers" else "lambda_sum"
 
 
 def _load(task: Task) -> Robot:
@@ -200,7 +208,7 @@ def _optimal_control_problem(
     task: Task,
     mechanics: Mechanics,
     actuation: Actuation,
-    contact_system: StepContactSystem,
+    contact_system: ContactSystem,
     gap: ca.Function,
     endpoints: Endpoints,
     limits: StateLimits,
@@ -210,21 +218,20 @@ def _optimal_control_problem(
     n_q, n_v = mechanics.configuration.numel(), mechanics.velocity.numel()
     q, v, u = mechanics.configuration, mechanics.velocity, mechanics.control
     state = contact_system.system.state
-    clock = state[n_q + n_v]
     n_gap = state.numel() - n_q - n_v - 1
     duration, intervals = task.horizon.duration, task.horizon.intervals
     ends = duration * np.arange(1, intervals + 1) / intervals
 
     def full_state(configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
-        gaps = np.asarray(gap(configuration)).ravel() if n_gap else np.zeros(0)
+        gaps = np.maximum(np.asarray(gap(configuration)).ravel(), 0.0) if n_gap else np.zeros(0)
         return np.concatenate([configuration, velocity, [time], gaps])
 
     def guess(time: float) -> np.ndarray:
         velocity = np.clip(reference.velocity(time), limits.lower_velocity, limits.upper_velocity)
         return full_state(reference.configuration(time), velocity, time)
 
-    def padded(position: np.ndarray, velocity: np.ndarray, rest: float) -> np.ndarray:
-        return np.concatenate([position, velocity, np.full(1 + n_gap, rest)])
+    def bounds(position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float) -> np.ndarray:
+        return np.concatenate([position, velocity, [clock], np.full(n_gap, gaps)])
 
     initial = full_state(endpoints.initial_configuration, endpoints.initial_velocity, 0.0)
     goal_lower, goal_upper = _goal_box(task, mechanics, endpoints)
@@ -245,8 +252,8 @@ def _optimal_control_problem(
         parameters=np.vstack([np.array([reference.configuration(end) for end in ends]).T, ends]),
         initial_lower=initial,
         initial_upper=initial,
-        state_lower=padded(limits.lower_position, limits.lower_velocity, -np.inf),
-        state_upper=padded(limits.upper_position, limits.upper_velocity, np.inf),
+        state_lower=bounds(limits.lower_position, limits.lower_velocity, -np.inf, contact_system.gap_lower),
+        state_upper=bounds(limits.upper_position, limits.upper_velocity, np.inf, np.inf),
         terminal_lower=np.concatenate([goal_lower, np.full(1 + n_gap, -np.inf)]),
         terminal_upper=np.concatenate([goal_upper, np.full(1 + n_gap, np.inf)]),
         control_lower=np.append(actuation.lower, speed.lower),
@@ -262,7 +269,7 @@ def _optimal_control_problem(
             "terminal configuration": square(to_goal, names, costs.terminal_configuration, 100.0),
             "terminal velocity": square(velocity_to_goal, velocities, costs.terminal_velocity, 10.0),
         },
-        interval_end=clock - parameters[n_q],
+        interval_end=state[n_q + n_v] - parameters[n_q],
         interval_end_names=("clock",),
     )
 

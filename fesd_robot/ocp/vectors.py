@@ -60,7 +60,9 @@ def limits_of(task: Task, robot: Robot) -> StateLimits:
     return StateLimits(
         lower_position=vector(names, {name: bounds[0] for name, bounds in position.items()}, robot.lower_position),
         upper_position=vector(names, {name: bounds[1] for name, bounds in position.items()}, robot.upper_position),
-        lower_velocity=vector(velocities, {name: bounds[0] for name, bounds in velocity.items()}, -robot.velocity_limit),
+        lower_velocity=vector(
+            velocities, {name: bounds[0] for name, bounds in velocity.items()}, -robot.velocity_limit
+        ),
         upper_velocity=vector(velocities, {name: bounds[1] for name, bounds in velocity.items()}, robot.velocity_limit),
     )
 

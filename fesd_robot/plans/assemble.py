@@ -19,7 +19,9 @@ from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, T
 PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
 
 
-def trajectory_of(motion: PhysicalMotion, configuration_names: Sequence[str], velocity_names: Sequence[str]) -> Trajectory:
+def trajectory_of(
+    motion: PhysicalMotion, configuration_names: Sequence[str], velocity_names: Sequence[str]
+) -> Trajectory:
     """Return the samples by coordinate name."""
     return Trajectory(
         time=motion.time,

@@ -17,7 +17,7 @@ TOLERANCES = {
     "max_stick_slip_violation": 1e-2,
     "max_impact_law_error": 1e-3,
     "max_normal_force_violation": 1e-2,
-    "max_dynamics_error": 1e-5,
+    "max_dynamics_error": 1e-4,
     "max_position_limit_violation": 1e-6,
     "max_velocity_limit_violation": 1e-6,
     "max_control_limit_violation": 1e-6,
@@ -59,9 +59,7 @@ def audit(
         "max_energy_error": _energy_error(motion, physics),
     }
     violations = [
-        name
-        for name, value in values.items()
-        if not (-value if name == "min_gap" else value) <= TOLERANCES[name]
+        name for name, value in values.items() if not (-value if name == "min_gap" else value) <= TOLERANCES[name]
     ]
     return Audit(**values, tolerances=TOLERANCES, violations=violations)
 

@@ -144,7 +144,7 @@ def write_csv(plan: Plan, path: Path) -> None:
 
 
 def write_npz(plan: Plan, path: Path) -> None:
-    """Write the trajectory as numpy arrays: time, configuration (n, n_q), velocity (n, n_v), names, controls, contacts."""
+    """Write the trajectory as numpy arrays: time, configuration (n, n_q), velocity (n, n_v), controls, contacts."""
     trajectory = plan.trajectory
     arrays = {
         "time": trajectory.time,

@@ -63,8 +63,8 @@ def _contacts(plan: Plan) -> str:
     ]
     text += "\n" + _table(["contact", "highest clearance [m]", "largest normal force [N]"], highest)
     return text + (
-        "\nImpacts are inelastic. Where normal and tangential directions couple through the mass matrix, the impact law "
-        "is the integrated one (friction acts along the impact), not Newton's with an impulse cone.\n"
+        "\nImpacts are inelastic. Where normal and tangential directions couple through the mass matrix, the impact "
+        "law is the integrated one (friction acts along the impact), not Newton's with an impulse cone.\n"
     )
 
 
@@ -83,7 +83,9 @@ def _cost(plan: Plan) -> str:
     terms = plan.statistics.cost_terms
     total = sum(terms.values()) or 1.0
     rows = [[name, f"{value:.6g}", f"{100 * value / total:.1f} %"] for name, value in terms.items()]
-    text = "## Cost\n\n" + _table(["term", "value", "share"], [*rows, ["total", f"{plan.statistics.objective:.6g}", ""]])
+    text = "## Cost\n\n" + _table(
+        ["term", "value", "share"], [*rows, ["total", f"{plan.statistics.objective:.6g}", ""]]
+    )
     return text + "\n'choice of alpha' and 'step equilibration' belong to the method, not to the task.\n"
 
 

@@ -17,12 +17,17 @@ def _read_gap(value: Any) -> Any:
 def _read_acceleration(value: Any) -> Any:
     if value == "auto" or (is_number(value) and 0 < value < math.inf):
         return value
-    raise expected("'auto' or a number greater than 0 (m/s2)")
+    raise expected("'auto' or a number greater than 0 (N)")
 
 
 class Formulation(Section):
-    """How contact becomes switching functions (time-freezing)."""
+    """How contact becomes complementarity (time-freezing)."""
 
+    type: Literal["multipliers", "steps"] = Field(
+        default="multipliers",
+        description="Which variables carry the contact logic: the shares of the fields themselves (multipliers), or "
+        "set-valued step functions of gap and velocities as published (steps).",
+    )
     gap: Annotated[
         Literal["integrated", "true"],
         BeforeValidator(_read_gap),
@@ -30,22 +35,22 @@ class Formulation(Section):
     ] = Field(
         default="integrated",
         description="Which gap switches the contact: a state that integrates the normal velocity (integrated), or the "
-        "signed distance itself (true).",
+        "signed distance itself (true; only with type: steps).",
     )
     gap_feedback: NonNegative = Field(
         default=30.0,
-        description="Gain kappa that pulls the integrated gap towards the true one, 1/(m s); only with an integrated "
-        "gap.",
+        description="Rate kappa at which the integrated and the true gap approach each other, 1/s; only with an "
+        "integrated gap.",
     )
     gate: bool = Field(
         default=True,
         description="Whether the signs of the contact velocities matter only at the ground (true) or also in the air "
-        "(false).",
+        "(false; only with type: steps).",
     )
     step_selection_weight: NonNegative = Field(
         default=1e-3,
-        description="Weight epsilon of the squared step functions in the cost, per s; picks one representative where "
-        "they are not unique.",
+        description="Weight epsilon of the squared step functions in the cost; picks one representative where they "
+        "are not unique; only with type: steps.",
     )
 
     @model_validator(mode="after")
@@ -56,6 +61,14 @@ class Formulation(Section):
                 f"found {self.gap_feedback:g}, which has no effect with gap: true, expected no such key or "
                 "gap: integrated",
             )
+        if self.type == "multipliers":
+            for key, default in (("gap", "integrated"), ("gate", True), ("step_selection_weight", 1e-3)):
+                value = getattr(self, key)
+                if value != default:
+                    raise conflict(
+                        (key,),
+                        f"found {str(value).lower()}, which needs type: steps, expected no such key or type: steps",
+                    )
         return self
 
 
@@ -90,10 +103,11 @@ class Method(Section):
     formulation: Formulation = Field(
         default_factory=Formulation, description="How contact becomes switching functions."
     )
-    cross_complementarity: Literal["stage_stage", "lambda_sum", "theta_sum", "sum_sum"] = Field(
-        default="lambda_sum",
-        description="How complementarity pairs of one element are added up: not at all, over the multipliers, over the "
-        "step functions, or over both.",
+    cross_complementarity: Literal["auto", "stage_stage", "lambda_sum", "theta_sum", "sum_sum"] = Field(
+        default="auto",
+        description="How complementarity pairs of one element are added up: not at all (stage_stage), over the "
+        "multipliers (lambda_sum), over the step functions or shares (theta_sum), or over both (sum_sum); auto: "
+        "theta_sum for multipliers, lambda_sum for steps. Multipliers allow stage_stage and theta_sum.",
     )
     step_equilibration: StepEquilibration = Field(
         default_factory=StepEquilibration, description="What keeps elements between two switches equally long."
@@ -109,20 +123,35 @@ class Method(Section):
         WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "auto"}]}),
     ] = Field(
         default="auto",
-        description="Acceleration a_n that resolves impacts while physical time stands still, m/s2, or auto to choose "
-        "it from the robot's masses.",
+        description="Strength a_n of the fields that resolve impacts while physical time stands still, N; auto: ten "
+        "times the robot's weight.",
     )
+
+    @model_validator(mode="after")
+    def _aggregation_fits(self) -> Method:
+        if self.formulation.type == "multipliers" and self.cross_complementarity in ("lambda_sum", "sum_sum"):
+            raise conflict(
+                ("cross_complementarity",),
+                f"found {self.cross_complementarity}, expected stage_stage, theta_sum or auto with formulation type "
+                "multipliers",
+            )
+        return self
 
 
 class Solver(Section):
     """The homotopy: a row of smooth problems whose relaxation sigma shrinks."""
 
     tolerance: Positive = Field(
-        default=1e-8, description="Largest complementarity min(a, b) of a solved task, in the units of the pairs."
+        default=1e-8, description="Largest complementarity, product a b, of a solved task, in the units of the pairs."
     )
     sigma_start: Positive = Field(default=1.0, description="Relaxation of the first problem, greater than tolerance.")
     sigma_factor: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = Field(
         default=0.1, description="Factor from one relaxation to the next, between 0 and 1."
+    )
+    velocity_relaxation: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
+        default=100.0,
+        description="How much larger the relaxation of the velocity conditions of contact is until that of the gap has "
+        "reached the tolerance, at least 1: where contact is gets decided before what happens there.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")

@@ -114,6 +114,7 @@ def test_overrides_replace_add_and_switch(base: str, write: Write) -> None:
             "horizon.intervals=40",
             "costs.velocity.leg=1e-3",
             "reference={type: line}",
+            "method.formulation={type: steps}",
             "method.formulation.gap=true",
             "robot.actuators=null",
         ],

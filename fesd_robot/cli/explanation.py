@@ -1,0 +1,253 @@
+"""A task in words: what will be solved, as seen after every name and default has been resolved."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import RobotError
+from fesd_robot.mpcc import Mpcc
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.planner import homotopy_options, numeric_physics
+from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.task import Jumps
+
+WIDTH = 100
+LABEL = 12
+TOUCHING = 1e-6
+"""m; a gap up to this is called touching."""
+
+REFERENCE_SAMPLES = 400
+
+_SCHEMES = {"radau_iia": "Radau IIA", "gauss_legendre": "Gauss-Legendre"}
+
+
+def explanation(motion: MotionProblem, problem: Mpcc) -> str:
+    """Return what will be solved, in sections with a label each.
+
+    Args:
+        motion: the task, formulated.
+        problem: the same task, transcribed.
+    """
+    sections = {
+        "Robot": _robot(motion),
+        "Controls": _controls(motion),
+        "Ground": [_ground(motion)],
+        "Contacts": _contacts(motion),
+        "Horizon": _horizon(motion),
+        "Goal": _goal(motion),
+        "Reference": _reference(motion),
+        "Costs": _costs(motion),
+        "Problem": _problem(motion, problem),
+        "Left out": list(motion.robot.notes) or ["nothing of what the model file says"],
+    }
+    lines = [f"{motion.task.name}: the task fits its robot; this is what will be solved."]
+    for label, paragraphs in sections.items():
+        lines.append("")
+        for number, paragraph in enumerate(paragraphs):
+            lines += _paragraph(label if number == 0 else "", paragraph)
+    return "\n".join(lines)
+
+
+def _paragraph(label: str, text: str) -> list[str]:
+    """Return one paragraph beside its label; rows of a table, which begin with a blank, are not wrapped."""
+    if text.startswith(" "):
+        return [f"{label:<{LABEL}}{text}"]
+    return textwrap.wrap(text, WIDTH, initial_indent=f"{label:<{LABEL}}", subsequent_indent=" " * LABEL)
+
+
+def _robot(motion: MotionProblem) -> list[str]:
+    robot, task = motion.robot, motion.task
+    mass = pin.computeTotalMass(robot.model)
+    first = (
+        f"'{robot.name}' from {task.robot.model}, root {task.robot.root.replace('_', ' ')}; {mass:.6g} kg, "
+        f"{len(robot.configuration_names)} configuration and {len(robot.velocity_names)} velocity coordinates:"
+    )
+    units, limits, ends = configuration_units(robot), motion.limits, motion.endpoints
+    rows = [["coordinate", "unit", "start", "goal", "limits"]]
+    for i, name in enumerate(robot.configuration_names):
+        bounds = (limits.lower_position[i], limits.upper_position[i])
+        rows.append(
+            [
+                name,
+                units[name],
+                f"{ends.initial_configuration[i]:.4g}",
+                f"{ends.goal_configuration[i]:.4g}",
+                _interval(*bounds),
+            ]
+        )
+    speeds = velocity_units(robot)
+    velocity_rows = [["velocity", "unit", "start", "goal", "limits"]]
+    for i, name in enumerate(robot.velocity_names):
+        velocity_rows.append(
+            [
+                name,
+                speeds[name],
+                f"{ends.initial_velocity[i]:.4g}",
+                f"{ends.goal_velocity[i]:.4g}",
+                _interval(limits.lower_velocity[i], limits.upper_velocity[i]),
+            ]
+        )
+    armature = [f"Armature: {_values(task.robot.armature)} (kg or kg m2)."] if task.robot.armature else []
+    return [first, *_table(rows), *_table(velocity_rows), *armature, *_shapes(motion)]
+
+
+def _shapes(motion: MotionProblem) -> list[str]:
+    """Say what the page would miss."""
+    if not motion.task.output.page:
+        return []
+    try:
+        shapes = motion.robot.visual_model.ngeoms
+    except RobotError as error:
+        return [f"Page: it cannot be written. {error}"]
+    return [] if shapes else ["Page: the model has no visual shapes, so the page will show no robot."]
+
+
+def _controls(motion: MotionProblem) -> list[str]:
+    drive = motion.actuation
+    rows = [["control", "unit", "limits"]]
+    for name, unit, lower, upper in zip(drive.names, drive.units, drive.lower, drive.upper, strict=True):
+        rows.append([name, unit, _interval(lower, upper)])
+    speed = motion.task.limits.speed_of_time
+    count = len(drive.names)
+    return [
+        f"{count} control{'s' * (count != 1)}, constant on every interval, and the speed of time in "
+        f"{_interval(speed.lower, speed.upper)}:",
+        *_table(rows),
+    ]
+
+
+def _ground(motion: MotionProblem) -> str:
+    ground = motion.task.ground
+    slope = f"rising by {ground.slope:g} rad along +x" if ground.slope else "level"
+    return f"Plane, {slope}, height {ground.height:g} m at x = 0; friction {ground.friction:g} unless a contact has its own."
+
+
+def _contacts(motion: MotionProblem) -> list[str]:
+    physics, ends = numeric_physics(motion), motion.endpoints
+    start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
+    lines = []
+    for i, (name, contact) in enumerate(motion.task.contacts.items()):
+        lines.append(
+            f"{name}: the origin of frame '{contact.frame}', friction {motion.contacts[i].friction:g}, inelastic; "
+            f"{_gap(start[i])} at the start, {_gap(goal[i])} at the goal."
+        )
+    origin = "chosen from the weight" if motion.task.method.auxiliary_acceleration == "auto" else "as given"
+    strength = f"a_n = {motion.auxiliary_acceleration:g} N, {origin}"
+    return [*lines, f"Impacts are resolved while the clock stands still ({strength})."]
+
+
+def _horizon(motion: MotionProblem) -> list[str]:
+    horizon, fesd = motion.task.horizon, motion.fesd
+    length = horizon.duration / horizon.intervals
+    counts = [fesd.elements] if isinstance(fesd.elements, int) else sorted(set(fesd.elements))
+    elements = " or ".join(str(count) for count in counts)
+    tableau = fesd.tableau
+    longest = " or ".join(f"{(1 + fesd.step_freedom) * length / count:.4g}" for count in counts)
+    steps = f"of free length up to {longest} s" if fesd.step_freedom > 0 else f"of fixed length {longest} s"
+    return [
+        f"{horizon.duration:g} s in {horizon.intervals} interval{'s' * (horizon.intervals != 1)} of {length:.4g} s; "
+        f"{elements} finite element{'s' * (counts != [1])} each, {steps} (numerical time).",
+        f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
+        f"of order {tableau.order} also across switches.",
+        *[capacity(count) for count in counts],
+    ]
+
+
+def capacity(elements: int) -> str:
+    """Return what happens that an interval of so many elements can hold."""
+    rule = (
+        "Elements end at switches, and an impact fills one of its own, in which the clock stands still; so an impact "
+        "inside an interval needs 3 elements, a take-off or a change between sticking and sliding 2."
+    )
+    if elements == 1:
+        return f"{rule} With 1, no impact is possible, and everything else happens between intervals."
+    if elements == 2:
+        return f"{rule} With 2, an interval can hold an impact only at its start or its end, or one other switch."
+    impacts = (elements - 1) // 2
+    return (
+        f"{rule} With {elements}, an interval can hold {impacts} impact{'s' * (impacts != 1)}, or up to {elements - 1} "
+        "other switches."
+    )
+
+
+def _goal(motion: MotionProblem) -> list[str]:
+    tolerance, robot = motion.task.goal.tolerance, motion.robot
+    units = {**velocity_units(robot), **configuration_units(robot)}
+    hard = [f"{name} within {width:g} {units[name]}" for name, width in tolerance.configuration.items()]
+    speeds = velocity_units(robot)
+    hard += [f"velocity of {name} within {width:g} {speeds[name]}" for name, width in tolerance.velocity.items()]
+    rest = "all else is" if hard else "The whole goal is"
+    return [(f"Hard: {', '.join(hard)}; " if hard else "") + f"{rest} soft, weighed by the terminal costs only."]
+
+
+def _reference(motion: MotionProblem) -> list[str]:
+    reference, physics = motion.task.reference, numeric_physics(motion)
+    if isinstance(reference, Jumps):
+        count = reference.count
+        middle = f"at their middle {_values(reference.apex)}"
+        what = f"{count} jump{'s' * (count != 1)} over the line from start to goal, {middle}."
+    else:
+        what = "The line from start to goal."
+    times = np.linspace(0.0, motion.task.horizon.duration, REFERENCE_SAMPLES)
+    gaps = np.array([physics.gaps(motion.reference.configuration(float(time))) for time in times])
+    lines = [f"{what} The solver starts from it, and the costs compare with it."]
+    for i, name in enumerate(motion.task.contacts):
+        least = float(gaps[:, i].min())
+        if least < -TOUCHING:
+            lines.append(f"Along it {name} gets {-least:.4g} m below the ground; the planned motion will not.")
+    return lines
+
+
+def _costs(motion: MotionProblem) -> list[str]:
+    costs, robot = motion.task.costs, motion.robot
+    configurations, velocities = robot.configuration_names, robot.velocity_names
+    groups: list[tuple[str, Mapping[str, float] | None, Sequence[str]]] = [
+        ("deviation from the reference", costs.configuration, configurations),
+        ("velocity", costs.velocity, velocities),
+        ("control", costs.control, motion.actuation.names),
+        ("distance from the goal at the end", costs.terminal_configuration, configurations),
+        ("distance from the goal velocity at the end", costs.terminal_velocity, velocities),
+    ]
+    lines = ["Weights of squares:"]
+    for what, weights, names in groups:
+        if weights is None:
+            lines.append(f"  {what}: the default for all {len(names)}")
+        else:
+            used = {name: weight for name, weight in weights.items() if weight}
+            lines.append(f"  {what}: {_values(used) if used else 'none'}")
+    return lines
+
+
+def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:
+    options, count = homotopy_options(motion.task), len(motion.task.contacts)
+    limit = "without a time limit" if options.time_limit is None else f"{options.time_limit:g} s in all at most"
+    return [
+        f"MPCC with {problem.size} variables, {problem.constraints} constraints and {problem.pairs} complementarity "
+        f"pairs ({count} contact{'s' * (count != 1)}).",
+        f"Solved by IPOPT with {options.linear_solver}, relaxed by sigma from {options.sigma_start:g} to "
+        f"{options.tolerance:g}; at most {options.max_iterations} iterations for each sigma, {limit}.",
+    ]
+
+
+def _gap(gap: float) -> str:
+    return "touching" if abs(gap) <= TOUCHING else f"{gap:.4g} m above the ground"
+
+
+def _interval(lower: float, upper: float) -> str:
+    return "none" if np.isinf(lower) and np.isinf(upper) else f"[{lower:.4g}, {upper:.4g}]"
+
+
+def _values(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {value:g}" for name, value in values.items())
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the rows with their columns aligned, the first to the left, indented by two."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  " + "  ".join(f"{entry:<{width}}" for entry, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]

@@ -1,0 +1,26 @@
+"""The one place where an exception becomes a message and an exit status."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from fesd_robot.cli.exits import ExitCode
+from fesd_robot.errors import FesdRobotError
+
+
+class CommandGroup(TyperGroup):
+    """The commands of the program; a `FesdRobotError` in any of them is one message on stderr, without traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except FesdRobotError as error:
+            typer.echo(f"error: {error}", err=True)
+            raise typer.Exit(ExitCode.BAD_INPUT) from error
+        except KeyboardInterrupt as error:
+            typer.echo("interrupted", err=True)
+            raise typer.Exit(ExitCode.INTERRUPTED) from error

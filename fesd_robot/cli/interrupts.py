@@ -1,0 +1,128 @@
+"""Ctrl-C: during a solve it asks for the best iterate, before and after it ends the command."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import threading
+from collections.abc import Callable
+from enum import Enum, auto
+from types import FrameType, TracebackType
+from typing import Any
+
+from fesd_robot.cli.exits import ExitCode
+
+
+class Phase(Enum):
+    """What an interrupt would hit."""
+
+    ABORTABLE = auto()
+    """Nothing that needs care: KeyboardInterrupt."""
+    SOLVING = auto()
+    """The solver, which can stop with its best iterate; the second interrupt ends the process."""
+    COMMITTING = auto()
+    """Files that are being moved into place, which is finished first."""
+
+
+class Interrupts:
+    """Takes over SIGINT while a `with` block runs, and gives it back afterwards.
+
+    Python runs signal handlers between bytecodes of the main thread only, so not while IPOPT works on an iteration. A
+    thread therefore reads the bytes that `signal.set_wakeup_fd` sends: IPOPT leaves it free to run. CasADi swallows
+    exceptions of signal handlers, so that an interrupt is remembered and raised again where it may have been lost.
+
+    Args:
+        on_request: called at the first interrupt of a solve, from another thread.
+        on_abort: called before the second one ends the process, from another thread.
+    """
+
+    def __init__(self, on_request: Callable[[], None], on_abort: Callable[[], None]) -> None:
+        self._on_request, self._on_abort = on_request, on_abort
+        self._phase = Phase.ABORTABLE
+        self._requested = self._aborted = self._late = False
+        self._restore = contextlib.ExitStack()
+
+    @property
+    def stop(self) -> bool:
+        """Whether the solver has to stop."""
+        return self._requested or self._aborted
+
+    @property
+    def received(self) -> bool:
+        """Whether there was any interrupt."""
+        return self.stop or self._late
+
+    def solving(self) -> None:
+        """Say that the solver is running."""
+        if self._phase is not Phase.SOLVING:
+            self._phase = Phase.SOLVING
+
+    def solved(self) -> None:
+        """Say that the solver is done; raises KeyboardInterrupt if one came before it could take a step."""
+        self._phase = Phase.ABORTABLE
+        self._raise_lost()
+
+    def committing(self) -> None:
+        """Say that from now on files are moved into place; raises KeyboardInterrupt if one was lost before."""
+        self._phase = Phase.COMMITTING
+        self._raise_lost()
+
+    def committed(self) -> None:
+        """Say that all files are in place."""
+        self._phase = Phase.ABORTABLE
+
+    def __enter__(self) -> Interrupts:
+        if (
+            threading.current_thread() is not threading.main_thread()
+            or signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+        ):
+            return self
+        reader, writer = socket.socketpair()
+        writer.setblocking(False)
+        watcher = threading.Thread(target=self._watch, args=(reader,), name="interrupts", daemon=True)
+        watcher.start()
+        handler = signal.signal(signal.SIGINT, self._handle)
+        wakeup = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+        # Undone from the last to the first.
+        self._restore.callback(reader.close)
+        self._restore.callback(watcher.join)
+        self._restore.callback(writer.close)
+        self._restore.callback(signal.set_wakeup_fd, wakeup)
+        self._restore.callback(signal.signal, signal.SIGINT, handler)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._restore.close()
+        if kind is None or not issubclass(kind, KeyboardInterrupt):
+            self._raise_lost()
+
+    def _raise_lost(self) -> None:
+        if self._aborted:
+            raise KeyboardInterrupt
+
+    def _handle(self, number: int, frame: FrameType | None) -> Any:
+        if self._phase is Phase.SOLVING:
+            self._requested = True
+        elif self._phase is Phase.COMMITTING:
+            self._late = True
+        else:
+            self._aborted = True
+            raise KeyboardInterrupt
+
+    def _watch(self, reader: socket.socket) -> None:
+        presses = 0
+        while numbers := reader.recv(64):
+            for number in numbers:
+                if number != signal.SIGINT or self._phase is not Phase.SOLVING:
+                    continue
+                presses += 1
+                if presses == 1:
+                    self._requested = True
+                    self._on_request()
+                else:
+                    self._on_abort()
+                    os._exit(ExitCode.INTERRUPTED)

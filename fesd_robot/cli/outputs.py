@@ -1,0 +1,96 @@
+"""The page and the figures of a plan: from the task and the trajectory to what the render room takes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from fesd_robot.plans import Plan
+    from fesd_robot.robot import Robot
+    from fesd_robot.task import Task
+
+logger = logging.getLogger(__name__)
+
+PAGE, FIGURES = "plan.html", "figures"
+
+
+def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
+    """Write the page and the figures that the task asks for into `folder`.
+
+    What cannot be drawn is left out with a warning: no picture is worth the loss of a plan.
+    """
+    wanted: list[tuple[str, bool, Callable[[], object]]] = [
+        (PAGE, task.output.page, lambda: write_page(plan, task, folder / PAGE)),
+        (FIGURES, task.output.figures, lambda: _write_figures(plan, folder / FIGURES)),
+    ]
+    for name, asked, write in wanted:
+        if not asked:
+            continue
+        logger.debug("writing %s", name)
+        try:
+            write()
+        except Exception as error:
+            logger.warning("%s could not be written: %s", name, error)
+            logger.debug("the reason in full", exc_info=True)
+
+
+def write_page(plan: Plan, task: Task, path: Path) -> Path:
+    """Write the web page of a plan: its robot in motion on the ground, with the path of every contact.
+
+    Args:
+        task: the task that was planned, with the file it was loaded from.
+
+    Raises:
+        RobotError: the model or its shapes cannot be read any more.
+        FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
+    """
+    from fesd_robot.render import GroundVisual, render_page
+    from fesd_robot.robot import load_robot
+
+    robot = load_robot(task.locate_model(), root=task.robot.root, armature=task.robot.armature)
+    trajectory = plan.trajectory
+    configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
+    return render_page(
+        path,
+        title=plan.name,
+        subtitle=plan.status.message,
+        model=robot.model,
+        visual_model=robot.visual_model,
+        time=trajectory.time,
+        configuration=configuration,
+        ground=GroundVisual(height=task.ground.height, slope=task.ground.slope),
+        traces=frame_paths(robot, configuration, {name: contact.frame for name, contact in task.contacts.items()}),
+    )
+
+
+def frame_paths(robot: Robot, configuration: np.ndarray, frames: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """Return the path of the origin of every frame.
+
+    Args:
+        configuration: samples, shape (n, n_q).
+        frames: name of the path -> name of the frame.
+
+    Returns:
+        name of the path -> points, m, shape (n, 3).
+    """
+    import pinocchio as pin
+
+    data = robot.model.createData()
+    indices = {name: robot.frame_id(frame) for name, frame in frames.items()}
+    paths = {name: np.empty((len(configuration), 3)) for name in frames}
+    for sample, q in enumerate(configuration):
+        pin.framesForwardKinematics(robot.model, data, q)
+        for name, index in indices.items():
+            paths[name][sample] = data.oMf[index].translation
+    return paths
+
+
+def _write_figures(plan: Plan, folder: Path) -> list[Path]:
+    from fesd_robot.render import write_figures
+
+    return write_figures(plan, folder)

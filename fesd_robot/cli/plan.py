@@ -1,0 +1,90 @@
+"""`fesd-robot plan`."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fesd_robot.cli.arguments import Overrides, TaskFile
+from fesd_robot.cli.exits import ExitCode
+from fesd_robot.cli.interrupts import Interrupts
+from fesd_robot.cli.progress import Progress, progress_for
+
+if TYPE_CHECKING:
+    from fesd_robot.plans import Plan
+    from fesd_robot.task import Task
+
+logger = logging.getLogger(__name__)
+
+
+def plan(
+    task: TaskFile,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder for the results; default: runs/<name of the task>."),
+    ] = None,
+    overrides: Overrides = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing unless something goes wrong.")] = False,
+) -> None:
+    """Plan the motion that a task describes.
+
+    Writes trajectory, report, page and figures into one folder; an earlier plan there is replaced as a whole.
+
+    Ctrl-C stops the solver and writes its best iterate, marked as not solved; a second Ctrl-C aborts at once.
+    """
+    progress = progress_for(quiet)
+    with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
+        from fesd_robot.plans import check_output_folder
+        from fesd_robot.task import load_task
+
+        loaded = load_task(task, overrides or [])
+        folder = Path("runs") / loaded.name if out is None else out
+        check_output_folder(folder)
+        found = _solve(loaded, progress, interrupts)
+        _write(found, loaded, folder, interrupts)
+        _conclude(found, folder, quiet)
+    if interrupts.received:
+        raise typer.Exit(ExitCode.INTERRUPTED)
+    if not found.status.solved:
+        raise typer.Exit(ExitCode.NOT_SOLVED)
+
+
+def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
+    from fesd_robot import planner
+
+    def stop(iteration: int, objective: float) -> bool:
+        interrupts.solving()
+        progress.iteration(iteration, objective)
+        return interrupts.stop
+
+    logger.debug("solving %s", task.name)
+    with progress:
+        found = planner.plan(task, progress=progress.nlp, stop=stop)
+    interrupts.solved()
+    return found
+
+
+def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> None:
+    from fesd_robot.cli.outputs import write_optional_files
+    from fesd_robot.plans import write_plan
+
+    def extras(stage: Path) -> None:
+        write_optional_files(plan, task, stage)
+        interrupts.committing()
+
+    logger.debug("writing to %s", folder)
+    write_plan(plan, folder, extras)
+    interrupts.committed()
+
+
+def _conclude(plan: Plan, folder: Path, quiet: bool) -> None:
+    if not quiet:
+        from fesd_robot.cli.summary import summary
+
+        for line in summary(plan, folder):
+            typer.echo(line)
+    elif not plan.status.solved:
+        typer.echo(f"{plan.name}: {plan.status.message}", err=True)

@@ -1,0 +1,140 @@
+"""What is shown while a task is being solved."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+import typer
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from fesd_robot.mpcc import NlpReport
+
+COLUMNS = {
+    "sigma": 7,
+    "status": 12,
+    "iterations": 10,
+    "cost": 12,
+    "complementarity": 15,
+    "violation": 9,
+    "seconds": 7,
+}
+"""Name and width of every column of the progress table."""
+
+REFRESH_SECONDS = 0.1
+
+
+def cells(report: NlpReport) -> list[str]:
+    """Return one NLP as the entries of its row."""
+    residuals = report.residuals
+    return [
+        f"{report.sigma:.0e}",
+        report.status,
+        str(report.iterations),
+        f"{residuals.objective:.6g}",
+        f"{residuals.complementarity:.1e}",
+        f"{residuals.constraint_violation:.1e}",
+        f"{report.seconds:.1f}",
+    ]
+
+
+class Progress:
+    """Shows nothing; base of the kinds that do."""
+
+    def nlp(self, report: NlpReport) -> None:
+        """Show a finished NLP."""
+
+    def iteration(self, iteration: int, objective: float) -> None:
+        """Show where the running NLP is."""
+
+    def stopping(self) -> None:
+        """Say that the solve will stop at its next iteration."""
+        typer.echo("interrupted: stopping with the best iterate; interrupt again to abort at once", err=True)
+
+    def close(self) -> None:
+        """Leave the screen as it was found."""
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class PlainProgress(Progress):
+    """One line per NLP, for files and pipes."""
+
+    def __enter__(self) -> Progress:
+        typer.echo(self._line(COLUMNS))
+        return self
+
+    def nlp(self, report: NlpReport) -> None:
+        """Show a finished NLP."""
+        typer.echo(self._line(cells(report)))
+
+    @staticmethod
+    def _line(entries: list[str] | dict[str, int]) -> str:
+        """Return the entries in columns; typer.echo flushes after each."""
+        padded = [f"{entry:>{width}}" for entry, width in zip(entries, COLUMNS.values(), strict=True)]
+        return "  ".join(padded)
+
+
+class LiveProgress(Progress):
+    """A table that grows and, below it, the running iteration, for terminals."""
+
+    def __init__(self, console: Console) -> None:
+        self._table = Table(box=None, pad_edge=False, header_style="bold")
+        for name in COLUMNS:
+            self._table.add_column(name, justify="right", no_wrap=True)
+        self._line = Text()
+        self._live = Live(Group(self._table, self._line), console=console, auto_refresh=False)
+        self._begin = self._shown = time.monotonic()
+        self._finished, self._stopping = 0, False
+
+    def __enter__(self) -> Progress:
+        self._live.start()
+        return self
+
+    def nlp(self, report: NlpReport) -> None:
+        """Show a finished NLP."""
+        self._finished += 1
+        self._table.add_row(*cells(report), style=None if report.status.startswith("converged") else "yellow")
+        self._live.refresh()
+
+    def iteration(self, iteration: int, objective: float) -> None:
+        """Show where the running NLP is, at most ten times a second."""
+        now = time.monotonic()
+        if self._stopping or now - self._shown < REFRESH_SECONDS:
+            return
+        self._shown = now
+        text = f"NLP {self._finished + 1}: iteration {iteration}, cost {objective:.6g}, {now - self._begin:.0f} s"
+        self._show(text, "dim")
+
+    def stopping(self) -> None:
+        """Say that the solve will stop at its next iteration."""
+        self._stopping = True
+        self._show("stopping with the best iterate; Ctrl-C again to abort at once", "yellow")
+
+    def close(self) -> None:
+        """Leave the table and remove the line below it."""
+        self._line.plain = ""
+        self._live.stop()
+
+    def _show(self, text: str, style: str) -> None:
+        self._line.plain, self._line.style = text, style
+        self._live.refresh()
+
+
+def progress_for(quiet: bool) -> Progress:
+    """Return the kind of progress that suits where the output goes."""
+    console = Console()
+    if quiet:
+        return Progress()
+    return LiveProgress(console) if console.is_terminal and not console.is_dumb_terminal else PlainProgress()

@@ -1,0 +1,32 @@
+"""The choice between the forms of the contact logic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.contact.multipliers import multiplier_contact_system
+from fesd_robot.contact.steps import step_contact_system
+
+
+def contact_system(
+    mechanics: Mechanics,
+    contacts: Sequence[PlanarContact],
+    options: ContactOptions,
+    parameters: ca.SX | None = None,
+) -> ContactSystem:
+    """Return rigid-body motion with planar contacts in the form that `options` names.
+
+    Args:
+        parameters: SX symbols that costs and constraints will use, constant on each control interval.
+
+    Raises:
+        ValueError: the multiplier form with a gap that is not integrated.
+    """
+    if options.form == "steps":
+        return step_contact_system(mechanics, contacts, options, parameters)
+    if options.gap != "integrated":
+        raise ValueError("the form 'multipliers' needs gap='integrated', found gap='true'")
+    return multiplier_contact_system(mechanics, contacts, options, parameters)

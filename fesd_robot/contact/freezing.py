@@ -1,0 +1,109 @@
+"""Time-freezing dynamics: free motion and, with the clock standing still, what impacts do to the velocity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from fesd_robot.contact.model import ContactOptions, Mechanics, PlanarContact
+
+
+@dataclass(frozen=True)
+class FreezingState:
+    """Symbols of a time-freezing system: y = (q, v, t, p) and control (u, s); no p without an integrated gap."""
+
+    state: ca.SX
+    control: ca.SX
+    speed: ca.SX
+    gaps: ca.SX
+    state_names: list[str]
+    control_names: list[str]
+
+
+def freezing_state(mechanics: Mechanics, contacts: Sequence[PlanarContact], options: ContactOptions) -> FreezingState:
+    """Return the symbols of the time-freezing system."""
+    speed, clock = ca.SX.sym("s"), ca.SX.sym("t")
+    gaps = ca.SX.sym("p", len(contacts) if options.gap == "integrated" else 0)
+    return FreezingState(
+        state=ca.vertcat(mechanics.configuration, mechanics.velocity, clock, gaps),
+        control=ca.vertcat(mechanics.control, speed),
+        speed=speed,
+        gaps=gaps,
+        state_names=[
+            *mechanics.configuration_names,
+            *(f"{name} velocity" for name in mechanics.velocity_names),
+            "clock",
+            *[f"{contact.name} integrated gap" for contact in contacts][: gaps.numel()],
+        ],
+        control_names=[*mechanics.control_names, "speed of time"],
+    )
+
+
+def normal_speeds(
+    mechanics: Mechanics, contacts: Sequence[PlanarContact], options: ContactOptions, symbols: FreezingState
+) -> list[ca.SX]:
+    """Return the speed that every contact's logic sees: J_n v, or J_n v + kappa (f_c - p) with an integrated gap.
+
+    The second term pulls p to the true gap in flight. In stance, where p = 0, it pulls the true gap to zero: what the
+    Runge-Kutta scheme lets drift there decays with the rate kappa.
+    """
+    speeds = [ca.dot(contact.normal, mechanics.velocity) for contact in contacts]
+    if not symbols.gaps.numel():
+        return speeds
+    return [
+        speed + options.gap_feedback * (contact.gap - gap)
+        for speed, contact, gap in zip(speeds, contacts, ca.vertsplit(symbols.gaps), strict=True)
+    ]
+
+
+def freezing_dynamics(
+    mechanics: Mechanics,
+    contacts: Sequence[PlanarContact],
+    options: ContactOptions,
+    symbols: FreezingState,
+    theta_ode: ca.SX,
+    shares: Sequence[tuple[ca.SX, ca.SX]],
+) -> tuple[ca.SX, ca.SX]:
+    """Return mass matrix and right-hand side, E y' = f.
+
+    ``y' = theta_ODE s (dq/dt, M^-1 (B u - h), 1, J_n v + kappa (f_c - p)) + sum_c (theta_+ f_+ + theta_- f_-)`` with
+    ``f_-+ = (0, M^-1 (J_n +- mu J_t) a_n, 0, 0)``. E carries the mass matrix, so that M is never inverted.
+
+    Args:
+        theta_ode: share of the free motion.
+        shares: (theta_+, theta_-) of every contact; plus belongs to J_t v > 0.
+
+    Source: Nurkanovic et al., arXiv 2111.06759, section 3; the integrated gap is ours.
+    """
+    rate = theta_ode * symbols.speed
+    push = ca.SX.zeros(mechanics.velocity.numel())
+    for contact, (plus, minus) in zip(contacts, shares, strict=True):
+        push += (plus + minus) * contact.normal
+        if contact.friction > 0:
+            push += contact.friction * (minus - plus) * contact.tangent
+    gap_rates = []
+    if symbols.gaps.numel():
+        gap_rates = [rate * speed for speed in normal_speeds(mechanics, contacts, options, symbols)]
+    right_hand_side = ca.vertcat(
+        rate * mechanics.configuration_derivative,
+        rate * mechanics.force + options.auxiliary_acceleration * push,
+        rate,
+        *gap_rates,
+    )
+    identity = ca.SX.eye
+    mass_matrix = ca.diagcat(
+        identity(mechanics.configuration.numel()), mechanics.mass_matrix, identity(1 + len(gap_rates))
+    )
+    return mass_matrix, right_hand_side
+
+
+def free_share(closed: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
+    """Return theta_ODE = prod_c (1 - beta_c), with its partial products as lifted (name, symbol, definition)."""
+    product, lifted = 1 - closed[0], []
+    for i, beta in enumerate(closed[1:], start=2):
+        symbol = ca.SX.sym(f"theta_ode{i}")
+        lifted.append((f"theta_ODE of {i} contacts", symbol, product * (1 - beta)))
+        product = symbol
+    return product, lifted

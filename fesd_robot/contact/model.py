@@ -1,0 +1,92 @@
+"""What the contact layer takes and gives: a mechanism, its contacts, and the time-freezing system made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import casadi as ca
+
+from fesd_robot.dcs import ComplementaritySystem
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """M(q) dv/dt = force(q, v, u), dq/dt = configuration_derivative(q, v), as SX expressions.
+
+    Attributes:
+        configuration, velocity, control: symbols q (n_q), v (n_v), u (n_u).
+        configuration_derivative: (n_q); `mass_matrix`: (n_v, n_v); `force`: B u - h, (n_v).
+        configuration_names, velocity_names, control_names: one name an entry.
+    """
+
+    configuration: ca.SX
+    velocity: ca.SX
+    control: ca.SX
+    configuration_derivative: ca.SX
+    mass_matrix: ca.SX
+    force: ca.SX
+    configuration_names: Sequence[str]
+    velocity_names: Sequence[str]
+    control_names: Sequence[str]
+
+
+@dataclass(frozen=True)
+class PlanarContact:
+    """A contact in the plane: gap f_c(q), m; J_n and J_t in velocity space, (n_v); friction coefficient mu."""
+
+    name: str
+    gap: ca.SX
+    normal: ca.SX
+    tangent: ca.SX
+    friction: float
+
+
+@dataclass(frozen=True)
+class ContactOptions:
+    """Which form of the contact logic is built.
+
+    Args:
+        form: ``multipliers``: the shares of the fields are the variables; ``steps``: set-valued step functions of gap
+            and velocities, as published.
+        gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q),
+            for steps only.
+        gap_feedback: kappa, 1/s.
+        gate: let velocity signs count at the ground only; for steps, multipliers always do.
+        selection_weight: epsilon of epsilon ||alpha||^2 at every stage, for steps.
+        auxiliary_acceleration: a_n, N per unit of J_n, strength of the auxiliary fields.
+    """
+
+    form: Literal["multipliers", "steps"] = "multipliers"
+    gap: Literal["integrated", "true"] = "integrated"
+    gap_feedback: float = 30.0
+    gate: bool = True
+    selection_weight: float = 1e-3
+    auxiliary_acceleration: float = 100.0
+
+
+@dataclass(frozen=True)
+class ContactSystem:
+    """A time-freezing system and the expressions that lead back to physics.
+
+    The state is y = (q, v, t, p_1..p_nc), the control (u, s) with the speed of time s last.
+
+    Attributes:
+        system: the complementarity system.
+        theta_ode: share of free motion, SX in z; zero while the clock stands still.
+        theta_auxiliary: (plus, minus) multipliers of each contact's auxiliary fields, SX in z.
+        clock_rate: theta_ode * s = dt/dtau.
+        theta_error: largest deviation of the multipliers from their definition; for one contact this is
+            |theta_ODE + theta_+ + theta_- - 1|.
+        integrated_gap: whether the p states exist.
+        gap_lower: lower bound of the p states, m.
+    """
+
+    system: ComplementaritySystem
+    theta_ode: ca.SX
+    theta_auxiliary: list[tuple[ca.SX, ca.SX]]
+    clock_rate: ca.SX
+    theta_error: ca.SX
+    integrated_gap: bool
+    gap_lower: float

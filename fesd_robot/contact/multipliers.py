@@ -1,0 +1,102 @@
+"""Contact with the shares of the fields as variables: the step functions eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.contact.freezing import free_share, freezing_dynamics, freezing_state, normal_speeds
+from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.dcs import ComplementaritySystem, Exclusion
+
+
+def multiplier_contact_system(
+    mechanics: Mechanics,
+    contacts: Sequence[PlanarContact],
+    options: ContactOptions,
+    parameters: ca.SX | None = None,
+) -> ContactSystem:
+    """Return rigid-body motion with planar contacts whose variables are theta_+ and theta_- alone.
+
+    With beta = theta_+ + theta_- <= 1 and theta_ODE = prod_c (1 - beta_c), the step logic of gap p >= 0, normal speed
+    J_n v and tangential speed J_t v says, for every contact and between all points of a finite element:
+
+    - no force at a distance: ``p beta = 0``;
+    - no force while parting, ``J_n v > 0 => beta = 0``, and no free motion while approaching a closed contact,
+      ``J_n v < 0 and beta > 0 => beta = 1``: an impact fills its element, and the clock stands still in all of it;
+    - friction opposes sliding: ``J_t v < 0 => theta_+ = 0`` and ``J_t v > 0 => theta_- = 0``.
+
+    In flight every condition is vacuous, so no element ends where a velocity changes its sign in the air. In stance
+    p = 0 holds along the element, so J_n v = 0 at its stages determines beta, and nothing is left to choose.
+
+    A step function needs three variables and two pairs at every stage (alpha, lambda_n, lambda_p), three steps a
+    contact; this form needs two variables a contact. The left boundary takes part through the state itself. (Gating
+    the velocity steps by 1 - alpha_q loses it: the multiplier of a touchdown belongs to the element before, where the
+    gate is shut, and an element may then smear an impact over moving time, with energy from nowhere.)
+
+    Source: the step functions of arXiv 2303.18066, section V, eliminated by the signs of a time-freezing contact
+    (arXiv 2111.06759, section 3).
+    """
+    symbols = freezing_state(mechanics, contacts, options)
+    names, variables, exclusions = [], [], []
+    shares: list[tuple[ca.SX, ca.SX]] = []
+    speeds = normal_speeds(mechanics, contacts, options, symbols)
+    for i, (gap, normal_speed, contact) in enumerate(zip(ca.vertsplit(symbols.gaps), speeds, contacts, strict=True)):
+        plus = ca.SX.sym(f"theta_plus{i}")
+        minus = ca.SX.sym(f"theta_minus{i}") if contact.friction > 0 else ca.SX(0)
+        beta = plus + minus
+        tangential_speed = ca.dot(contact.tangent, mechanics.velocity)
+        exclusions += [
+            Exclusion(f"force at a distance [{contact.name}]", gap, beta),
+            Exclusion(f"force while parting [{contact.name}]", normal_speed, beta, rank=1),
+            Exclusion(f"motion during impact [{contact.name}]", -normal_speed, beta, rest=1 - beta, rank=1),
+        ]
+        variables.append(plus)
+        names.append(f"theta_+[{contact.name}]")
+        if contact.friction > 0:
+            variables.append(minus)
+            names.append(f"theta_-[{contact.name}]")
+            exclusions += [
+                Exclusion(f"friction along sliding, backwards [{contact.name}]", -tangential_speed, plus, rank=1),
+                Exclusion(f"friction along sliding, forwards [{contact.name}]", tangential_speed, minus, rank=1),
+            ]
+        shares.append((plus, minus))
+    closed = [plus + minus for plus, minus in shares]
+    theta_ode, lifted = free_share(closed)
+    mass_matrix, right_hand_side = freezing_dynamics(mechanics, contacts, options, symbols, theta_ode, shares)
+    products = [symbol for _, symbol, _ in lifted]
+    exact = ca.SX(1)
+    for beta in closed:
+        exact *= 1 - beta
+    n_theta, n_products, nothing = len(variables), len(products), ca.SX(0, 1)
+    system = ComplementaritySystem(
+        state=symbols.state,
+        control=symbols.control,
+        parameters=nothing if parameters is None else parameters,
+        algebraic=ca.vertcat(*variables, *products),
+        mass_matrix=mass_matrix,
+        right_hand_side=right_hand_side,
+        residual=ca.vertcat(nothing, *[symbol - definition for _, symbol, definition in lifted]),
+        multiplier=nothing,
+        partner=nothing,
+        algebraic_lower=np.zeros(n_theta + n_products),
+        algebraic_upper=np.ones(n_theta + n_products),
+        selection=ca.SX(0),
+        guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), np.ones(n_products)]),
+        state_names=symbols.state_names,
+        control_names=symbols.control_names,
+        algebraic_names=[*names, *(name for name, _, _ in lifted)],
+        pair_names=[],
+        exclusions=exclusions,
+    )
+    return ContactSystem(
+        system=system,
+        theta_ode=theta_ode,
+        theta_auxiliary=shares,
+        clock_rate=theta_ode * symbols.speed,
+        theta_error=ca.fabs(theta_ode - exact),
+        integrated_gap=True,
+        gap_lower=0.0,
+    )
