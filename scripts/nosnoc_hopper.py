@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import casadi as ca
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 if TYPE_CHECKING:
     from nosnoc import NosnocModel, NosnocOcp, NosnocOpts, NosnocSolver
@@ -27,10 +28,10 @@ TOTAL_MASS, LEG_MASS, TOTAL_INERTIA = 1.1, 0.1, 0.275  # kg, kg, kg m2
 FRICTION, GRAVITY, AUXILIARY_ACCELERATION = 0.45, 9.81, 100.0  # -, m/s2, m/s2
 START_X, STANDING, APEX, LEG_AT_APEX = 0.1, 0.5, 1.0, 0.1  # m
 SPEED_OF_TIME = (0.1, 20.0)
-RUNNING = np.array([100, 100, 20, 50, 0.1, 0.1, 0.1, 0.1])
-TERMINAL = np.array([300, 300, 300, 300, 0.1, 0.1, 0.1, 0.1])
-CONTROL = np.array([0.01, 0.01, 1e-5])  # torque, leg force, slack
-INERTIAS = np.array([TOTAL_MASS, TOTAL_MASS, TOTAL_INERTIA, LEG_MASS])
+RUNNING = np.diag([100, 100, 20, 50, 0.1, 0.1, 0.1, 0.1])
+TERMINAL = np.diag([300, 300, 300, 300, 0.1, 0.1, 0.1, 0.1])
+CONTROL = np.diag([0.01, 0.01, 1e-5])  # torque, leg force, slack
+MASS_MATRIX = np.diag([TOTAL_MASS, TOTAL_MASS, TOTAL_INERTIA, LEG_MASS])
 
 
 @dataclass(frozen=True)
@@ -42,20 +43,21 @@ class Course:
     duration: float
     intervals: int
 
-    @property
-    def end(self) -> np.ndarray:
-        """State to end in, without the clock, (8)."""
-        return np.array([self.goal, STANDING, 0, STANDING, 0, 0, 0, 0])
-
     def reference(self) -> np.ndarray:
-        """State to track at the end of every interval, without the clock, (intervals, 8): one parabola a jump."""
-        ends = np.arange(1, self.intervals + 1) * self.jumps / self.intervals
-        share = ends % 1.0
-        arc = 4 * share * (1 - share)
-        states = np.zeros((self.intervals, 8))
-        states[:, 0] = START_X + (self.goal - START_X) * ends / self.jumps
-        states[:, 1] = STANDING + (APEX - STANDING) * arc
-        states[:, 3] = STANDING + (LEG_AT_APEX - STANDING) * arc
+        """States at the ends of all intervals, without the clock, first the initial one, (intervals + 1, 8).
+
+        One jump is a spline through its start, apex and end: a parabola.
+        """
+        length = (self.goal - START_X) / self.jumps
+        share = np.linspace(0, 1, self.intervals // self.jumps + 1)[1:]
+        start = np.array([START_X, STANDING, 0, STANDING, 0, 0, 0, 0])
+        states = start[None]
+        for _ in range(self.jumps):
+            apex = np.array([start[0] + length / 2, APEX, 0, LEG_AT_APEX, 0, 0, 0, 0])
+            end = np.array([start[0] + length, STANDING, 0, STANDING, 0, 0, 0, 0])
+            arc = CubicSpline([0, 0.5, 1], [start, apex, end])(share)
+            states = np.vstack([states, arc[:-1], end])
+            start = end
         return states
 
 
@@ -76,11 +78,15 @@ def tracking_cost(
         time: s, (n). states: without the clock, (n, 8). controls: torque and leg force per interval, (intervals, 2).
         interval: which interval the piece after each sample but the last belongs to, integers, (n - 1).
     """
-    reference = course.reference()[interval]
-    left, right = (((states[part] - reference) ** 2) @ RUNNING for part in (slice(None, -1), slice(1, None)))
-    effort = (controls[interval] ** 2) @ CONTROL[:2]
-    running = np.sum(np.diff(time) * (0.5 * (left + right) + effort))
-    return float(running + ((states[-1] - course.end) ** 2) @ TERMINAL)
+    ends = course.reference()[1:]
+    reference = ends[interval]
+    left, right = (_squares(part - reference, RUNNING) for part in (states[:-1], states[1:]))
+    running = np.sum(np.diff(time) * (0.5 * (left + right) + _squares(controls[interval], CONTROL[:2, :2])))
+    return float(running + _squares(states[-1:] - ends[-1], TERMINAL)[0])
+
+
+def _squares(rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    return np.sum((rows @ weights) * rows, axis=1)
 
 
 def build(course: Course, multipliers: Multipliers) -> tuple[NosnocModel, NosnocOcp]:
@@ -93,23 +99,26 @@ def build(course: Course, multipliers: Multipliers) -> tuple[NosnocModel, Nosnoc
     weights, frozen = ca.SX.sym("theta", 3), ca.SX.sym("beta")
     tracked = ca.SX.sym("tracked", 8)
     state = ca.vertcat(q, v)
+    reference = course.reference()
+    inverse_inertia = ca.inv(MASS_MATRIX)
 
-    sine, cosine = ca.sin(q[2]), ca.cos(q[2])
-    normal = ca.vertcat(0, 1, q[3] * sine, -cosine)
-    tangent = ca.vertcat(1, 0, q[3] * cosine, sine)
-    normal_speed, tangent_speed = ca.dot(normal, v), ca.dot(tangent, v)
-    acceleration = ca.vertcat(-sine * force[1], cosine * force[1] - TOTAL_MASS * GRAVITY, force[0], force[1]) / INERTIAS
-    motion = speed * ca.vertcat(v, acceleration, 1)
+    gap_now = q[1] - q[3] * ca.cos(q[2])
+    normal = ca.vertcat(0, 1, q[3] * ca.sin(q[2]), -ca.cos(q[2]))
+    tangent = ca.vertcat(1, 0, q[3] * ca.cos(q[2]), ca.sin(q[2]))
+    normal_speed, tangent_speed = normal.T @ v, tangent.T @ v
+    weight = np.array([0, -TOTAL_MASS * GRAVITY, 0, 0])
+    applied = weight + ca.vertcat(-ca.sin(q[2]) * force[1], ca.cos(q[2]) * force[1], force[0], force[1])
+    motion = speed * ca.vertcat(v, inverse_inertia @ applied, 1)
     slide_forward, slide_backward = (
-        ca.vertcat(ca.DM.zeros(4), AUXILIARY_ACCELERATION * (normal - sign * FRICTION * tangent) / INERTIAS, 0)
-        for sign in (1, -1)
+        ca.vertcat(ca.DM.zeros(4), inverse_inertia @ push * AUXILIARY_ACCELERATION, 0)
+        for push in (normal - FRICTION * tangent, normal + FRICTION * tangent)
     )
     on_gap, on_normal, on_tangent = ca.vertsplit(steps)
     moving = on_gap + frozen if multipliers == "published" else 1 - frozen
     model = NosnocModel(
         name="hopper",
         x=ca.vertcat(state, clock),
-        x0=np.array([START_X, STANDING, 0, STANDING, 0, 0, 0, 0, 0]),
+        x0=np.append(reference[0], 0.0),
         u=ca.vertcat(force, slack, speed),
         z=ca.vertcat(weights, frozen),
         z0=np.ones(4),
@@ -118,21 +127,21 @@ def build(course: Course, multipliers: Multipliers) -> tuple[NosnocModel, Nosnoc
             frozen - (1 - on_gap) * (1 - on_normal),
         ),
         alpha=[steps],
-        c=[ca.vertcat(q[1] - q[3] * cosine, normal_speed, tangent_speed)],
+        c=[ca.vertcat(gap_now, normal_speed, tangent_speed)],
         f_x=[weights[0] * motion + weights[1] * slide_forward + weights[2] * slide_backward],
         p_time_var=tracked,
-        p_time_var_val=course.reference(),
+        p_time_var_val=reference[1:],
         t_var=clock,
     )
-    effort = ca.dot(CONTROL, ca.vertcat(force, slack) ** 2)
+    effort = ca.vertcat(force, slack)
     ocp = NosnocOcp(
         lbu=np.array([-50, -50, 0, SPEED_OF_TIME[0]]),
         ubu=np.array([50, 50, 100, SPEED_OF_TIME[1]]),
         u_guess=np.array([0, 0, 0, 1]),
         lbx=np.array([0, 0, -np.pi, 0.1, -10, -10, -5, -5, -np.inf]),
         ubx=np.array([course.goal + 0.1, 1.5, np.pi, 0.5, 10, 10, 5, 5, np.inf]),
-        f_q=speed * (ca.dot(RUNNING, (state - tracked) ** 2) + effort),
-        f_terminal=ca.dot(TERMINAL, (state - course.end) ** 2),
+        f_q=speed * ((state - tracked).T @ RUNNING @ (state - tracked) + effort.T @ CONTROL @ effort),
+        f_terminal=(state - reference[-1]).T @ TERMINAL @ (state - reference[-1]),
         g_path_comp=ca.horzcat(ca.vertcat(tangent_speed, -tangent_speed), ca.vertcat(frozen, frozen)),
     )
     return model, ocp
@@ -169,8 +178,8 @@ def prepare(course: Course, multipliers: Multipliers) -> NosnocSolver:
     from nosnoc import NosnocSolver
 
     solver = NosnocSolver(options(course), *build(course, multipliers))
-    ends = course.duration * np.arange(1, course.intervals + 1) / course.intervals
-    solver.set("x", np.column_stack([course.reference(), ends]))
+    clock = np.linspace(0, course.duration, course.intervals + 1)
+    solver.set("x", np.column_stack([course.reference(), clock])[1:])
     return solver
 
 

@@ -123,7 +123,10 @@ def _controls(motion: MotionProblem) -> list[str]:
 def _ground(motion: MotionProblem) -> str:
     ground = motion.task.ground
     slope = f"rising by {ground.slope:g} rad along +x" if ground.slope else "level"
-    return f"Plane, {slope}, height {ground.height:g} m at x = 0; friction {ground.friction:g} unless a contact has its own."
+    return (
+        f"Plane, {slope}, at height {ground.height:g} m for x = 0; friction {ground.friction:g} unless a contact has "
+        "its own."
+    )
 
 
 def _contacts(motion: MotionProblem) -> list[str]:

@@ -30,18 +30,21 @@ class Interrupts:
     """Takes over SIGINT while a `with` block runs, and gives it back afterwards.
 
     Python runs signal handlers between bytecodes of the main thread only, so not while IPOPT works on an iteration. A
-    thread therefore reads the bytes that `signal.set_wakeup_fd` sends: IPOPT leaves it free to run. CasADi swallows
-    exceptions of signal handlers, so that an interrupt is remembered and raised again where it may have been lost.
+    thread therefore reads the bytes that `signal.set_wakeup_fd` sends, and both count the interrupts of a solve: the
+    handler may see two as one, the thread may see one too late. CasADi swallows exceptions of signal handlers, so an
+    interrupt is remembered and raised again where it may have been lost.
 
     Args:
         on_request: called at the first interrupt of a solve, from another thread.
-        on_abort: called before the second one ends the process, from another thread.
+        on_abort: called before the second one ends the process, from either thread.
     """
 
     def __init__(self, on_request: Callable[[], None], on_abort: Callable[[], None]) -> None:
         self._on_request, self._on_abort = on_request, on_abort
         self._phase = Phase.ABORTABLE
         self._requested = self._aborted = self._late = False
+        self._handled = 0
+        self._aborting = threading.Lock()
         self._restore = contextlib.ExitStack()
 
     @property
@@ -107,6 +110,9 @@ class Interrupts:
     def _handle(self, number: int, frame: FrameType | None) -> Any:
         if self._phase is Phase.SOLVING:
             self._requested = True
+            self._handled += 1
+            if self._handled > 1:
+                self._abort()
         elif self._phase is Phase.COMMITTING:
             self._late = True
         else:
@@ -124,5 +130,12 @@ class Interrupts:
                     self._requested = True
                     self._on_request()
                 else:
-                    self._on_abort()
-                    os._exit(ExitCode.INTERRUPTED)
+                    self._abort()
+
+    def _abort(self) -> None:
+        """End the process without waiting for the solver; nothing has been written yet."""
+        # Both threads may get here; the second waits for the first to end the process, but not for ever.
+        if self._aborting.acquire(timeout=1.0):
+            with contextlib.suppress(Exception):
+                self._on_abort()
+        os._exit(ExitCode.INTERRUPTED)

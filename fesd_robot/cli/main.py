@@ -2,55 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
-from fesd_robot import __version__
-from fesd_robot.cli.check import check
-from fesd_robot.cli.group import CommandGroup
-from fesd_robot.cli.logs import set_up_logging
-from fesd_robot.cli.plan import plan
-from fesd_robot.cli.report import report
-from fesd_robot.cli.schema import schema
-
-app = typer.Typer(
-    cls=CommandGroup,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"fesd-robot {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def program(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
-    ] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say on stderr what is being done.")] = False,
-) -> None:
-    """Plan robot motion through contact, from a task file to a checked trajectory.
-
-    Exit status: 0 solved, 2 bad input, 3 not solved (files still written, marked so), 130 interrupted.
-    """
-    set_up_logging(verbose)
-
-
-for command in (plan, check, report, schema):
-    app.command()(command)
+import sys
 
 
 def main() -> None:
     """Run the program with the arguments of the process."""
-    app(prog_name="fesd-robot")
+    try:
+        from fesd_robot.cli.app import app
 
-
-if __name__ == "__main__":
-    main()
+        app(prog_name="fesd-robot")
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -55,13 +55,15 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
     robot = load_robot(task.locate_model(), root=task.robot.root, armature=task.robot.armature)
     trajectory = plan.trajectory
     configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
+    # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.
+    time = trajectory.time if plan.status.solved else np.maximum.accumulate(trajectory.time)
     return render_page(
         path,
         title=plan.name,
         subtitle=plan.status.message,
         model=robot.model,
         visual_model=robot.visual_model,
-        time=trajectory.time,
+        time=time,
         configuration=configuration,
         ground=GroundVisual(height=task.ground.height, slope=task.ground.slope),
         traces=frame_paths(robot, configuration, {name: contact.frame for name, contact in task.contacts.items()}),

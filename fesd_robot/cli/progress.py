@@ -7,12 +7,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console, Group
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from fesd_robot.mpcc import NlpReport
 
 COLUMNS = {
@@ -90,6 +88,11 @@ class LiveProgress(Progress):
     """A table that grows and, below it, the running iteration, for terminals."""
 
     def __init__(self, console: Console) -> None:
+        from rich.console import Group
+        from rich.live import Live
+        from rich.table import Table
+        from rich.text import Text
+
         self._table = Table(box=None, pad_edge=False, header_style="bold")
         for name in COLUMNS:
             self._table.add_column(name, justify="right", no_wrap=True)
@@ -124,7 +127,7 @@ class LiveProgress(Progress):
 
     def close(self) -> None:
         """Leave the table and remove the line below it."""
-        self._line.plain = ""
+        self._live.update(self._table)
         self._live.stop()
 
     def _show(self, text: str, style: str) -> None:
@@ -134,7 +137,9 @@ class LiveProgress(Progress):
 
 def progress_for(quiet: bool) -> Progress:
     """Return the kind of progress that suits where the output goes."""
-    console = Console()
     if quiet:
         return Progress()
+    from rich.console import Console
+
+    console = Console()
     return LiveProgress(console) if console.is_terminal and not console.is_dumb_terminal else PlainProgress()

@@ -20,13 +20,13 @@ SHOWN_CONTACTS = 3
 
 def summary(plan: Plan, folder: Path) -> list[str]:
     """Return the verdict, what the contacts did, the effort, and the files in `folder`."""
-    statistics = plan.statistics
+    effort = plan.statistics
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
         f"{plan.name}: {plan.status.message}",
         *contact_lines(plan),
-        f"{plan.trajectory.time[-1]:.6g} s of motion, cost {statistics.objective:.6g}; {statistics.variables} variables "
-        f"and {statistics.pairs} pairs, {statistics.iterations} iterations in {statistics.solve_seconds:.1f} s",
+        f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
+        f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
         f"written to {folder}: {', '.join(names)}",
     ]
 

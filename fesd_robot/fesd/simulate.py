@@ -17,6 +17,10 @@ from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxation import scholtes
 
 
+FIRST_SIGMAS = (1e-2, 1e-1, 1e-3, 1.0, 1e-4)
+"""First sigma of a step's homotopy, and those that are tried when it fails."""
+
+
 class SimulationError(FesdRobotError):
     """A step that could not be solved.
 
@@ -57,7 +61,7 @@ def simulate(
         controls: u of every step, (n_u, steps).
         duration: numerical time of all steps.
         options: elements per step, scheme, equilibration.
-        solver: homotopy of each step.
+        solver: homotopy of each step; its first sigma is one of `FIRST_SIGMAS`, tried in turn.
         state_lower: bounds of the state, (n_x); minus infinity if omitted.
         parameters: values of the system's parameters, (n_p).
 
@@ -73,7 +77,7 @@ def simulate(
     if np.ndim(controls) != 2 or controls.shape[0] != n_u:
         raise DimensionError(f"controls has shape {np.shape(controls)}, expected ({n_u}, steps)")
     options = options or FesdOptions(elements=2)
-    solver = solver or HomotopyOptions(tolerance=1e-10, rank_ratio=1.0)
+    solver = solver or HomotopyOptions(tolerance=1e-10, sigma_factor=0.3)
     steps = controls.shape[1]
     length = duration / steps
     values = np.zeros((0, 1)) if parameters is None else np.asarray(parameters, dtype=float).reshape(-1, 1)
@@ -107,7 +111,10 @@ def simulate(
     state, elements, states = np.asarray(initial, dtype=float), list[Element](), [np.asarray(initial, dtype=float)]
     for k in range(steps):
         problem = replace(step_problem(state, controls[:, k]).problem, blocks=blocks)
-        solution = solve(problem, solver, nlp=nlp)
+        for sigma in FIRST_SIGMAS:
+            solution = solve(problem, replace(solver, sigma_start=max(sigma, solver.tolerance)), nlp=nlp)
+            if solution.solved:
+                break
         if not solution.solved:
             residuals = solution.residuals
             raise SimulationError(

@@ -112,10 +112,10 @@ class Method(Section):
     step_equilibration: StepEquilibration = Field(
         default_factory=StepEquilibration, description="What keeps elements between two switches equally long."
     )
-    step_freedom: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = Field(
+    step_freedom: Positive = Field(
         default=1.0,
-        description="How much longer than its equal share an element may become, as a fraction gamma_h of it, more "
-        "than 0 and at most 1.",
+        description="How much longer than its equal share an element may become, as a fraction gamma_h of it. With 1, "
+        "three elements hold an impact only in the middle third of their interval; with 2, anywhere.",
     )
     auxiliary_acceleration: Annotated[
         float | Literal["auto"],

@@ -67,7 +67,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("apex: {leg: 0.1}", "apex: {}", 35, "reference.apex", ["an empty mapping", "at least one entry"]),
     ("tolerance: 1e-8", "tolerance: 0", 50, "solver.tolerance", ["found 0", "greater than 0"]),
     ("tolerance: 1e-8", "sigma_factor: 1", 50, "solver.sigma_factor", ["found 1", "less than 1"]),
-    ("stages: 2", "step_freedom: 1.5", 45, "method.step_freedom", ["found 1.5", "at most 1"]),
+    ("stages: 2", "step_freedom: 0", 45, "method.step_freedom", ["found 0", "greater than 0"]),
     ("stages: 2", "auxiliary_acceleration: 0", 45, "method.auxiliary_acceleration", ["found 0", "'auto'"]),
     # choices and union tags
     ("root: fixed", "root: floating", 4, "robot.root", ["'floating'", "'fixed', 'planar' or 'free_flyer'"]),
