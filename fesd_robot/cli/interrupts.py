@@ -57,10 +57,11 @@ class Interrupts:
         """Whether there was any interrupt."""
         return self.stop or self._late
 
-    def solving(self) -> None:
-        """Say that the solver is running."""
-        if self._phase is not Phase.SOLVING:
-            self._phase = Phase.SOLVING
+    def solving(self) -> bool:
+        """Say that the solver is running; returns whether that is news."""
+        news = self._phase is not Phase.SOLVING
+        self._phase = Phase.SOLVING
+        return news
 
     def solved(self) -> None:
         """Say that the solver is done; raises KeyboardInterrupt if one came before it could take a step."""
@@ -128,7 +129,8 @@ class Interrupts:
                 presses += 1
                 if presses == 1:
                     self._requested = True
-                    self._on_request()
+                    with contextlib.suppress(Exception):
+                        self._on_request()
                 else:
                     self._abort()
 

@@ -37,6 +37,7 @@ def plan(
     """
     progress = progress_for(quiet)
     with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
+        from fesd_robot.cli.summary import summary
         from fesd_robot.plans import check_output_folder
         from fesd_robot.task import load_task
 
@@ -44,8 +45,11 @@ def plan(
         folder = Path("runs") / loaded.name if out is None else out
         check_output_folder(folder)
         found = _solve(loaded, progress, interrupts)
-        _write(found, loaded, folder, interrupts)
-        _conclude(found, folder, quiet)
+        written = _write(found, loaded, folder, interrupts)
+        if not quiet:
+            typer.echo("\n".join(summary(found, written, folder)))
+        elif not found.status.solved:
+            typer.echo(f"{found.name}: {found.status.message}", err=True)
     if interrupts.received:
         raise typer.Exit(ExitCode.INTERRUPTED)
     if not found.status.solved:
@@ -56,18 +60,19 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
     from fesd_robot import planner
 
     def stop(iteration: int, objective: float) -> bool:
-        interrupts.solving()
+        if interrupts.solving():
+            logger.debug("the solver is running")
         progress.iteration(iteration, objective)
         return interrupts.stop
 
-    logger.debug("solving %s", task.name)
+    logger.debug("building the problem of %s", task.name)
     with progress:
         found = planner.plan(task, progress=progress.nlp, stop=stop)
     interrupts.solved()
     return found
 
 
-def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> None:
+def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> Path:
     from fesd_robot.cli.outputs import write_optional_files
     from fesd_robot.plans import write_plan
 
@@ -76,15 +81,6 @@ def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> None
         interrupts.committing()
 
     logger.debug("writing to %s", folder)
-    write_plan(plan, folder, extras)
+    written = write_plan(plan, folder, extras)
     interrupts.committed()
-
-
-def _conclude(plan: Plan, folder: Path, quiet: bool) -> None:
-    if not quiet:
-        from fesd_robot.cli.summary import summary
-
-        for line in summary(plan, folder):
-            typer.echo(line)
-    elif not plan.status.solved:
-        typer.echo(f"{plan.name}: {plan.status.message}", err=True)
+    return written

@@ -67,21 +67,29 @@ class Progress:
 
 
 class PlainProgress(Progress):
-    """One line per NLP, for files and pipes."""
+    """One line per NLP, for files and pipes; the header appears as soon as the solver runs."""
 
-    def __enter__(self) -> Progress:
-        typer.echo(self._line(COLUMNS))
-        return self
+    def __init__(self) -> None:
+        self._begun = False
 
     def nlp(self, report: NlpReport) -> None:
         """Show a finished NLP."""
-        typer.echo(self._line(cells(report)))
+        self._begin()
+        self._print(cells(report))
+
+    def iteration(self, iteration: int, objective: float) -> None:
+        """Show the header."""
+        self._begin()
+
+    def _begin(self) -> None:
+        if not self._begun:
+            self._begun = True
+            self._print(list(COLUMNS))
 
     @staticmethod
-    def _line(entries: list[str] | dict[str, int]) -> str:
-        """Return the entries in columns; typer.echo flushes after each."""
-        padded = [f"{entry:>{width}}" for entry, width in zip(entries, COLUMNS.values(), strict=True)]
-        return "  ".join(padded)
+    def _print(entries: list[str]) -> None:
+        """Print the entries in columns; typer.echo flushes."""
+        typer.echo("  ".join(f"{entry:>{width}}" for entry, width in zip(entries, COLUMNS.values(), strict=True)))
 
 
 class LiveProgress(Progress):
@@ -101,15 +109,11 @@ class LiveProgress(Progress):
         self._begin = self._shown = time.monotonic()
         self._finished, self._stopping = 0, False
 
-    def __enter__(self) -> Progress:
-        self._live.start()
-        return self
-
     def nlp(self, report: NlpReport) -> None:
         """Show a finished NLP."""
         self._finished += 1
         self._table.add_row(*cells(report), style=None if report.status.startswith("converged") else "yellow")
-        self._live.refresh()
+        self._refresh()
 
     def iteration(self, iteration: int, objective: float) -> None:
         """Show where the running NLP is, at most ten times a second."""
@@ -127,11 +131,18 @@ class LiveProgress(Progress):
 
     def close(self) -> None:
         """Leave the table and remove the line below it."""
-        self._live.update(self._table)
-        self._live.stop()
+        if self._live.is_started:
+            self._live.update(self._table)
+            self._live.stop()
 
     def _show(self, text: str, style: str) -> None:
         self._line.plain, self._line.style = text, style
+        self._refresh()
+
+    def _refresh(self) -> None:
+        """Draw; the first drawing starts the display, so that an error before it leaves no empty table."""
+        if not self._live.is_started:
+            self._live.start()
         self._live.refresh()
 
 

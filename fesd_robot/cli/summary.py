@@ -18,8 +18,13 @@ FILES = ("plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.htm
 SHOWN_CONTACTS = 3
 
 
-def summary(plan: Plan, folder: Path) -> list[str]:
-    """Return the verdict, what the contacts did, the effort, and the files in `folder`."""
+def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
+    """Return the verdict, what the contacts did, the effort, and the files.
+
+    Args:
+        folder: where the files are.
+        shown: the folder as the user wrote it.
+    """
     effort = plan.statistics
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
@@ -27,7 +32,7 @@ def summary(plan: Plan, folder: Path) -> list[str]:
         *contact_lines(plan),
         f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
         f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
-        f"written to {folder}: {', '.join(names)}",
+        f"written to {shown}: {', '.join(names)}",
     ]
 
 

@@ -21,11 +21,8 @@ COLLAPSED = 1e-9
 SLIDING_SPEED = 1e-3
 """Tangential speed, m/s, above which a closed contact slips."""
 
-TOUCHING_GAP = 1e-3
-"""Gap, m, below which a contact can be closed."""
-
-TOUCHING_SHARE = 1e-3
-"""Share of the auxiliary field's strength above which a closed contact carries force."""
+IMPULSE_SHARE = 1e-3
+"""Share of the largest impulse above which a contact takes part in an impact."""
 
 
 @dataclass(frozen=True)
@@ -180,17 +177,20 @@ class _ElementReader:
             force=push / np.maximum(rate, 1e-300)[:, None, None],
             impulse=element.step * np.tensordot(self.tableau.b, push[:stages], axes=1),
             rate=rate,
-            mode=[] if frozen else self._modes(element, push[:stages, :, 0] / rate[:stages, None]),
+            mode=[] if frozen else self._modes(element, both[:stages].sum(axis=2)),
             theta_error=max(float(value[2]) for value in values),
         )
 
-    def _modes(self, element: Element, normal_force: np.ndarray) -> list[str]:
-        kinematics = [self._kinematics(*self.split(x)[:2]) for x in element.x[: self.tableau.stages]]
-        gap = np.array([np.asarray(value[0]).ravel() for value in kinematics])
+    def _modes(self, element: Element, beta: np.ndarray) -> list[str]:
+        """The side of each pair gap _|_ beta that is not zero: flight where the gap, in m, is the larger one."""
+        points = element.x[: self.tableau.stages]
+        kinematics = [self._kinematics(*self.split(x)[:2]) for x in points]
+        integrated = np.array([self.split(x)[2] for x in points])
+        gap = integrated if integrated.size else np.array([np.asarray(value[0]).ravel() for value in kinematics])
         speed = np.array([np.asarray(value[1]).ravel() for value in kinematics])
         modes = []
         for i in range(self.n_c):
-            if gap[:, i].min() > TOUCHING_GAP or normal_force[:, i].max() < TOUCHING_SHARE * self._strength:
+            if beta[:, i].max() <= max(gap[:, i].max(), 1e-12):
                 modes.append("flight")
             elif np.abs(speed[:, i]).max() < SLIDING_SPEED:
                 modes.append("stick")
@@ -248,7 +248,7 @@ class _Samples:
     def _close_impact(self, time: float) -> None:
         if not self._rows:
             return
-        hit = self._pending[:, 0] > TOUCHING_SHARE * self._pending[:, 0].max()
+        hit = self._pending[:, 0] > IMPULSE_SHARE * self._pending[:, 0].max()
         before = self._rows[-1]
         before["mode"] = np.where(hit, "impact", np.asarray(before["mode"], dtype=object))
         self.impacts.append(ImpactRecord(len(self._rows) - 1, len(self._rows), self._pending.copy()))

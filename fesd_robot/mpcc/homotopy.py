@@ -14,8 +14,8 @@ from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxation import Relaxation, scholtes
 
-SETTLED = 5e-4
-"""Below this sigma the active set hardly changes: NLPs start warm, and sigma falls by the square of its factor."""
+SETTLED = 5e-3
+"""Below this sigma of rank 1 the active set hardly changes: NLPs start warm, and sigma falls by the square of its factor."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
@@ -37,8 +37,8 @@ class HomotopyOptions:
 
     tolerance: float = 1e-8
     sigma_start: float = 1.0
-    sigma_factor: float = 0.1
-    rank_ratio: float = 100.0
+    sigma_factor: float = 0.35
+    rank_ratio: float = 1000.0
     max_iterations: int = 1000
     time_limit: float | None = None
     linear_solver: str = "mumps"
@@ -49,7 +49,7 @@ class HomotopyOptions:
         """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly."""
         values = [(self.sigma_start, self.sigma_start * self.rank_ratio)]
         while values[-1][1] > self.tolerance * 1.0001:
-            factor = self.sigma_factor if values[-1][0] > SETTLED else self.sigma_factor**2
+            factor = self.sigma_factor if values[-1][1] > SETTLED else self.sigma_factor**2
             first = max(values[-1][0] * factor, self.tolerance)
             values.append((first, max(values[-1][1] * factor, self.tolerance)))
         return values
@@ -133,7 +133,7 @@ def solve(
             start=point,
             lower=problem.lower,
             upper=problem.upper,
-            options=_ipopt_options(options, sigma[0], remaining),
+            options=_ipopt_options(options, sigma, remaining),
             stop=stop,
         )
         point, status = result.point, result.status
@@ -163,8 +163,9 @@ def solve(
     )
 
 
-def _ipopt_options(options: HomotopyOptions, sigma: float, remaining: float | None) -> dict[str, Any]:
+def _ipopt_options(options: HomotopyOptions, sigmas: tuple[float, float], remaining: float | None) -> dict[str, Any]:
     """IPOPT's options for one sigma; no NLP is solved more accurately than its sigma deserves."""
+    sigma, sigma_of_rank_1 = sigmas
     tolerance = max(min(0.1 * sigma, 1e-3), 1e-9)
     settings: dict[str, Any] = {
         "linear_solver": options.linear_solver,
@@ -176,7 +177,7 @@ def _ipopt_options(options: HomotopyOptions, sigma: float, remaining: float | No
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }
-    if sigma <= SETTLED:
+    if sigma_of_rank_1 <= SETTLED:
         settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
     if remaining is not None:
         settings["max_wall_time"] = remaining

@@ -146,10 +146,10 @@ class Solver(Section):
     )
     sigma_start: Positive = Field(default=1.0, description="Relaxation of the first problem, greater than tolerance.")
     sigma_factor: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = Field(
-        default=0.1, description="Factor from one relaxation to the next, between 0 and 1."
+        default=0.35, description="Factor from one relaxation to the next, between 0 and 1."
     )
     velocity_relaxation: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
-        default=100.0,
+        default=1000.0,
         description="How much larger the relaxation of the velocity conditions of contact is until that of the gap has "
         "reached the tolerance, at least 1: where contact is gets decided before what happens there.",
     )

@@ -1,0 +1,80 @@
+"""`fesd-robot check` explains a task without solving it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fesd_robot.cli.explanation import capacity
+from fesd_robot.fesd import Transcription
+from fesd_robot.ocp import formulate
+from fesd_robot.task import load_task
+
+
+def test_check_explains_robot_contacts_horizon_and_sizes(run: Callable[..., Any], task: Path, tmp_path: Path) -> None:
+    """Every part of the problem is named, with the sizes that the solver will see; nothing is written."""
+    outcome = run("check", task)
+    assert (outcome.code, outcome.err) == (0, "")
+    text = " ".join(outcome.out.split())
+    motion = formulate(load_task(task))
+    problem = Transcription(motion.ocp, motion.fesd).problem
+    for words in (
+        "'hopper' from ../models/hopper/hopper.urdf, root fixed; 1.1 kg",
+        "4 configuration and 4 velocity coordinates",
+        "root_x m 0.1 1 [0, 1.1]",
+        "Armature: leg 0.1",
+        "reaction_torque N m [-50, 50]",
+        "foot: the origin of frame 'foot', friction 0.45, inelastic; touching at the start, touching at the goal.",
+        "a_n = 100 N, as given",
+        "1 s in 20 intervals of 0.05 s; 3 finite elements each",
+        "Radau IIA with 2 stages, of order 3",
+        "The whole goal is soft",
+        "1 jump over the line from start to goal, at their middle root_z 1, leg 0.1.",
+        f"{problem.size} variables, {problem.constraints} constraints and {problem.pairs} complementarity pairs",
+    ):
+        assert words in text
+    assert max(map(len, outcome.out.splitlines())) <= 120
+    assert not list((tmp_path / "work").iterdir())
+
+
+def test_check_sees_the_overrides(run: Callable[..., Any], task: Path) -> None:
+    """Goal tolerances, heights and defaults given with --set appear in the explanation."""
+    values = [
+        "goal.tolerance={configuration: {root_x: 0.01}, velocity: {leg: 0.2}}",
+        "initial.configuration.root_z=0.7",
+        "method.auxiliary_acceleration=auto",
+        "method.elements=2",
+        "reference={type: line}",
+        "ground.slope=-0.1",
+        "costs={}",
+    ]
+    outcome = run("check", task, *[word for value in values for word in ("--set", value)])
+    assert outcome.code == 0
+    text = " ".join(outcome.out.split())
+    for words in (
+        "Hard: root_x within 0.01 m, velocity of leg within 0.2 m/s; all else is soft",
+        "0.209 m above the ground at the start",
+        "chosen from the weight",
+        "With 2, an interval can hold an impact only at its start or its end",
+        "The line from start to goal.",
+        "rising by -0.1 rad",
+        "velocity: the default for all 4",
+    ):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("elements", "words"),
+    [
+        (1, "no impact is possible"),
+        (2, "only at its start or its end"),
+        (3, "1 impact, or up to 2 other switches"),
+        (5, "2 impacts, or up to 4 other switches"),
+    ],
+)
+def test_an_impact_takes_an_element_of_its_own(elements: int, words: str) -> None:
+    """Three elements hold one impact inside an interval, five hold two."""
+    assert words in capacity(elements)

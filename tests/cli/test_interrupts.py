@@ -1,0 +1,139 @@
+"""Ctrl-C before, during and after the solve, on the real program and on the object that takes it."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fesd_robot.cli.interrupts import Interrupts
+from fesd_robot.plans import read_plan
+
+PAUSE = 0.7
+"""s into the solve."""
+
+
+def test_one_interrupt_writes_the_best_iterate(start: Callable[..., Any], task: Path, tmp_path: Path) -> None:
+    """During the solve Ctrl-C stops it; its best iterate is written, marked as interrupted; exit status 130."""
+    running = start("-v", "plan", task, "--out", "out", "--set", "output.figures=false")
+    running.wait_for("the solver is running")
+    time.sleep(PAUSE)
+    running.interrupt()
+    outcome = running.finish()
+    assert outcome.code == 130
+    assert "interrupted: stopping with the best iterate" in outcome.err and "Traceback" not in outcome.err
+    plan = read_plan(tmp_path / "out")
+    assert (plan.status.solved, plan.status.nlp) == (False, "interrupted")
+    assert (tmp_path / "out" / "plan.html").is_file()
+    assert "Not solved: interrupted" in outcome.out
+
+
+def test_a_second_interrupt_aborts_at_once(start: Callable[..., Any], task: Path, tmp_path: Path) -> None:
+    """Two interrupts end the program without files; exit status 130."""
+    running = start("-v", "plan", task, "--out", "out")
+    running.wait_for("the solver is running")
+    time.sleep(PAUSE)
+    running.interrupt()
+    running.wait_for("interrupt again to abort at once")
+    running.interrupt()
+    outcome = running.finish()
+    assert outcome.code == 130 and "Traceback" not in outcome.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_before_the_solve_leaves_nothing(start: Callable[..., Any], task: Path, tmp_path: Path) -> None:
+    """While the problem is built there is no iterate to write; exit status 130."""
+    running = start("-v", "plan", task, "--out", "out")
+    running.wait_for("building the problem")
+    running.interrupt()
+    outcome = running.finish()
+    assert outcome.code == 130 and "Traceback" not in outcome.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_while_drawing_keeps_the_earlier_plan(
+    start: Callable[..., Any], task: Path, small: list[str], tmp_path: Path
+) -> None:
+    """While the files are being made Ctrl-C drops them all: an earlier plan stays whole; exit status 130."""
+    earlier = start("plan", task, "--out", "out", *small)
+    assert earlier.finish().code == 0
+    before = (tmp_path / "out" / "plan.json").read_bytes()
+    running = start("-v", "plan", task, "--out", "out", *small, "--set", "output.figures=true")
+    running.wait_for("writing figures")
+    running.interrupt()
+    outcome = running.finish()
+    assert outcome.code == 130 and "Traceback" not in outcome.err
+    assert (tmp_path / "out" / "plan.json").read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.fixture
+def calls() -> list[str]:
+    """What the object called."""
+    return []
+
+
+@pytest.fixture
+def interrupts(calls: list[str]) -> Interrupts:
+    """An object that notes its calls."""
+    return Interrupts(on_request=lambda: calls.append("request"), on_abort=lambda: calls.append("abort"))
+
+
+def test_the_handler_is_given_back(interrupts: Interrupts) -> None:
+    """After the block SIGINT is handled as before it, and no wakeup descriptor is left."""
+    before = signal.getsignal(signal.SIGINT)
+    with interrupts:
+        assert signal.getsignal(signal.SIGINT) != before
+    assert signal.getsignal(signal.SIGINT) == before
+    assert signal.set_wakeup_fd(-1) == -1
+
+
+def test_outside_the_solve_an_interrupt_raises(interrupts: Interrupts, calls: list[str]) -> None:
+    """An interrupt is the usual KeyboardInterrupt as long as no solver runs."""
+    with pytest.raises(KeyboardInterrupt), interrupts:
+        signal.raise_signal(signal.SIGINT)
+    assert not calls
+
+
+def test_during_the_solve_an_interrupt_is_a_request(interrupts: Interrupts, calls: list[str]) -> None:
+    """The solver is asked to stop, and the object says so once."""
+    with interrupts:
+        assert interrupts.solving() and not interrupts.solving()
+        signal.raise_signal(signal.SIGINT)
+        assert interrupts.stop and interrupts.received
+        interrupts.solved()
+    assert calls in (["request"], [])  # the note comes from another thread, which may be too late
+
+
+def test_an_interrupt_that_a_library_swallows_is_raised_again(interrupts: Interrupts) -> None:
+    """An exception lost inside CasADi makes the solver stop and comes back after it."""
+    with pytest.raises(KeyboardInterrupt), interrupts:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        interrupts.solving()
+        assert interrupts.stop
+        interrupts.solved()
+        raise AssertionError("not reached")
+
+
+def test_an_interrupt_that_a_library_turns_into_an_error_is_raised_again(interrupts: Interrupts) -> None:
+    """Whatever a library makes of it, the user sees an interrupt."""
+    with pytest.raises(KeyboardInterrupt), interrupts:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt as error:
+            raise RuntimeError("something failed") from error
+
+
+def test_files_are_moved_into_place_before_an_interrupt_counts(interrupts: Interrupts) -> None:
+    """While results take their place an interrupt is only noted."""
+    with interrupts:
+        interrupts.committing()
+        signal.raise_signal(signal.SIGINT)
+        interrupts.committed()
+        assert interrupts.received and not interrupts.stop

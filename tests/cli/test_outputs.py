@@ -1,0 +1,81 @@
+"""Page, figures and summary made from a plan."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fesd_robot.cli import outputs
+from fesd_robot.cli.summary import flight_heights, summary
+from fesd_robot.plans import read_plan
+from fesd_robot.plans.plan import ContactHistory
+from fesd_robot.robot import load_robot
+from fesd_robot.task import load_task
+
+MODEL = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
+
+
+def test_the_path_of_a_frame_is_where_the_frame_is() -> None:
+    """The foot of the hopper is one leg below the body, turned with it."""
+    x, z, pitch, leg = 0.3, 0.8, 0.2, 0.4
+    paths = outputs.frame_paths(load_robot(MODEL), np.array([[x, z, pitch, leg]]), {"tip": "foot"})
+    assert list(paths) == ["tip"]
+    np.testing.assert_allclose(paths["tip"], [[x - leg * np.sin(pitch), 0.0, z - leg * np.cos(pitch)]], atol=1e-12)
+
+
+def test_a_page_that_fails_does_not_cost_the_plan(
+    finished: Any, task: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """What cannot be drawn is left out with a warning, and the rest is written."""
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("no pixels left")
+
+    monkeypatch.setattr(outputs, "write_page", fail)
+    with caplog.at_level(logging.WARNING, logger="fesd_robot"):
+        outputs.write_optional_files(read_plan(finished.folder), load_task(task), tmp_path)
+    assert "plan.html could not be written: no pixels left" in caplog.text
+    assert [file.name for file in tmp_path.iterdir()] == ["figures"]
+
+
+def test_files_that_are_not_asked_for_are_not_written(finished: Any, task: Path, tmp_path: Path) -> None:
+    """`output.page` and `output.figures` are obeyed."""
+    asked = load_task(task, ["output.page=false", "output.figures=false"])
+    outputs.write_optional_files(read_plan(finished.folder), asked, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_page_is_made_of_an_iterate_whose_clock_steps_back(finished: Any, task: Path, tmp_path: Path) -> None:
+    """A plan that is not solved may break the clock, and is shown all the same."""
+    plan = read_plan(finished.folder)
+    time = plan.trajectory.time.copy()
+    time[2] = time[3] + 0.01
+    broken = plan.model_copy(
+        update={
+            "trajectory": plan.trajectory.model_copy(update={"time": time}),
+            "status": plan.status.model_copy(update={"solved": False}),
+        }
+    )
+    assert outputs.write_page(broken, load_task(task), tmp_path / "plan.html").is_file()
+
+
+def test_flights_are_unbroken_rows_of_samples() -> None:
+    """Each flight counts with its largest gap."""
+    mode = ["flight", "flight", "impact", "stick", "flight", "slip", "flight"]
+    gap = np.array([0.1, 0.3, 0.0, 0.0, 0.2, 0.0, 0.05])
+    history = ContactHistory(gap=gap, normal_force=0 * gap, tangential_force=0 * gap, mode=mode)
+    assert flight_heights(history) == [0.3, 0.2, 0.05]
+
+
+def test_the_summary_stays_short_with_many_contacts(finished: Any) -> None:
+    """Of many contacts three are told, and how many more there are."""
+    plan = read_plan(finished.folder)
+    foot = plan.contacts["foot"]
+    many = plan.model_copy(update={"contacts": {f"foot {i}": foot for i in range(6)}})
+    lines = summary(many, finished.folder, Path("there"))
+    assert len(lines) == 7 and lines[4] == "and 3 more contacts, see report.md"
+    assert lines[-1].startswith("written to there: plan.json, ")

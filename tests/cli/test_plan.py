@@ -1,0 +1,103 @@
+"""`fesd-robot plan` on a small real task: files, exit statuses, what it replaces and what it keeps."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fesd_robot.plans import read_plan
+
+FILES = ["figures", "plan.html", "plan.json", "report.md", "trajectory.csv", "trajectory.npz"]
+
+
+def test_a_solved_task_leaves_all_files(finished: Any) -> None:
+    """Exit status 0, every promised file, none of them empty, nothing beside them."""
+    assert (finished.outcome.code, finished.outcome.err) == (0, "")
+    assert sorted(file.name for file in finished.folder.iterdir()) == FILES
+    assert all(file.stat().st_size > 0 for file in finished.folder.rglob("*") if file.is_file())
+    assert list((finished.folder / "figures").glob("*.png"))
+    assert [file.name for file in finished.folder.parent.iterdir()] == ["hopper_one_jump"]
+    assert read_plan(finished.folder).status.solved
+
+
+def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> None:
+    """After one plain line per NLP come at most five lines that say what was found and where it is."""
+    lines = finished.outcome.out.splitlines()
+    plan = read_plan(finished.folder)
+    assert lines[0].split() == ["sigma", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
+    rows, rest = lines[1 : 1 + len(plan.statistics.homotopy)], lines[1 + len(plan.statistics.homotopy) :]
+    for row, step in zip(rows, plan.statistics.homotopy, strict=True):
+        assert row.split()[:3] == [f"{step.sigma:.0e}", "converged", str(step.iterations)]
+    assert 3 <= len(rest) <= 5
+    assert rest[0] == f"hopper_one_jump: {plan.status.message}"
+    assert rest[1].startswith("foot: 0 flights")
+    assert f"{plan.statistics.variables} variables" in rest[2]
+    assert rest[-1] == "written to runs/hopper_one_jump: " + ", ".join(
+        ["plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures/"]
+    )
+
+
+def test_the_page_shows_the_path_of_each_contact(finished: Any) -> None:
+    """The page has the task's name, the verdict and the name of the contact."""
+    page = (finished.folder / "plan.html").read_text(encoding="utf-8")
+    plan = read_plan(finished.folder)
+    assert "<title>hopper_one_jump" in page and plan.status.message in page and "</i>foot</li>" in page
+
+
+def test_an_earlier_plan_is_replaced_as_a_whole(
+    run: Callable[..., Any], finished: Any, task: Path, small: list[str], tmp_path: Path
+) -> None:
+    """Files of the earlier plan that the new one does not have are gone; a file of the user's stays."""
+    folder = tmp_path / "results"
+    shutil.copytree(finished.folder, folder)
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    outcome = run("plan", task, "--out", folder, *small, "--set", "name=second", "--quiet")
+    assert outcome == (0, "", "")
+    assert sorted(file.name for file in folder.iterdir()) == sorted(
+        ["notes.txt", "plan.json", "report.md", "trajectory.csv", "trajectory.npz"]
+    )
+    assert read_plan(folder).name == "second"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["results", "work"]
+
+
+def test_what_is_not_solved_is_written_and_marked(
+    run: Callable[..., Any], task: Path, small: list[str], tmp_path: Path
+) -> None:
+    """Exit status 3; the files are there, and each says that it is not solved."""
+    outcome = run("plan", task, "--out", "stopped", *small, "--set", "solver.max_iterations=3")
+    folder = tmp_path / "work" / "stopped"
+    assert outcome.code == 3
+    assert "Not solved: iteration limit" in outcome.out
+    status = json.loads((folder / "plan.json").read_text(encoding="utf-8"))["status"]
+    assert (status["solved"], status["nlp"]) == (False, "iteration limit")
+    assert "Not solved" in (folder / "report.md").read_text(encoding="utf-8")
+    assert len((folder / "trajectory.csv").read_text(encoding="utf-8").splitlines()) > 2
+
+
+def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, small: list[str]) -> None:
+    """With --quiet stdout stays empty, and a plan that is not solved is told on stderr."""
+    outcome = run("plan", task, "--quiet", *small, "--set", "solver.max_iterations=3")
+    assert (outcome.code, outcome.out) == (3, "")
+    assert outcome.err.startswith("hopper_one_jump: Not solved")
+
+
+@pytest.mark.parametrize(
+    ("out", "words"), [("file", "is a file"), ("file/below", "is a file"), ("full", "holds files but no plan.json")]
+)
+def test_a_folder_that_cannot_take_results_stops_before_the_solve(
+    run: Callable[..., Any], task: Path, small: list[str], tmp_path: Path, out: str, words: str
+) -> None:
+    """Exit status 2 at once: no progress is printed, and what is there stays as it was."""
+    work = tmp_path / "work"
+    (work / "file").write_text("mine", encoding="utf-8")
+    (work / "full").mkdir()
+    (work / "full" / "thesis.tex").write_text("mine", encoding="utf-8")
+    outcome = run("plan", task, "--out", out, *small)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("error: ") and words in outcome.err and "choose another --out" in outcome.err
+    assert sorted(file.name for file in work.rglob("*")) == ["file", "full", "thesis.tex"]

@@ -1,0 +1,162 @@
+"""The relaxed NLP put together from blocks, compared with CasADi's derivatives of the whole."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fesd_robot.mpcc import Block, Mpcc
+from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
+from fesd_robot.mpcc.relaxation import scholtes
+
+SIZE = 7
+SIGMA = np.array([0.3, 20.0])
+
+
+def _coupled() -> Mpcc:
+    """Seven variables, a block of three overlapping copies with ranks and a one-sided pair, and one of its own kind."""
+    w, p = ca.SX.sym("w", 3), ca.SX.sym("p", 2)
+    chain = Block(
+        copy_names=["a", "b", "c"],
+        function=ca.Function(
+            "chain",
+            [w, p],
+            [
+                p[0] * ca.sin(w[0]) * w[1] + w[2] ** 4,
+                ca.vertcat(w[0] * w[1] * w[2] - p[1], ca.exp(w[0]) + w[2]),
+                ca.vertcat(w[0], w[1] ** 2 - w[2], w[0] * w[2]),
+                ca.vertcat(w[1], ca.cos(w[0]), w[2] + p[1]),
+            ],
+        ),
+        # The second and third copies run through the variables backwards, and all share some.
+        index=np.array([[0, 4, 6], [1, 2, 4], [2, 0, 1]]),
+        parameters=np.array([[1.0, -2.0, 0.5], [0.1, 0.2, 0.3]]),
+        lower=np.array([0.0, -1.0]),
+        upper=np.array([0.0, 2.0]),
+        constraint_names=["product", "exponential"],
+        pair_names=["plain", "one-sided", "other rank"],
+        one_sided=np.array([False, True, False]),
+        ranks=np.array([0, 1, 1]),
+    )
+    v = ca.SX.sym("v", 2)
+    end = Block(
+        copy_names=["end"],
+        function=ca.Function(
+            "end", [v, ca.SX(0, 1)], [ca.sumsqr(v), ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)]
+        ),
+        index=np.array([[5], [0]]),
+        parameters=np.zeros((0, 1)),
+        lower=np.zeros(0),
+        upper=np.zeros(0),
+        constraint_names=[],
+        pair_names=[],
+    )
+    free = np.full(SIZE, np.inf)
+    return Mpcc(lower=-free, upper=free, start=np.zeros(SIZE), blocks=[chain, end])
+
+
+@pytest.fixture(scope="module")
+def nlp() -> RelaxedNlp:
+    return assemble(_coupled(), scholtes)
+
+
+@pytest.fixture(params=range(3))
+def point(request: pytest.FixtureRequest) -> np.ndarray:
+    return np.random.default_rng(request.param).uniform(-1.5, 1.5, SIZE)
+
+
+def test_cost_and_rows_are_those_of_the_blocks(nlp: RelaxedNlp, point: np.ndarray) -> None:
+    """f and g agree with the MPCC's own evaluation, each pair is relaxed by the sigma of its rank, bounds fit."""
+    problem = _coupled()
+    f, g = (np.asarray(value).ravel() for value in nlp.nlp(point, SIGMA))
+    assert f.item() == pytest.approx(problem.residuals(point).objective, rel=1e-14)
+    _, constraints, G, H = problem.blocks[0].evaluate(point)
+    relaxed = G * H - SIGMA[[0, 1, 1]][:, None]
+    # Rows of a copy: its constraints, its pairs, G >= 0 of the two-sided pairs, H >= 0 of all.
+    expected = np.vstack([constraints, relaxed, G[[0, 2]], H])
+    assert g == pytest.approx(expected.T.ravel(), rel=1e-13, abs=1e-13)
+    infinity = np.inf
+    assert nlp.lower.tolist() == [0, -1, *[-infinity] * 3, *[0] * 5] * 3
+    assert nlp.upper.tolist() == [0, 2, *[0] * 3, *[infinity] * 5] * 3
+
+
+def test_derivatives_are_those_of_the_whole(nlp: RelaxedNlp, point: np.ndarray) -> None:
+    """Gradient, Jacobian and the upper triangle of the Lagrangian's Hessian equal CasADi's, shared variables and all."""
+    x, sigma = ca.MX.sym("x", SIZE), ca.MX.sym("sigma", 2)
+    f, g = nlp.nlp(x, sigma)
+    multiplier = np.random.default_rng(1).normal(size=g.numel())
+    weight = 0.7
+    whole = ca.Function(
+        "whole",
+        [x, sigma],
+        [ca.gradient(f, x), ca.jacobian(g, x), ca.hessian(weight * f + ca.dot(multiplier, g), x)[0]],
+    )
+    gradient, jacobian, hessian = (np.asarray(ca.DM(value).full()) for value in whole(point, SIGMA))
+    assert np.asarray(nlp.gradient(point, SIGMA)[1]) == pytest.approx(gradient, abs=1e-12)
+    assert np.asarray(nlp.jacobian(point, SIGMA)[1].full()) == pytest.approx(jacobian, abs=1e-12)
+    found = np.asarray(nlp.hessian(point, SIGMA, weight, multiplier).full())
+    assert found == pytest.approx(np.triu(hessian), abs=1e-12)
+    assert np.abs(np.triu(hessian, 1)).max() > 0.1
+
+
+NAMES = ["bound", "difference", "upper bound", "product"]
+
+
+def _signed(lower: list[float], copies: list[list[int]], shift: float | None = None) -> tuple[Mpcc, RelaxedNlp]:
+    """Pairs whose left sides are w0, w0 - w1, 1 - w1, w0 w1, all plus a parameter if there is one; right sides are 1."""
+    w, p = ca.SX.sym("w", 2), ca.SX.sym("p", 0 if shift is None else 1)
+    left = ca.vertcat(w[0], w[0] - w[1], 1 - w[1], w[0] * w[1]) + ca.sum1(p)
+    block = Block(
+        copy_names=[str(k) for k in range(len(copies))],
+        function=ca.Function("signed", [w, p], [ca.SX(0), ca.SX(0, 1), left, ca.SX.ones(4)]),
+        index=np.array(copies).T,
+        parameters=np.full((p.numel(), len(copies)), 0.0 if shift is None else shift),
+        lower=np.zeros(0),
+        upper=np.zeros(0),
+        constraint_names=[],
+        pair_names=NAMES,
+    )
+    n = len(lower)
+    problem = Mpcc(lower=np.array(lower), upper=np.ones(n), start=np.zeros(n), blocks=[block])
+    return problem, assemble(problem, scholtes)
+
+
+@pytest.mark.parametrize(
+    ("lower", "copies", "shift", "kept"),
+    [
+        ([0, 0], [[0, 1]], None, ["difference", "product"]),
+        ([1, 0], [[0, 1]], None, ["product"]),
+        ([-1e-9, 0], [[0, 1]], None, ["bound", "difference", "product"]),
+        ([-np.inf, -np.inf], [[0, 1]], None, ["bound", "difference", "product"]),
+        ([0, 0, -1], [[0, 1], [2, 1]], None, ["bound", "difference", "product"]),
+        ([1, 0], [[0, 1]], -3.0, NAMES),
+    ],
+    ids=["box", "difference implied", "just negative", "unbounded", "one copy may be negative", "parameter"],
+)
+def test_only_implied_signs_are_left_out(
+    lower: list[float], copies: list[list[int]], shift: float | None, kept: list[str]
+) -> None:
+    """A row G >= 0 goes only where the bounds of every copy imply it; nonlinear and parametric ones stay."""
+    problem, nlp = _signed(lower, copies, shift)
+    point = np.random.default_rng(3).uniform(-1, 1, len(lower))
+    rows = np.asarray(nlp.nlp(point, [0, 0])[1]).reshape(len(copies), -1)[:, len(NAMES) :]
+    _, _, G, _ = problem.blocks[0].evaluate(point)
+    expected = G[[NAMES.index(name) for name in kept]].T
+    assert rows.shape == expected.shape
+    assert rows == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_and_bounds_together_say_every_sign(seed: int) -> None:
+    """At random points in the box all G >= 0 hold exactly where the remaining rows hold."""
+    lower = [-0.3, 0.0, 0.1]
+    problem, nlp = _signed(lower, [[0, 1], [0, 2]])
+    seen = set()
+    for point in np.random.default_rng(seed).uniform(lower, 1, (200, 3)):
+        rows = np.asarray(nlp.nlp(point, [10.0, 10.0])[1]).ravel()
+        by_rows = bool((rows >= nlp.lower).all() and (rows <= nlp.upper).all())
+        by_pairs = problem.residuals(point).constraint_violation == 0
+        assert by_rows == by_pairs
+        seen.add(by_pairs)
+    assert seen == {True, False}

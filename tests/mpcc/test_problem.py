@@ -1,0 +1,138 @@
+"""The MPCC as a value: shapes are checked, residuals are recomputed from a point."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fesd_robot.errors import DimensionError
+from fesd_robot.mpcc import Block, Mpcc
+
+W = ca.SX.sym("w", 3)
+NAMES = ["first", "second"]
+
+
+def _problem() -> Mpcc:
+    """min w0 + w1² s.t. w0 + w2 = 1, w0 ⊥ w1, with w2 in [-1, 4]."""
+    return Mpcc.from_expressions(
+        w=W,
+        f=W[0] + W[1] ** 2,
+        g=W[0] + W[2] - 1,
+        G=W[0],
+        H=W[1],
+        start=np.zeros(3),
+        lower=np.array([-np.inf, -np.inf, -1.0]),
+        upper=np.array([np.inf, np.inf, 4.0]),
+    )
+
+
+@pytest.mark.parametrize(
+    ("point", "objective", "violation", "product", "natural", "worst", "worst_pair"),
+    [
+        ([0, 3, 1], 9, 0, 0, 0, "none", "none"),
+        ([2, 0.5, -1], 2.25, 0, 1, 0.5, "none", "pair 0 in problem"),
+        ([3, 0, -2], 3, 1, 0, 0, "bound of w[2]", "none"),
+        ([0, 0, 5], 0, 4, 0, 0, "g[0] in problem", "none"),
+        ([-2, 5, 3], 23, 2, 0, 0, "pair 0 in problem", "none"),
+        ([1, -0.25, 0], 1.0625, 0.25, 0, 0, "pair 0 in problem", "none"),
+    ],
+    ids=["feasible", "both positive", "outside a bound", "equality", "G negative", "H negative"],
+)
+def test_residuals_at_points_made_by_hand(
+    point: list[float],
+    objective: float,
+    violation: float,
+    product: float,
+    natural: float,
+    worst: str,
+    worst_pair: str,
+) -> None:
+    """Cost, largest violation and largest product come from the point alone, and the worst of each has its name."""
+    found = _problem().residuals(np.array(point, dtype=float))
+    assert found.objective == pytest.approx(objective, abs=1e-15)
+    assert found.constraint_violation == pytest.approx(violation, abs=1e-15)
+    assert (found.complementarity, found.natural_residual) == pytest.approx((product, natural), abs=1e-15)
+    assert (found.worst_constraint, found.worst_pair) == (worst, worst_pair)
+
+
+def _block(**changes: Any) -> Block:
+    """Two copies of p w0² + w1, w0 - w1 in [0, 1], w0 ⊥ w1 - p, on the variables (0, 1) and (2, 1)."""
+    w, p = ca.SX.sym("w", 2), ca.SX.sym("p")
+    return replace(
+        Block(
+            copy_names=["left", "right"],
+            function=ca.Function("piece", [w, p], [p * w[0] ** 2 + w[1], w[0] - w[1], w[0], w[1] - p]),
+            index=np.array([[0, 2], [1, 1]]),
+            parameters=np.array([[1.0, 2.0]]),
+            lower=np.zeros(1),
+            upper=np.ones(1),
+            constraint_names=["difference"],
+            pair_names=["pair"],
+        ),
+        **changes,
+    )
+
+
+def _mpcc(*blocks: Block) -> Mpcc:
+    free = np.full(3, np.inf)
+    return Mpcc(lower=-free, upper=free, start=np.zeros(3), blocks=blocks)
+
+
+def test_copies_read_their_own_variables() -> None:
+    """Every copy of a block sees its own variables and parameters, and the worst copy is named."""
+    problem = _mpcc(_block())
+    found = problem.residuals(np.array([2.0, 3.0, 5.0]))
+    # left: cost 1·4 + 3, difference -1, product 2·2; right: cost 2·25 + 3, difference 2, product 5·1.
+    assert found.objective == 60
+    assert found.constraint_violation == 1.0
+    assert (found.complementarity, found.natural_residual) == (5.0, 2.0)
+    assert found.worst_pair == "pair in right"
+    assert (problem.size, problem.constraints, problem.pairs) == (3, 2, 2)
+    assert problem.residuals(np.array([3.5, 3.0, 8.0])).worst_constraint == "difference in right"
+
+
+def test_a_one_sided_pair_lets_g_be_negative() -> None:
+    """With G of any sign only H >= 0 and G H <= 0 are asked for."""
+    problem = _mpcc(_block(one_sided=np.array([True]), lower=-np.full(1, np.inf)))
+    found = problem.residuals(np.array([-7.0, 3.0, -7.0]))
+    assert (found.constraint_violation, found.complementarity, found.natural_residual) == (0, 0, 0)
+    assert problem.residuals(np.array([-7.0, 1.0, -7.0])).constraint_violation == 1.0  # H = w1 - p is negative
+    assert problem.residuals(np.array([2.0, 3.0, -7.0])).complementarity == 4.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"index": np.zeros((3, 2), dtype=int)}, "index has shape (3, 2), expected (2, 2)"),
+        ({"copy_names": ["one"]}, "copy_names has shape (1,), expected (2,)"),
+        ({"parameters": np.zeros((1, 3))}, "parameters has shape (1, 3), expected (1, 2)"),
+        ({"lower": np.zeros(2)}, "lower has shape (2,), expected (1,)"),
+        ({"upper": np.zeros(0)}, "upper has shape (0,), expected (1,)"),
+        ({"constraint_names": NAMES}, "constraint_names has shape (2,), expected (1,)"),
+        ({"pair_names": NAMES}, "pair_names has shape (2,), expected (1,)"),
+        ({"one_sided": np.zeros(2, dtype=bool)}, "one_sided has shape (2,), expected (1,)"),
+        ({"ranks": np.zeros(3, dtype=int)}, "ranks has shape (3,), expected (1,)"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_a_block_of_wrong_shapes_is_refused(changes: dict[str, Any], message: str) -> None:
+    """The error names the block and the part with its shape and the one that was expected."""
+    with pytest.raises(DimensionError) as caught:
+        _block(**changes)
+    assert str(caught.value) == f"block 'piece': {message}"
+
+
+def test_a_problem_of_wrong_shapes_is_refused() -> None:
+    """Bounds and start share one shape, blocks read existing variables, and G, H come in pairs."""
+    free = np.full(3, np.inf)
+    with pytest.raises(DimensionError, match="lower, upper and start must have one shape"):
+        Mpcc(lower=-free, upper=free, start=np.zeros(2), blocks=[])
+    for outside in (3, -1):
+        with pytest.raises(DimensionError, match=r"'piece' reads variables outside 0\.\.2"):
+            _mpcc(_block(index=np.array([[0, outside], [1, 1]])))
+    with pytest.raises(DimensionError, match="they form pairs"):
+        Mpcc.from_expressions(w=W, f=W[0], G=W[0], H=W[:2], start=np.zeros(3))
