@@ -131,6 +131,7 @@ def _statistics(transcription: Transcription, solution: MpccSolution, build_seco
         homotopy=[
             HomotopyStep(
                 sigma=step.sigma,
+                velocity_sigma=step.sigma_of_rank_1,
                 status=step.status,
                 iterations=step.iterations,
                 objective=step.residuals.objective,

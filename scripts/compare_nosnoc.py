@@ -301,6 +301,8 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f"argument --repeat: found {arguments.repeat}, expected 1 or more")
     if not 0 < arguments.tolerance < 1:
         parser.error(f"argument --tolerance: found {arguments.tolerance:g}, expected more than 0 and less than 1")
+    if arguments.json and not arguments.json.parent.is_dir():
+        parser.error(f"argument --json: there is no folder {arguments.json.parent}")
     return arguments
 
 

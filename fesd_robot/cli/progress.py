@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 COLUMNS = {
     "sigma": 7,
+    "velocity sigma": 14,
     "status": 12,
     "iterations": 10,
     "cost": 12,
@@ -32,6 +33,7 @@ def cells(report: NlpReport) -> list[str]:
     residuals = report.residuals
     return [
         f"{report.sigma:.0e}",
+        f"{report.sigma_of_rank_1:.0e}",
         report.status,
         str(report.iterations),
         f"{residuals.objective:.6g}",

@@ -21,6 +21,9 @@ COLLAPSED = 1e-9
 SLIDING_SPEED = 1e-3
 """Tangential speed, m/s, above which a closed contact slips."""
 
+JUMP = 1e-6
+"""Change of a velocity, m/s or rad/s, over frozen elements above which they are an impact."""
+
 IMPULSE_SHARE = 1e-3
 """Share of the largest impulse above which a contact takes part in an impact."""
 
@@ -243,7 +246,7 @@ class _Samples:
     def _jumps_to(self, x: np.ndarray) -> bool:
         if not np.abs(self._pending).max() > 0:
             return False
-        return bool(np.abs(self._reader.split(x)[1] - self._rows[-1]["velocity"]).max() > 1e-9)
+        return bool(np.abs(self._reader.split(x)[1] - self._rows[-1]["velocity"]).max() > JUMP)
 
     def _close_impact(self, time: float) -> None:
         if not self._rows:

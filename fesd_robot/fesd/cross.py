@@ -41,8 +41,8 @@ def excluded_pairs(
     """Return (where, G, H, rank) of the system's exclusions in one element, with H >= 0 and max(G, 0) H = 0.
 
     G = level(x_k) sum_j rest_j for every point k, left boundary included, and H = sum_j share_j: the shares of an
-    element are zero together, whichever point forbids them. With ``stage_stage`` every stage's share is a pair of its own.
-    (A level can have any sign, so levels are never added up.)
+    element are zero together, whichever point forbids them. With ``stage_stage`` every stage's share is a pair of its
+    own. (A level can have any sign, so levels are never added up.)
 
     Args:
         points: (x, z) at the left boundary and at the points of the element.

@@ -16,9 +16,8 @@ from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxation import scholtes
 
-
-FIRST_SIGMAS = (1e-2, 1e-1, 1e-3, 1.0, 1e-4)
-"""First sigma of a step's homotopy, and those that are tried when it fails."""
+STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
+"""First sigma, factor and rank ratio of a step's homotopy, and those that are tried when it fails."""
 
 
 class SimulationError(FesdRobotError):
@@ -35,7 +34,7 @@ class SimulationError(FesdRobotError):
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulated trajectory: finite elements in time order, and the state at the end of every step, (steps + 1, n_x)."""
+    """A simulated trajectory: finite elements in time order, and the states between the steps, (steps + 1, n_x)."""
 
     elements: list[Element]
     states: np.ndarray
@@ -61,7 +60,7 @@ def simulate(
         controls: u of every step, (n_u, steps).
         duration: numerical time of all steps.
         options: elements per step, scheme, equilibration.
-        solver: homotopy of each step; its first sigma is one of `FIRST_SIGMAS`, tried in turn.
+        solver: homotopy of each step; its first sigma, factor and rank ratio are those of `STARTS`.
         state_lower: bounds of the state, (n_x); minus infinity if omitted.
         parameters: values of the system's parameters, (n_p).
 
@@ -77,7 +76,7 @@ def simulate(
     if np.ndim(controls) != 2 or controls.shape[0] != n_u:
         raise DimensionError(f"controls has shape {np.shape(controls)}, expected ({n_u}, steps)")
     options = options or FesdOptions(elements=2)
-    solver = solver or HomotopyOptions(tolerance=1e-10, sigma_factor=0.3)
+    solver = solver or HomotopyOptions(tolerance=1e-10)
     steps = controls.shape[1]
     length = duration / steps
     values = np.zeros((0, 1)) if parameters is None else np.asarray(parameters, dtype=float).reshape(-1, 1)
@@ -111,8 +110,9 @@ def simulate(
     state, elements, states = np.asarray(initial, dtype=float), list[Element](), [np.asarray(initial, dtype=float)]
     for k in range(steps):
         problem = replace(step_problem(state, controls[:, k]).problem, blocks=blocks)
-        for sigma in FIRST_SIGMAS:
-            solution = solve(problem, replace(solver, sigma_start=max(sigma, solver.tolerance)), nlp=nlp)
+        for sigma, factor, ratio in STARTS:
+            trial = replace(solver, sigma_start=max(sigma, solver.tolerance), sigma_factor=factor, rank_ratio=ratio)
+            solution = solve(problem, trial, nlp=nlp)
             if solution.solved:
                 break
         if not solution.solved:

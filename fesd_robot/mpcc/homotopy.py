@@ -15,7 +15,7 @@ from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxation import Relaxation, scholtes
 
 SETTLED = 5e-3
-"""Below this sigma of rank 1 the active set hardly changes: NLPs start warm, and sigma falls by the square of its factor."""
+"""Below this sigma of rank 1 the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
@@ -31,7 +31,7 @@ class HomotopyOptions:
         max_iterations: IPOPT iterations per NLP.
         time_limit: seconds for the whole homotopy.
         linear_solver: IPOPT's linear solver.
-        feasibility: largest constraint violation of a solved problem.
+        feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
     """
 
@@ -60,6 +60,7 @@ class NlpReport:
     """One NLP of the homotopy as it is shown in the progress table."""
 
     sigma: float
+    sigma_of_rank_1: float
     status: str
     iterations: int
     seconds: float
@@ -138,7 +139,7 @@ def solve(
         )
         point, status = result.point, result.status
         residuals = problem.residuals(point.x)
-        report = NlpReport(sigma[0], status, result.iterations, result.seconds, residuals)
+        report = NlpReport(*sigma, status, result.iterations, result.seconds, residuals)
         reports.append(report)
         if progress:
             progress(report)
@@ -166,12 +167,13 @@ def solve(
 def _ipopt_options(options: HomotopyOptions, sigmas: tuple[float, float], remaining: float | None) -> dict[str, Any]:
     """IPOPT's options for one sigma; no NLP is solved more accurately than its sigma deserves."""
     sigma, sigma_of_rank_1 = sigmas
+    last = sigma_of_rank_1 <= 1.0001 * options.tolerance
     tolerance = max(min(0.1 * sigma, 1e-3), 1e-9)
     settings: dict[str, Any] = {
         "linear_solver": options.linear_solver,
         "max_iter": options.max_iterations,
         "tol": tolerance,
-        "constr_viol_tol": min(tolerance, 1e-6),
+        "constr_viol_tol": min(tolerance, 0.1 * options.feasibility if last else 1e-6),
         "acceptable_iter": 0,
         "mu_strategy": "monotone",
         "bound_relax_factor": 0.0,

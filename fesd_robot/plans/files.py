@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import os
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -50,13 +49,16 @@ def check_output_folder(folder: Path) -> None:
     Raises:
         PlanFileError: a file is in the way, or the folder holds something else.
     """
-    for parent in [folder, *folder.parents]:
-        if parent.exists():
-            if not parent.is_dir():
-                raise PlanFileError(f"{folder}: cannot hold results, {parent} is a file; choose another --out")
-            if not os.access(parent, os.W_OK):
-                raise PlanFileError(f"{folder}: cannot hold results, {parent} is not writable; choose another --out")
-            break
+    folder = folder.resolve()
+    if folder == Path.cwd() or folder in Path.cwd().parents:
+        raise PlanFileError(f"{folder}: is the current folder or one above it; choose another --out")
+    if folder.exists() and not folder.is_dir():
+        raise PlanFileError(f"{folder}: cannot hold results, it is a file; choose another --out")
+    parent = next(parent for parent in folder.parents if parent.exists())
+    if not parent.is_dir():
+        raise PlanFileError(f"{folder}: cannot hold results, {parent} is a file; choose another --out")
+    if not os.access(parent, os.W_OK):
+        raise PlanFileError(f"{folder}: cannot hold results, {parent} is not writable; choose another --out")
     if folder.is_dir() and any(folder.iterdir()) and not (folder / PLAN_FILE).is_file():
         raise PlanFileError(
             f"{folder}: holds files but no {PLAN_FILE}, so it is no folder of results; choose another --out"
@@ -93,23 +95,26 @@ _OWN = {PLAN_FILE, "trajectory.csv", "trajectory.npz", "report.md", "plan.html",
 
 @contextmanager
 def _staged(folder: Path) -> Iterator[Path]:
-    stage = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    stage.chmod(0o755)
-    try:
+    """A folder beside `folder` that takes its place at the end; if anything fails, the earlier results are back."""
+    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as beside:
+        stage, earlier = Path(beside) / "new", Path(beside) / "earlier"
+        stage.mkdir()
         yield stage
         if not folder.exists():
             stage.rename(folder)
             return
-        earlier = Path(tempfile.mkdtemp(prefix=f".{folder.name}-earlier-", dir=folder.parent)) / "results"
         folder.rename(earlier)
-        stage.rename(folder)
-        for item in earlier.iterdir():
-            if item.name not in _OWN:
-                item.rename(folder / item.name)
-        shutil.rmtree(earlier.parent)
-    except BaseException:
-        shutil.rmtree(stage, ignore_errors=True)
-        raise
+        try:
+            for item in earlier.iterdir():
+                if item.name not in _OWN:
+                    item.rename(stage / item.name)
+            stage.rename(folder)
+        except BaseException:
+            for item in stage.iterdir():
+                if item.name not in _OWN:
+                    item.rename(earlier / item.name)
+            earlier.rename(folder)
+            raise
 
 
 def columns_of(plan: Plan) -> dict[str, np.ndarray]:

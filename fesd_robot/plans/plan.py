@@ -20,7 +20,7 @@ Array = Annotated[
 class Record(BaseModel):
     """Base of all parts of a plan: frozen, closed against unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, ser_json_inf_nan="strings")
 
 
 class Trajectory(Record):
@@ -144,9 +144,10 @@ class Units(Record):
 
 
 class HomotopyStep(Record):
-    """One NLP of the homotopy."""
+    """One NLP of the homotopy: `sigma` relaxes the gap's conditions, `velocity_sigma` those on velocities."""
 
     sigma: float
+    velocity_sigma: float
     status: str
     iterations: int
     objective: float

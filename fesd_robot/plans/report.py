@@ -94,6 +94,7 @@ def _effort(plan: Plan) -> str:
     rows = [
         [
             f"{step.sigma:.0e}",
+            f"{step.velocity_sigma:.0e}",
             step.status,
             str(step.iterations),
             f"{step.objective:.6g}",
@@ -103,7 +104,7 @@ def _effort(plan: Plan) -> str:
         ]
         for step in s.homotopy
     ]
-    header = ["sigma", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
+    header = ["sigma", "velocity sigma", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
     return (
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs; "
         f"built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"

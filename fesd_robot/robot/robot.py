@@ -96,4 +96,6 @@ class Robot:
                 return pin.buildGeomFromSdf(self.model, path, pin.GeometryType.VISUAL, "", packages)
             return pin.buildGeomFromUrdf(self.model, path, pin.GeometryType.VISUAL, package_dirs=packages)
         except Exception as error:
-            raise RobotError(f"The shapes of {self.source} cannot be read: {' '.join(str(error).split())}.") from error
+            raise RobotError(
+                f"The shapes of {self.source} cannot be read: {' '.join(str(error).split()).rstrip('.')}."
+            ) from error

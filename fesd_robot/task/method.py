@@ -99,7 +99,9 @@ class Method(Section):
     stages: Annotated[int, Field(strict=True, ge=1, le=9)] = Field(
         default=2, description="Number of stages of the scheme, 1 to 9."
     )
-    elements: Count = Field(default=3, description="Number of finite elements per control interval; an impact needs 3.")
+    elements: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
+        default=3, description="Number of finite elements per control interval; an impact needs 3."
+    )
     formulation: Formulation = Field(
         default_factory=Formulation, description="How contact becomes switching functions."
     )

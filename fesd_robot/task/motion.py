@@ -24,7 +24,9 @@ class Horizon(Section):
     """How long the motion lasts and how finely its controls may change."""
 
     duration: Positive = Field(description="Length of the motion in physical time, s.")
-    intervals: Count = Field(description="Number of equal control intervals; the control is constant on each.")
+    intervals: Annotated[int, Field(strict=True, ge=1, le=10_000)] = Field(
+        description="Number of equal control intervals, at most 10000; the control is constant on each."
+    )
 
 
 class Initial(Section):

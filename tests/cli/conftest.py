@@ -36,6 +36,9 @@ class Outcome(NamedTuple):
     err: str
 
 
+TERMINAL_VARIABLES = ("FORCE_COLOR", "TTY_COMPATIBLE")
+"""What makes rich take a pipe for a terminal."""
+
 Run = Callable[..., Outcome]
 
 
@@ -70,6 +73,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFi
     folder = tmp_path / "work"
     folder.mkdir()
     monkeypatch.chdir(folder)
+    for variable in TERMINAL_VARIABLES:
+        monkeypatch.delenv(variable, raising=False)
     logger = logging.getLogger("fesd_robot")
     level, handlers = logger.level, list(logger.handlers)
 
@@ -112,7 +117,8 @@ def command(*arguments: str | Path) -> list[str]:
 
 def environment() -> dict[str, str]:
     """Return an environment in which the program prints plainly and takes one core."""
-    return {**os.environ, "OMP_NUM_THREADS": "1", "TERM": "dumb"}
+    kept = {name: value for name, value in os.environ.items() if name not in TERMINAL_VARIABLES}
+    return {**kept, "OMP_NUM_THREADS": "1", "TERM": "dumb"}
 
 
 class Running:

@@ -59,8 +59,12 @@ def test_live_progress_shows_table_and_iteration(monkeypatch: pytest.MonkeyPatch
     assert "Ctrl-C" not in last
 
 
-def test_the_kind_of_progress_suits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_kind_of_progress_suits_the_output(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Rich tables are for terminals only, and --quiet is quiet everywhere."""
+    for variable in ("FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(variable, raising=False)
     assert type(progress_for(quiet=True)) is Progress
     assert type(progress_for(quiet=False)) is PlainProgress
     monkeypatch.setenv("FORCE_COLOR", "1")

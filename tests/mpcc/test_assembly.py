@@ -42,9 +42,7 @@ def _coupled() -> Mpcc:
     v = ca.SX.sym("v", 2)
     end = Block(
         copy_names=["end"],
-        function=ca.Function(
-            "end", [v, ca.SX(0, 1)], [ca.sumsqr(v), ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)]
-        ),
+        function=ca.Function("end", [v, ca.SX(0, 1)], [ca.sumsqr(v), ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)]),
         index=np.array([[5], [0]]),
         parameters=np.zeros((0, 1)),
         lower=np.zeros(0),
@@ -82,7 +80,7 @@ def test_cost_and_rows_are_those_of_the_blocks(nlp: RelaxedNlp, point: np.ndarra
 
 
 def test_derivatives_are_those_of_the_whole(nlp: RelaxedNlp, point: np.ndarray) -> None:
-    """Gradient, Jacobian and the upper triangle of the Lagrangian's Hessian equal CasADi's, shared variables and all."""
+    """Gradient, Jacobian and the upper triangle of the Lagrangian's Hessian equal those of CasADi."""
     x, sigma = ca.MX.sym("x", SIZE), ca.MX.sym("sigma", 2)
     f, g = nlp.nlp(x, sigma)
     multiplier = np.random.default_rng(1).normal(size=g.numel())
@@ -104,7 +102,7 @@ NAMES = ["bound", "difference", "upper bound", "product"]
 
 
 def _signed(lower: list[float], copies: list[list[int]], shift: float | None = None) -> tuple[Mpcc, RelaxedNlp]:
-    """Pairs whose left sides are w0, w0 - w1, 1 - w1, w0 w1, all plus a parameter if there is one; right sides are 1."""
+    """Pairs whose left sides are w0, w0 - w1, 1 - w1, w0 w1, all plus a parameter if any; right sides are 1."""
     w, p = ca.SX.sym("w", 2), ca.SX.sym("p", 0 if shift is None else 1)
     left = ca.vertcat(w[0], w[0] - w[1], 1 - w[1], w[0] * w[1]) + ca.sum1(p)
     block = Block(

@@ -1,0 +1,150 @@
+"""Set-valued step functions as complementarity conditions: consistent guesses, gates, lifted products, shapes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fesd_robot.dcs import ComplementaritySystem, heaviside
+from fesd_robot.errors import DimensionError
+
+X, U, P = ca.SX.sym("x", 3), ca.SX.sym("u", 1), ca.SX.sym("p", 2)
+ALPHA = ca.SX.sym("alpha", 2)
+
+
+def _plain(**parts: Any) -> ComplementaritySystem:
+    """Two steps, of x0 and of x1² - x2 + p0 u."""
+    arguments: dict[str, Any] = {
+        "state": X,
+        "control": U,
+        "parameters": P,
+        "alpha": ALPHA,
+        "switching": ca.vertcat(X[0], X[1] ** 2 - X[2] + P[0] * U),
+        "right_hand_side": ca.vertcat(1 - 2 * ALPHA[0], ALPHA[1], ALPHA[0] * ALPHA[1]),
+    }
+    return heaviside(**{**arguments, **parts})
+
+
+def _lifted() -> ComplementaritySystem:
+    """The same with a product of both steps, and that product times alpha0 again, as variables."""
+    first, second = ca.SX.sym("first"), ca.SX.sym("second")
+    product = ALPHA[0] * (1 - ALPHA[1])
+    return _plain(lifted=[("first", first, product), ("second", second, first * ALPHA[0] + 1)])
+
+
+def _gated() -> ComplementaritySystem:
+    """The second step matters only where the first is not 1."""
+    return _plain(switching=ca.vertcat(X[0], (1 - ALPHA[0]) * X[1]))
+
+
+def _evaluate(system: ComplementaritySystem, *arguments: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    function = ca.Function("all", system.arguments, [system.residual, system.multiplier, system.partner])
+    x, u, z, p = arguments
+    return tuple(np.asarray(value).ravel() for value in function(x, u, z, p))
+
+
+@pytest.mark.parametrize("build", [_plain, _lifted, _gated])
+@pytest.mark.parametrize("seed", range(20))
+def test_the_guess_is_consistent(build: Any, seed: int) -> None:
+    """At a random state the guess has no residual, respects its bounds and is complementary, also on a boundary."""
+    system = build()
+    rng = np.random.default_rng(seed)
+    x, u, p = rng.normal(size=3), rng.normal(size=1), rng.normal(size=2)
+    if seed % 4 == 0:
+        x[0] = 0.0
+    z = system.guess(x, u, p)
+    residual, multiplier, partner = _evaluate(system, x, u, z, p)
+    assert np.abs(residual).max() <= 1e-14
+    assert (multiplier >= 0).all() and (partner >= 0).all()
+    assert np.abs(multiplier * partner).max() == 0
+    assert (z >= system.algebraic_lower).all() and (z <= system.algebraic_upper).all()
+    alpha = z[:2]
+    expected = 0.5 if x[0] == 0 else float(x[0] > 0)
+    assert alpha[0] == expected
+    assert np.isin(alpha, [0, 0.5, 1]).all()
+
+
+def test_the_conditions_select_the_step() -> None:
+    """Complementary points are those with alpha = 1 above, alpha = 0 below and any alpha on the boundary."""
+    system = _plain()
+    u, p = np.zeros(1), np.zeros(2)
+
+    def complementary(level: float, alpha: float) -> bool:
+        x = np.array([level, 1.0, 0.0])
+        z = np.array([alpha, 1.0, max(-level, 0.0), 0.0, max(level, 0.0), 1.0])
+        residual, multiplier, partner = _evaluate(system, x, u, z, p)
+        assert np.abs(residual).max() == 0
+        return bool((partner >= 0).all() and np.abs(multiplier * partner).max() == 0)
+
+    for level, valid in ((2.0, {1.0}), (-0.1, {0.0}), (0.0, {0.0, 0.3, 1.0})):
+        assert {alpha for alpha in (-0.2, 0.0, 0.3, 1.0, 1.2) if complementary(level, alpha)} == valid
+
+
+def test_a_gate_shuts_the_second_step() -> None:
+    """With alpha0 = 1 the gated condition is vacuous, whatever the sign behind the gate."""
+    system = _gated()
+    u, p = np.zeros(1), np.zeros(2)
+    for behind in (-3.0, 4.0):
+        open_air = system.guess(np.array([1.0, behind, 0.0]), u, p)
+        assert open_air[:6].tolist() == [1.0, 0.5, 0.0, 0.0, 1.0, 0.0]
+        closed = system.guess(np.array([-1.0, behind, 0.0]), u, p)
+        assert closed[1] == float(behind > 0)
+        assert closed[[3, 5]].tolist() == [max(-behind, 0.0), max(behind, 0.0)]
+
+
+def test_lifted_products_have_their_definitions_as_residuals() -> None:
+    """A lifted symbol is a variable without bounds whose residual is the distance from its definition."""
+    system = _lifted()
+    x, u, p = np.array([1.0, 2.0, 5.0]), np.zeros(1), np.zeros(2)
+    z = system.guess(x, u, p)
+    assert z.tolist() == [1, 0, 0, 1, 1, 0, 1, 2]
+    moved, _, _ = _evaluate(system, x, u, z + np.eye(8)[6] * 0.25, p)
+    assert moved.tolist() == [0, 0, 0.25, -0.25]
+    assert system.algebraic_lower[6:].tolist() == [-np.inf] * 2
+    assert list(system.algebraic_names[-2:]) == ["first", "second"]
+
+
+def test_a_partner_can_take_the_place_of_alpha() -> None:
+    """The negative multiplier of a step excludes what it was told to exclude, the others their alpha."""
+    system = _plain(negative_partner={1: 1 - ALPHA[0]})
+    x, u, p, z = np.zeros(3), np.zeros(1), np.zeros(2), np.array([0.2, 0.7, 0, 0, 0, 0])
+    assert _evaluate(system, x, u, z, p)[2] == pytest.approx([0.2, 0.8, 0.8, 0.3])
+    assert _evaluate(_plain(), x, u, z, p)[2] == pytest.approx([0.2, 0.7, 0.8, 0.3])
+
+
+def test_names_and_defaults() -> None:
+    """Everything has a name, given or made up; E is the identity; the selection cost is epsilon ||alpha||²."""
+    system = _plain(selection_weight=0.5)
+    assert list(system.state_names) == ["x0", "x1", "x2"]
+    assert list(system.control_names) == ["u0"]
+    assert list(system.algebraic_names) == [
+        f"{kind}[{step}]" for kind in ("alpha", "lambda_n", "lambda_p") for step in ("step0", "step1")
+    ]
+    assert list(system.pair_names)[2] == "lambda_p _|_ 1 - alpha [step0]"
+    assert system.mass_matrix.is_constant() and np.array_equal(ca.evalf(system.mass_matrix).full(), np.eye(3))
+    cost = ca.Function("cost", [system.algebraic], [system.selection])
+    assert float(cost([0.5, 2, 9, 9, 9, 9])) == 0.5 * 4.25
+    named = _plain(state_names=["a", "b", "c"], step_names=["left", "right"], control_names=["push"])
+    assert list(named.state_names) == ["a", "b", "c"]
+    assert named.algebraic_names[3] == "lambda_n[right]"
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"switching": X[0]}, "switching has 1 entries for 2 step variables alpha"),
+        ({"right_hand_side": X[:2]}, r"right_hand_side has shape \(2, 1\), expected \(3, 1\)"),
+        ({"mass_matrix": ca.SX.eye(2)}, r"mass_matrix has shape \(2, 2\), expected \(3, 3\)"),
+        ({"state_names": ["x"]}, r"state_names has shape \(1,\), expected \(3,\)"),
+        ({"control_names": ["a", "b"]}, r"control_names has shape \(2,\), expected \(1,\)"),
+        ({"step_names": ["one"]}, r"algebraic_names has shape \(3,\), expected \(6,\)"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_wrong_lengths_are_refused(parts: dict[str, Any], message: str) -> None:
+    """An expression or list of names of the wrong length is named with its shape and the expected one."""
+    with pytest.raises(DimensionError, match=message):
+        _plain(**parts)

@@ -1,0 +1,57 @@
+"""Small systems with known solutions that the discretisation is tried on."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.dcs import ComplementaritySystem, heaviside
+
+OMEGA = 2 * np.pi
+
+
+def scalar(right_hand_side: str) -> ComplementaritySystem:
+    """x' = 2 - sign(x) (``crossing``) or x' = -sign(x) (``sliding``), sign(x) = 2 alpha - 1."""
+    x, alpha = ca.SX.sym("x"), ca.SX.sym("alpha")
+    sign = 2 * alpha - 1
+    value = {"crossing": 2 - sign, "sliding": -sign}[right_hand_side]
+    return heaviside(state=x, alpha=alpha, switching=x, right_hand_side=value, state_names=["x"])
+
+
+def leaving() -> ComplementaritySystem:
+    """x' = t - sign(x) with the time t as second state."""
+    x, t, alpha = ca.SX.sym("x"), ca.SX.sym("t"), ca.SX.sym("alpha")
+    return heaviside(
+        state=ca.vertcat(x, t), alpha=alpha, switching=x, right_hand_side=ca.vertcat(t - (2 * alpha - 1), 1)
+    )
+
+
+def oscillator() -> ComplementaritySystem:
+    """The planar oscillator of arXiv 2205.05337, section 4.4: x' = A x, turning left inside the unit circle."""
+    x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha")
+    inside, outside = ca.DM([[1, -OMEGA], [OMEGA, 1]]), ca.DM([[1, OMEGA], [-OMEGA, 1]])
+    return heaviside(
+        state=x,
+        alpha=alpha,
+        switching=ca.sumsqr(x) - 1,
+        right_hand_side=ca.mtimes(alpha * outside + (1 - alpha) * inside, x),
+    )
+
+
+def driven() -> ComplementaritySystem:
+    """Two states, a control, a parameter, two steps of which one product is lifted, and a mass matrix."""
+    x, u, p, alpha = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("p"), ca.SX.sym("alpha", 2)
+    both = ca.SX.sym("both")
+    return heaviside(
+        state=x,
+        control=u,
+        parameters=p,
+        alpha=alpha,
+        switching=ca.vertcat(x[0], x[1] - p),
+        right_hand_side=ca.vertcat(u + both, p - alpha[0]),
+        mass_matrix=ca.diag(ca.vertcat(2, 1 + x[0] ** 2)),
+        lifted=[("both", both, alpha[0] * alpha[1])],
+        selection_weight=1e-2,
+        state_names=["a", "b"],
+        control_names=["push"],
+    )

@@ -1,0 +1,181 @@
+"""What a task leaves out, and what a robot cannot satisfy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fesd_robot.errors import TaskError
+from fesd_robot.ocp import formulate
+from fesd_robot.task import Task
+
+Load = Callable[[str], Task]
+
+
+def test_ten_lines_are_enough(short: str, load: Load) -> None:
+    """Robot, contact, horizon, start and goal make a task; all else has a default."""
+    problem = formulate(load(short))
+    ocp = problem.ocp
+    assert len(short.splitlines()) == 10
+    np.testing.assert_array_equal(ocp.initial_lower, [0, 0.6, 0, 0.5, 0, 0, 0, 0, 0, 0.6 - 0.5])
+    np.testing.assert_array_equal(problem.endpoints.goal_configuration, [1, 0.6, 0, 0.5])
+    np.testing.assert_allclose(ocp.parameters[0], [0.25, 0.5, 0.75, 1.0])
+    np.testing.assert_allclose(ocp.parameters[1], 0.6)
+    assert problem.contacts[0].friction == 0.8
+
+
+def test_joints_with_an_effort_limit_are_driven(short: str, load: Load) -> None:
+    """Without actuators every joint with a positive effort limit is a control, bounded by it."""
+    problem = formulate(load(short))
+    actuation = problem.actuation
+    assert (actuation.names, actuation.units) == (["leg"], ["N"])
+    np.testing.assert_array_equal([actuation.lower, actuation.upper], [[-50], [50]])
+    np.testing.assert_array_equal(np.asarray(actuation.matrix(np.ones(4))), [[0], [0], [0], [1]])
+
+
+def test_default_weights(short: str, load: Load) -> None:
+    """Default weights are 1, 0.1, 1e-3 per second and 100, 10 at the end."""
+    ocp = formulate(load(short)).ocp
+    running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))
+    terminal = ca.Function("terminal", [ocp.system.state], list(ocp.terminal_cost.values()))
+    x, z = np.arange(10.0), np.zeros(ocp.system.algebraic.numel())
+    found = [float(term) for term in running(x, [3.0, 1.0], z, np.zeros(5))]
+    assert found == pytest.approx([x[:4] @ x[:4], 0.1 * x[4:8] @ x[4:8], 1e-3 * 9])
+    to_goal = x[:4] - [1, 0.6, 0, 0.5]
+    assert [float(term) for term in terminal(x)] == pytest.approx([100 * to_goal @ to_goal, 10 * x[4:8] @ x[4:8]])
+
+
+def test_weights_not_listed_are_zero(short: str, load: Load) -> None:
+    """In a map of weights that is given, names left out weigh nothing."""
+    ocp = formulate(load(short + "costs:\n  terminal_configuration: {leg: 7}\n")).ocp
+    terminal = ca.Function("terminal", [ocp.system.state], [ocp.terminal_cost["terminal configuration"]])
+    assert float(terminal(np.full(10, 2.5))) == pytest.approx(7 * 2.0**2)
+
+
+def test_goal_tolerance_becomes_terminal_bounds(short: str, load: Load) -> None:
+    """Goals with a tolerance are hard constraints of that width, the others are free."""
+    text = short + "  tolerance: {configuration: {root_x: 0.01}, velocity: {leg: 0}}\n"
+    ocp = formulate(load(text)).ocp
+    lower, upper = np.full(10, -np.inf), np.full(10, np.inf)
+    lower[[0, 7]], upper[[0, 7]] = [0.99, 0.0], [1.01, 0.0]
+    np.testing.assert_array_equal(ocp.terminal_lower, lower)
+    np.testing.assert_array_equal(ocp.terminal_upper, upper)
+
+
+def test_limits_of_the_task_replace_the_models(short: str, load: Load) -> None:
+    """A limit in the task stands in place of the model's, null lifts it, names left out keep the model's."""
+    text = short + "limits: {position: {leg: [0.2, 0.5], root_x: [null, null]}, velocity: {leg: [-1, 2]}}\n"
+    ocp = formulate(load(text)).ocp
+    np.testing.assert_allclose(ocp.state_lower[:8], [-np.inf, 0, -np.pi, 0.2, -10, -10, -5, -1])
+    np.testing.assert_allclose(ocp.state_upper[:8], [np.inf, 1.5, np.pi, 0.5, 10, 10, 5, 2])
+
+
+def test_start_respects_velocity_limits(short: str, load: Load) -> None:
+    """The first guess never leaves the velocity limits, even if the reference is faster."""
+    ocp = formulate(load(short + "limits: {velocity: {root_x: 0.25}}\n")).ocp
+    assert ocp.state_guess(0.5)[4] == 0.25
+
+
+def test_friction_of_a_contact_comes_before_the_grounds(short: str, load: Load) -> None:
+    """A contact's own friction coefficient is used if it has one."""
+    text = short.replace("{frame: foot}", "{frame: foot, friction: 0.3}") + "ground: {friction: 0.6}\n"
+    assert formulate(load(text)).contacts[0].friction == 0.3
+
+
+def test_sloped_ground(short: str, load: Load) -> None:
+    """Gap and initial gap state are measured along the normal of a slope."""
+    problem = formulate(load(short + "ground: {height: -0.1, slope: 0.2}\n"))
+    gap = (0.6 - 0.5 + 0.1) * np.cos(0.2)
+    assert problem.ocp.initial_lower[9] == pytest.approx(gap, abs=1e-12)
+
+
+def test_armature_adds_to_the_mass_matrix(short: str, load: Load) -> None:
+    """Armature of a joint is added to its diagonal entry."""
+    mechanics = formulate(load(short.replace("contacts:", "  armature: {leg: 0.1}\ncontacts:"))).mechanics
+    mass = ca.Function("mass", [mechanics.configuration], [mechanics.mass_matrix])
+    np.testing.assert_allclose(np.asarray(mass(np.ones(4)).full()), np.diag([1.1, 1.1, 0.275, 0.1]), atol=1e-14)
+
+
+ROBOT_END = "contacts:"
+ERRORS = [
+    (
+        "unknown joint in armature",
+        (ROBOT_END, "  armature: {lag: 0.1}\ncontacts:"),
+        4,
+        "robot.armature.lag",
+        "did you mean 'leg'?",
+    ),
+    ("unknown frame", ("{frame: foot}", "{frame: food}"), 5, "contacts.foot.frame", "did you mean 'foot'?"),
+    (
+        "unknown control",
+        ("goal:", "costs:\n  control: {log: 1}\ngoal:"),
+        10,
+        "costs.control.log",
+        "did you mean 'leg'?",
+    ),
+    ("unknown coordinate", ("root_x: 1", "root_y: 1"), 10, "goal.configuration.root_y", "'root_y'"),
+    ("start below the ground", ("root_z: 0.6", "root_z: 0.3"), 8, "initial.configuration", "0.2 m below the ground"),
+    ("goal below the ground", ("root_x: 1", "root_z: 0.4"), 10, "goal.configuration", "0.1 m below the ground"),
+    ("start beyond a limit", ("leg: 0.5", "leg: 0.6"), 8, "initial.configuration.leg", "[0.1, 0.5]"),
+    (
+        "actuator without bounds",
+        (ROBOT_END, "  actuators:\n    torque: {type: joint, joint: root_pitch}\ncontacts:"),
+        5,
+        "robot.actuators.torque.joint",
+        "'lower' and 'upper'",
+    ),
+    (
+        "actuator with one bound",
+        (ROBOT_END, "  actuators:\n    torque: {type: joint, joint: root_pitch, lower: 3}\ncontacts:"),
+        5,
+        "robot.actuators.torque.joint",
+        "lower < upper",
+    ),
+    ("no actuators", (ROBOT_END, "  actuators: {}\ncontacts:"), 2, "robot", "'actuators'"),
+    ("unknown example robot", ("model: /", "model: example-robot-data:solo13 # /"), 3, "robot.model", "solo12"),
+    ("missing model file", ("hopper.urdf", "hoper.urdf"), 3, "robot.model", "no file"),
+]
+
+
+@pytest.mark.parametrize(("edit", "line", "key", "fragment"), [e[1:] for e in ERRORS], ids=[e[0] for e in ERRORS])
+def test_what_the_robot_cannot_satisfy_is_located(
+    short: str, load: Load, edit: tuple[str, str], line: int, key: str, fragment: str
+) -> None:
+    """Every error that only the robot reveals names file, line and key, and what would be valid."""
+    assert edit[0] in short
+    task = load(short.replace(*edit, 1))
+    with pytest.raises(TaskError) as caught:
+        formulate(task)
+    assert (caught.value.file, caught.value.line, caught.value.key) == (task.source_path, line, key), caught.value
+    assert fragment in caught.value.message
+
+
+SOLO = """\
+name: solo
+robot:
+  model: example-robot-data:solo12
+  root: free_flyer
+contacts:
+  foot: {frame: FR_FOOT}
+horizon: {duration: 1, intervals: 2}
+"""
+
+
+def test_a_foot_that_can_leave_the_plane_is_refused(load: Load) -> None:
+    """Planar contact of a robot that moves in three dimensions is an error at the contact's frame."""
+    with pytest.raises(TaskError, match="x-z plane") as caught:
+        formulate(load(SOLO))
+    assert (caught.value.line, caught.value.key) == (6, "contacts.foot.frame")
+
+
+def test_a_joint_with_several_degrees_of_freedom_is_not_driven(load: Load) -> None:
+    """A joint actuator on a floating root is an error that names the alternative."""
+    text = SOLO.replace(
+        "contacts:", "  actuators:\n    push: {type: joint, joint: root_joint, lower: -1, upper: 1}\ncontacts:"
+    )
+    with pytest.raises(TaskError, match="generalized_force") as caught:
+        formulate(load(text))
+    assert (caught.value.line, caught.value.key) == (6, "robot.actuators.push.joint")
