@@ -76,7 +76,7 @@ def simulate(
     if np.ndim(controls) != 2 or controls.shape[0] != n_u:
         raise DimensionError(f"controls has shape {np.shape(controls)}, expected ({n_u}, steps)")
     options = options or FesdOptions(elements=2)
-    solver = solver or HomotopyOptions(tolerance=1e-10)
+    solver = solver or HomotopyOptions(tolerance=1e-9, max_iterations=200)
     steps = controls.shape[1]
     length = duration / steps
     values = np.zeros((0, 1)) if parameters is None else np.asarray(parameters, dtype=float).reshape(-1, 1)
@@ -113,9 +113,9 @@ def simulate(
         for sigma, factor, ratio in STARTS:
             trial = replace(solver, sigma_start=max(sigma, solver.tolerance), sigma_factor=factor, rank_ratio=ratio)
             solution = solve(problem, trial, nlp=nlp)
-            if solution.solved:
+            if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in
                 break
-        if not solution.solved:
+        if not solution.feasible:
             residuals = solution.residuals
             raise SimulationError(
                 f"simulation step {k} at time {k * length:.6g} was not solved ({solution.status}): violation "

@@ -74,7 +74,8 @@ class MpccSolution:
     Attributes:
         w: the returned point.
         residuals: recomputed at w.
-        solved: last NLP converged at the last sigma, feasible, complementarity within the tolerance.
+        feasible: constraints and complementarity within the tolerances.
+        solved: feasible, and the last NLP converged at the last sigma.
         status: the last NLP's status in words.
         reports: every NLP.
         build_seconds, solve_seconds: derivatives and the NLPs.
@@ -82,6 +83,7 @@ class MpccSolution:
 
     w: np.ndarray
     residuals: Residuals
+    feasible: bool
     solved: bool
     status: str
     reports: list[NlpReport]
@@ -151,12 +153,15 @@ def solve(
     else:
         finished = True
     residuals = problem.residuals(best.x)
+    feasible = (
+        residuals.constraint_violation <= options.feasibility
+        and residuals.complementarity <= 1.01 * options.tolerance
+    )
     return MpccSolution(
         w=best.x,
         residuals=residuals,
-        solved=finished
-        and residuals.constraint_violation <= options.feasibility
-        and residuals.complementarity <= 1.01 * options.tolerance,
+        feasible=feasible,
+        solved=finished and feasible,
         status=status,
         reports=reports,
         build_seconds=build_seconds,

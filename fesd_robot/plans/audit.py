@@ -17,7 +17,7 @@ TOLERANCES = {
     "max_stick_slip_violation": 1e-2,
     "max_impact_law_error": 1e-3,
     "max_normal_force_violation": 1e-2,
-    "max_dynamics_error": 1e-4,
+    "max_dynamics_error": 1e-3,
     "max_position_limit_violation": 1e-6,
     "max_velocity_limit_violation": 1e-6,
     "max_control_limit_violation": 1e-6,

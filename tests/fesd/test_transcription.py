@@ -241,7 +241,7 @@ def _crossing(x0: float, steps: tuple[float, float], mode: str, scheme: str) -> 
 @pytest.mark.parametrize("scheme", ["radau_iia", "gauss_legendre"])
 @pytest.mark.parametrize("mode", ["stage_stage", "lambda_sum", "theta_sum", "sum_sum"])
 def test_an_exact_solution_solves_the_mpcc(mode: str, scheme: str) -> None:
-    """A crossing that switches at an element boundary meets all rows and pairs, one that switches elsewhere does not."""
+    """A crossing that switches at an element boundary meets all rows and pairs; switched elsewhere it does not."""
     transcription, w = _crossing(-1.0, (1 / 3, 5 / 3), mode, scheme)
     found = transcription.problem.residuals(w)
     assert found.constraint_violation <= 1e-14 and found.complementarity == 0

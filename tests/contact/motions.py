@@ -1,0 +1,185 @@
+"""A point mass over the ground, and motions of it whose finite elements are exact polynomials."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.contact import ContactOptions, ContactSystem, Mechanics, PlanarContact, contact_system
+from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Tableau, Transcription, make_tableau
+
+GRAVITY, FRICTION, STRENGTH = 10.0, 0.3, 100.0
+RADAU = make_tableau("radau_iia", 2)
+
+FORMS = {
+    "multipliers": ContactOptions(form="multipliers", auxiliary_acceleration=STRENGTH),
+    "steps": ContactOptions(form="steps", auxiliary_acceleration=STRENGTH),
+    "steps, no gate": ContactOptions(form="steps", gate=False, auxiliary_acceleration=STRENGTH),
+    "steps, true gap": ContactOptions(form="steps", gap="true", auxiliary_acceleration=STRENGTH),
+    "steps, published": ContactOptions(form="steps", gate=False, gap="true", auxiliary_acceleration=STRENGTH),
+}
+
+
+def point_mass(friction: float = FRICTION) -> tuple[Mechanics, list[PlanarContact]]:
+    """m = 1, q = (x, z), v = (x', z'), no control; the ground is z = 0."""
+    q, v, none = ca.SX.sym("q", 2), ca.SX.sym("v", 2), ca.SX.sym("u", 0)
+    mechanics = Mechanics(
+        configuration=q,
+        velocity=v,
+        control=none,
+        configuration_derivative=v,
+        mass_matrix=ca.SX.eye(2),
+        force=ca.SX(ca.DM([0.0, -GRAVITY])),
+        configuration_names=["x", "z"],
+        velocity_names=["x", "z"],
+        control_names=[],
+    )
+    contact = PlanarContact("foot", q[1], ca.SX(ca.DM([0.0, 1.0])), ca.SX(ca.DM([1.0, 0.0])), friction)
+    return mechanics, [contact]
+
+
+def two_contacts() -> tuple[Mechanics, list[PlanarContact]]:
+    """The same with a wall behind it at x = 0, which has no friction."""
+    mechanics, (ground,) = point_mass()
+    x = mechanics.configuration[0]
+    wall = PlanarContact("wall", x, ca.SX(ca.DM([1.0, 0.0])), ca.SX(ca.DM([0.0, 1.0])), 0.0)
+    return mechanics, [ground, wall]
+
+
+@dataclass
+class Motion:
+    """Elements one after the other, each with constant shares of the fields, starting from `state` (x, z, x', z', t).
+
+    With constant shares the state is a polynomial of degree two in numerical time, which two stages represent exactly.
+    """
+
+    options: ContactOptions
+    state: np.ndarray
+    tableau: Tableau = RADAU
+    elements: list[Element] = field(default_factory=list)
+    time: float = 0.0
+    interval: int = 0
+
+    def add(self, duration: float, plus: float = 0.0, minus: float = 0.0, *, settled: bool = False) -> None:
+        """Append an element; `settled` puts the speed exactly at zero where it ends up at round-off."""
+        left = self.state
+        free = 1.0 - plus - minus
+        slope = np.array([STRENGTH * FRICTION * (minus - plus), STRENGTH * (plus + minus) - GRAVITY * free])
+
+        def at(tau: float) -> np.ndarray:
+            position = left[:2] + free * (left[2:4] * tau + 0.5 * slope * tau**2)
+            return np.concatenate([position, left[2:4] + slope * tau, [left[4] + free * tau]])
+
+        fractions = self.tableau.c if self.tableau.ends_at_stage else np.append(self.tableau.c, 1.0)
+        states = [at(duration * fraction) for fraction in fractions]
+        if settled:
+            states[-1][np.abs(states[-1]) < 1e-12] = 0.0
+        before = self.elements[-1] if self.elements else None
+        points = [self._with_gap(state) for state in states]
+        shares = [(plus, minus)] * len(points)
+        self.elements.append(
+            Element(
+                interval=self.interval,
+                start=self.time,
+                step=duration,
+                x_left=self._with_gap(left),
+                z_left=before.z[-1] if before else self.algebraic(left, plus, minus),
+                x=np.array(points),
+                z=np.array([self.algebraic(s, *share) for s, share in zip(states, shares, strict=True)]),
+                u=np.ones(1),
+            )
+        )
+        self.state = states[-1]
+        self.time += duration
+
+    def _with_gap(self, state: np.ndarray) -> np.ndarray:
+        return np.append(state, state[1]) if self.options.gap == "integrated" else state
+
+    def algebraic(self, state: np.ndarray, plus: float, minus: float) -> np.ndarray:
+        """The algebraic variables that belong to a state and to shares theta_+ and theta_-."""
+        if self.options.form == "multipliers":
+            return np.array([plus, minus])
+        beta = plus + minus
+        x_speed, z_speed = state[2:4]
+        flying = float(beta == 0 and state[1] >= 0)
+        gate = 1 - flying if self.options.gate else 1.0
+        sliding = plus / beta if beta > 0 else float(x_speed > 0)
+        parting = 1 - beta if flying == 0 else float(z_speed > 0)
+        if flying and self.options.gate:
+            parting = 0.5
+        c = np.array([state[1], gate * z_speed, gate * x_speed])
+        alpha = np.array([flying, parting, sliding])
+        return np.concatenate([alpha, np.maximum(-c, 0), np.maximum(c, 0), [(1 - flying) * (1 - parting)]])
+
+    def system(self) -> ContactSystem:
+        """The contact system that the motion is one of."""
+        return contact_system(*point_mass(), self.options)
+
+    def transcription(self, mode: str | None = None) -> Transcription:
+        """The problem of finding the motion with as many elements in as many intervals, without cost."""
+        counts = [sum(e.interval == k for e in self.elements) for k in range(self.interval + 1)]
+        if mode is None:
+            mode = "theta_sum" if self.options.form == "multipliers" else "lambda_sum"
+        system = self.system()
+        n = system.system.state.numel()
+        lower, free, ones = np.full(n, -np.inf), np.full(n, np.inf), np.ones((1, len(counts)))
+        if system.integrated_gap:
+            lower[-1] = system.gap_lower
+        start = self.elements[0].x_left
+        longest = max(element.step for element in self.elements)
+        ocp = OptimalControlProblem(
+            system=system.system,
+            duration=self.time,
+            intervals=len(counts),
+            parameters=np.zeros((0, len(counts))),
+            initial_lower=start,
+            initial_upper=start,
+            state_lower=lower,
+            state_upper=free,
+            terminal_lower=-free,
+            terminal_upper=free,
+            control_lower=ones[:, 0],
+            control_upper=ones[:, 0],
+            state_guess=lambda _: start,
+            control_guess=ones,
+        )
+        return Transcription(
+            ocp,
+            FesdOptions(
+                tableau=self.tableau,
+                elements=tuple(counts),
+                cross_complementarity=mode,  # type: ignore[arg-type]
+                step_equilibration="none",
+                step_freedom=longest * sum(counts) / self.time,
+            ),
+        )
+
+    def vector(self) -> np.ndarray:
+        """The motion as a point of its problem."""
+        parts = [self.elements[0].x_left, self.elements[0].z_left]
+        interval = -1
+        for element in self.elements:
+            if element.interval != interval:
+                parts.append(element.u)
+                interval = element.interval
+            parts.append(np.array([element.step]))
+            parts += [both for x, z in zip(element.x, element.z, strict=True) for both in (x, z)]
+        return np.concatenate(parts)
+
+
+def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), stance: float = 0.2) -> Motion:
+    """The point mass of benchmark (i) 3: flight, inelastic impact with friction, sliding stance.
+
+    z falls to 0 at √(2 z0 / g) with the speed -√20 for z0 = 1; the clock then stands still for √20 / a_n, and in stance
+    it runs at the rate γ = a_n / (a_n + g).
+    """
+    motion = Motion(options, np.array(start, dtype=float))
+    x, z, x_speed, z_speed, t = motion.state
+    fall = (z_speed + np.sqrt(z_speed**2 + 2 * GRAVITY * z)) / GRAVITY
+    motion.add(fall, settled=True)
+    motion.add(-motion.state[3] / STRENGTH, plus=1.0, settled=True)
+    motion.add(stance, plus=GRAVITY / (STRENGTH + GRAVITY), settled=True)
+    return motion

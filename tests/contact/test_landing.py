@@ -1,0 +1,94 @@
+"""The exact landing of a point mass is a solution of every form of the contact logic; its unphysical relatives are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fesd_robot.contact import ContactOptions, contact_system
+from fesd_robot.fesd import FesdOptions, simulate
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
+
+from .motions import FORMS, FRICTION, GRAVITY, RADAU, STRENGTH, Motion, landing, point_mass
+
+IMPACT_TIME, IMPACT_SPEED = np.sqrt(0.2), np.sqrt(20)
+SLIDING_SPEED = 4 - FRICTION * np.sqrt(20)
+
+each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
+
+
+@each_form
+@pytest.mark.parametrize("mode", ["stage_stage", "lambda_sum", "theta_sum", "sum_sum"])
+def test_the_exact_landing_is_a_solution(options: ContactOptions, mode: str) -> None:
+    """Flight, impact and sliding stance meet all equations and pairs in every form and aggregation."""
+    motion = landing(options)
+    found = motion.transcription(mode).problem.residuals(motion.vector())
+    assert found.constraint_violation <= 1e-13, found.worst_constraint
+    assert found.complementarity <= 1e-13, found.worst_pair
+    clock = IMPACT_TIME + 0.2 * STRENGTH / (STRENGTH + GRAVITY)
+    speed = SLIDING_SPEED - FRICTION * GRAVITY * (clock - IMPACT_TIME)
+    assert motion.state[[1, 2, 3, 4]] == pytest.approx([0, speed, 0, clock], abs=1e-14)
+
+
+def _at_the_ground(options: ContactOptions) -> Motion:
+    """The flight of the landing, up to the moment of touchdown."""
+    motion = landing(options)
+    flight = Motion(options, np.array([0, 1, 4, 0, 0], dtype=float))
+    flight.add(motion.elements[0].step, settled=True)
+    return flight
+
+
+def _smeared(motion: Motion) -> None:
+    motion.add(IMPACT_SPEED / (0.5 * (STRENGTH - GRAVITY)), plus=0.5)
+
+
+def _falls_through(motion: Motion) -> None:
+    motion.add(0.1)
+
+
+def _half_an_impact(motion: Motion) -> None:
+    motion.add(0.5 * IMPACT_SPEED / STRENGTH, plus=1.0)
+    motion.add(0.1)
+
+
+def _bounces(motion: Motion) -> None:
+    motion.add(1.5 * IMPACT_SPEED / STRENGTH, plus=1.0)
+
+
+def _friction_pushes(motion: Motion) -> None:
+    motion.add(IMPACT_SPEED / STRENGTH, minus=1.0, settled=True)
+
+
+def _no_friction(motion: Motion) -> None:
+    motion.add(IMPACT_SPEED / STRENGTH, plus=0.5, minus=0.5, settled=True)
+
+
+def _stance_without_impact(motion: Motion) -> None:
+    motion.add(0.1, plus=GRAVITY / (STRENGTH + GRAVITY))
+
+
+@each_form
+@pytest.mark.parametrize(
+    "wrong",
+    [_smeared, _falls_through, _half_an_impact, _bounces, _friction_pushes, _no_friction, _stance_without_impact],
+    ids=lambda function: function.__name__.strip("_"),
+)
+def test_an_unphysical_landing_is_none(options: ContactOptions, wrong: Callable[[Motion], None]) -> None:
+    """What obeys the fields but not the contact logic breaks a pair or leaves the ground's side of the gap."""
+    motion = _at_the_ground(options)
+    wrong(motion)
+    found = motion.transcription().problem.residuals(motion.vector())
+    assert max(found.complementarity, found.constraint_violation) >= 1e-3
+    if found.constraint_violation > 1e-13:
+        assert found.worst_constraint.startswith(("bound of", "pair"))
+
+
+@each_form
+def test_a_force_at_a_distance_is_none(options: ContactOptions) -> None:
+    """No share of an auxiliary field is allowed above the ground."""
+    motion = Motion(options, np.array([0, 1, 4, 0, 0], dtype=float))
+    motion.add(0.1, plus=0.05)
+    found = motion.transcription().problem.residuals(motion.vector())
+    assert found.complementarity + found.constraint_violation >= 1e-3
