@@ -10,12 +10,18 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
+from fesd_robot.mpcc.ipopt import NlpPoint, converged, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxation import Relaxation, scholtes
 
 SETTLED = 5e-3
 """Below this sigma of rank 1 the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
+
+_TRIALS = ("first", "again")
+"""An NLP that fails is tried again from the same point: cold if it was warm, else with the adaptive barrier."""
+
+_FINAL = ("interrupted", "time limit", "iteration limit")
+"""Ends of an NLP after which another trial is pointless."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
@@ -107,7 +113,7 @@ def solve(
 ) -> MpccSolution:
     """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
 
-    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma. An NLP that fails ends the homotopy; the best point so
+    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma. An NLP that fails twice ends the homotopy; the best point so
     far is returned with its residuals, and `solved` is False.
 
     Args:
@@ -125,37 +131,38 @@ def solve(
     reports: list[NlpReport] = []
     best, status, finished = point, "not started", False
     begin = time.perf_counter()
-    for sigma in options.sigmas():
-        remaining = None if options.time_limit is None else options.time_limit - (time.perf_counter() - begin)
-        if remaining is not None and remaining <= 0:
-            status = "time limit"
+    for sigmas in options.sigmas():
+        for trial in _TRIALS:
+            remaining = None if options.time_limit is None else options.time_limit - (time.perf_counter() - begin)
+            if remaining is not None and remaining <= 0:
+                status = "time limit"
+                break
+            result = solve_nlp(
+                nlp,
+                sigma=sigmas,
+                start=point,
+                lower=problem.lower,
+                upper=problem.upper,
+                options=_ipopt_options(options, sigmas, remaining, trial),
+                stop=stop,
+            )
+            status = result.status
+            residuals = problem.residuals(result.point.x)
+            reports.append(NlpReport(*sigmas, status, result.iterations, result.seconds, residuals))
+            if progress:
+                progress(reports[-1])
+            if result.converged or status in _FINAL:
+                break
+        if not converged(status):
+            if len(reports) == 1 or (reports and residuals.constraint_violation <= options.feasibility):
+                best = result.point
             break
-        result = solve_nlp(
-            nlp,
-            sigma=sigma,
-            start=point,
-            lower=problem.lower,
-            upper=problem.upper,
-            options=_ipopt_options(options, sigma, remaining),
-            stop=stop,
-        )
-        point, status = result.point, result.status
-        residuals = problem.residuals(point.x)
-        report = NlpReport(*sigma, status, result.iterations, result.seconds, residuals)
-        reports.append(report)
-        if progress:
-            progress(report)
-        if not result.converged:
-            if not reports[:-1] or residuals.constraint_violation <= options.feasibility:
-                best = point
-            break
-        best = point
+        point = best = result.point
     else:
         finished = True
     residuals = problem.residuals(best.x)
     feasible = (
-        residuals.constraint_violation <= options.feasibility
-        and residuals.complementarity <= 1.01 * options.tolerance
+        residuals.constraint_violation <= options.feasibility and residuals.complementarity <= 1.01 * options.tolerance
     )
     return MpccSolution(
         w=best.x,
@@ -169,7 +176,9 @@ def solve(
     )
 
 
-def _ipopt_options(options: HomotopyOptions, sigmas: tuple[float, float], remaining: float | None) -> dict[str, Any]:
+def _ipopt_options(
+    options: HomotopyOptions, sigmas: tuple[float, float], remaining: float | None, trial: str
+) -> dict[str, Any]:
     """IPOPT's options for one sigma; no NLP is solved more accurately than its sigma deserves."""
     sigma, sigma_of_rank_1 = sigmas
     last = sigma_of_rank_1 <= 1.0001 * options.tolerance
@@ -184,8 +193,10 @@ def _ipopt_options(options: HomotopyOptions, sigmas: tuple[float, float], remain
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }
-    if sigma_of_rank_1 <= SETTLED:
+    if trial == "first" and sigma_of_rank_1 <= SETTLED:
         settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
+    if trial == "again" and sigma_of_rank_1 > SETTLED:
+        settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
     if remaining is not None:
         settings["max_wall_time"] = remaining
     return {**settings, **options.ipopt}

@@ -35,6 +35,11 @@ class NlpPoint:
     lam_g: np.ndarray
 
 
+def converged(status: str) -> bool:
+    """Whether a status in words says that IPOPT met its tolerance or its acceptable level."""
+    return status.startswith("converged")
+
+
 @dataclass(frozen=True)
 class NlpResult:
     """What IPOPT returned: the point, its status in words, iterations and seconds."""
@@ -47,7 +52,7 @@ class NlpResult:
     @property
     def converged(self) -> bool:
         """IPOPT met its tolerance or its acceptable level."""
-        return self.status.startswith("converged")
+        return converged(self.status)
 
 
 class IterationCallback(ca.Callback):

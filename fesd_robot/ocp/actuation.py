@@ -40,7 +40,7 @@ def actuators_of(task: Task, robot: Robot) -> dict[str, JointActuator | Generali
     return {
         name: JointActuator(type="joint", joint=name)
         for name, effort in zip(robot.velocity_names, robot.effort_limit, strict=True)
-        if effort > 0 and name in robot.configuration_names
+        if effort > 0 and name in robot.model.names
     }
 
 

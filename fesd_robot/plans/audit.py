@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fesd_robot.contact import PhysicalMotion
@@ -21,6 +23,7 @@ TOLERANCES = {
     "max_position_limit_violation": 1e-6,
     "max_velocity_limit_violation": 1e-6,
     "max_control_limit_violation": 1e-6,
+    "max_position_defect": 1e-3,
     "max_energy_error": 1e-2,
 }
 """Largest value of every entry of an audit that passes; `min_gap` passes down to minus its tolerance."""
@@ -56,6 +59,7 @@ def audit(
         "max_position_limit_violation": _outside(motion.configuration, position_limits),
         "max_velocity_limit_violation": _outside(motion.velocity, velocity_limits),
         "max_control_limit_violation": _outside(motion.control, control_limits),
+        "max_position_defect": _position_defect(motion, physics),
         "max_energy_error": _energy_error(motion, physics),
     }
     violations = [
@@ -66,7 +70,7 @@ def audit(
 
 def _outside(values: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
     lower, upper = limits
-    return max(0.0, float(np.maximum(lower - values, values - upper).max()))
+    return _largest(np.maximum(lower - values, values - upper).ravel().tolist())
 
 
 def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics) -> float:
@@ -76,33 +80,40 @@ def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics) -> float:
     return float(np.abs(gaps - motion.gap_state).max())
 
 
+def _largest(values: Sequence[float]) -> float:
+    """The largest value, at least zero; NaN if there is one, so that no number passes by not being one."""
+    return float(np.max(values, initial=0.0))
+
+
 def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]:
-    cone = pull = slip = dynamics = 0.0
-    for k in np.flatnonzero(np.isfinite(motion.acceleration).all(axis=1)):
+    cone: list[float] = []
+    pull: list[float] = []
+    slip: list[float] = []
+    dynamics: list[float] = []
+    for k in np.flatnonzero(motion.weight > 0):
         q, v = motion.configuration[k], motion.velocity[k]
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
         force, rest = split_contact_force(required, jacobian, closed)
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
-        dynamics = max(dynamics, float(np.abs(rest).max() / scale))
+        dynamics.append(np.abs(rest).max() / scale)
         normal, tangential = force[closed].T
         speed = (jacobian @ v)[1::2][closed]
-        if normal.size:
-            unused = physics.friction[closed] * np.maximum(normal, 0.0) - np.abs(tangential)
-            pull = max(pull, float(-normal.min()))
-            cone = max(cone, float(-unused.min()))
-            slip = max(slip, float(np.minimum(np.abs(speed), np.abs(unused)).max()), float((speed * tangential).max()))
+        unused = physics.friction[closed] * np.maximum(normal, 0.0) - np.abs(tangential)
+        pull += list(-normal)
+        cone += list(-unused)
+        slip += [*np.minimum(np.abs(speed), np.abs(unused)), *(speed * tangential)]
     return {
-        "max_friction_cone_violation": cone,
-        "max_stick_slip_violation": slip,
-        "max_normal_force_violation": pull,
-        "max_dynamics_error": dynamics,
+        "max_friction_cone_violation": _largest(cone),
+        "max_stick_slip_violation": _largest(slip),
+        "max_normal_force_violation": _largest(pull),
+        "max_dynamics_error": _largest(dynamics),
     }
 
 
 def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
-    worst = 0.0
+    errors: list[float] = []
     for impact in motion.impacts:
         q = motion.configuration[impact.after]
         jacobian = physics.contact_jacobian(q)
@@ -112,17 +123,30 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         normal, tangential = impulse[hit].T
         after = (jacobian @ motion.velocity[impact.after])[0::2][hit]
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
-        worst = max(
-            worst, float(np.abs(after).max()), float(np.abs(rest).max()), float(excess.max()), float(-normal.min())
-        )
-    return worst
+        errors += [*np.abs(after), *np.abs(rest), *excess, *-normal]
+    return _largest(errors)
+
+
+def _position_defect(motion: PhysicalMotion, physics: NumericPhysics) -> float:
+    """Largest |change of configuration - integral of the velocity| of a control interval, m or rad."""
+    defects: list[float] = []
+    start = 0
+    for interval in np.unique(motion.interval):
+        end = int(np.flatnonzero(motion.interval == interval)[-1])
+        inside = slice(start + 1, end + 1)
+        travelled = motion.weight[inside] @ motion.velocity[inside]
+        moved = physics.difference(motion.configuration[start], motion.configuration[end])
+        defects.append(np.abs(moved - travelled).max())
+        start = end
+    return _largest(defects)
 
 
 def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
     """Largest |change of energy - work - impact losses| of a control interval, J."""
     energy = np.array([physics.energy(q, v) for q, v in zip(motion.configuration, motion.velocity, strict=True)])
     jumps = {impact.after: energy[impact.after] - energy[impact.before] for impact in motion.impacts}
-    worst = balance = 0.0
+    errors: list[float] = []
+    balance = 0.0
     for k in range(1, len(energy)):
         balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
         if motion.weight[k] > 0:
@@ -131,5 +155,6 @@ def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
             force = force + physics.contact_jacobian(q).T @ motion.force[k].ravel()
             balance -= motion.weight[k] * float(force @ v)
         if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
-            worst, balance = max(worst, abs(balance)), 0.0
-    return worst
+            errors.append(abs(balance))
+            balance = 0.0
+    return _largest(errors)

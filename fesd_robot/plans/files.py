@@ -103,17 +103,19 @@ def _staged(folder: Path) -> Iterator[Path]:
         if not folder.exists():
             stage.rename(folder)
             return
-        folder.rename(earlier)
         try:
+            folder.rename(earlier)
             for item in earlier.iterdir():
-                if item.name not in _OWN:
+                if item.name not in _OWN and not (stage / item.name).exists():
                     item.rename(stage / item.name)
             stage.rename(folder)
         except BaseException:
-            for item in stage.iterdir():
-                if item.name not in _OWN:
-                    item.rename(earlier / item.name)
-            earlier.rename(folder)
+            if earlier.exists():
+                for item in [] if folder.exists() else list(stage.iterdir()):
+                    if item.name not in _OWN and not (earlier / item.name).exists():
+                        item.rename(earlier / item.name)
+                if not folder.exists():
+                    earlier.rename(folder)
             raise
 
 

@@ -74,6 +74,10 @@ class NumericPhysics:
         """M a + h - B u, what the contacts must supply, (n_v)."""
         return np.asarray(pin.rnea(self._model, self._data, q, v, a)) - self.generalized_force(q, u)
 
+    def difference(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """The displacement from one configuration to another, (n_v)."""
+        return np.asarray(pin.difference(self._model, before, after))
+
     def energy(self, q: np.ndarray, v: np.ndarray) -> float:
         """Kinetic energy (with armature) plus potential energy, J."""
         return float(0.5 * v @ self.mass_matrix(q) @ v + pin.computePotentialEnergy(self._model, self._data, q))

@@ -9,9 +9,20 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
 SCHEMA_VERSION: Literal[1] = 1
 
+
+def _to_array(value: Any) -> np.ndarray:
+    try:
+        array = np.asarray(value, dtype=float)
+    except TypeError as error:
+        raise ValueError("expected a list of numbers") from error
+    if array.ndim != 1:
+        raise ValueError(f"expected a list of numbers, found an array of {array.ndim} dimensions")
+    return array
+
+
 Array = Annotated[
     np.ndarray,
-    BeforeValidator(lambda value: np.asarray(value, dtype=float)),
+    BeforeValidator(_to_array),
     PlainSerializer(lambda array: array.tolist()),
 ]
 """A float array in Python, a list of numbers in JSON."""
@@ -113,6 +124,8 @@ class Audit(Record):
         max_position_limit_violation: m or rad.
         max_velocity_limit_violation: m/s or rad/s.
         max_control_limit_violation: unit of the control.
+        max_position_defect: largest difference between the change of configuration and the integral of the velocity
+            over a control interval, m or rad.
         max_energy_error: largest mismatch of the energy balance over a control interval, J.
         tolerances: the limit each entry was compared with.
         violations: names of the entries beyond their limit.
@@ -130,6 +143,7 @@ class Audit(Record):
     max_position_limit_violation: float
     max_velocity_limit_violation: float
     max_control_limit_violation: float
+    max_position_defect: float
     max_energy_error: float
     tolerances: dict[str, float]
     violations: list[str]

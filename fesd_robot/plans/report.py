@@ -21,6 +21,7 @@ _AUDIT_UNITS = {
     "max_position_limit_violation": "m or rad",
     "max_velocity_limit_violation": "m/s or rad/s",
     "max_control_limit_violation": "N or N m",
+    "max_position_defect": "m or rad",
     "max_energy_error": "J",
 }
 

@@ -177,7 +177,7 @@ def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), s
     it runs at the rate γ = a_n / (a_n + g).
     """
     motion = Motion(options, np.array(start, dtype=float))
-    x, z, x_speed, z_speed, t = motion.state
+    z, z_speed = motion.state[[1, 3]]
     fall = (z_speed + np.sqrt(z_speed**2 + 2 * GRAVITY * z)) / GRAVITY
     motion.add(fall, settled=True)
     motion.add(-motion.state[3] / STRENGTH, plus=1.0, settled=True)

@@ -1,4 +1,4 @@
-"""The exact landing of a point mass is a solution of every form of the contact logic; its unphysical relatives are not."""
+"""The exact landing of a point mass solves every form of the contact logic, its unphysical relatives none."""
 
 from __future__ import annotations
 
@@ -92,3 +92,51 @@ def test_a_force_at_a_distance_is_none(options: ContactOptions) -> None:
     motion.add(0.1, plus=0.05)
     found = motion.transcription().problem.residuals(motion.vector())
     assert found.complementarity + found.constraint_violation >= 1e-3
+
+
+@each_form
+@pytest.mark.parametrize("sigma", [1e-2, 1e-6])
+def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float) -> None:
+    """From a point a centimetre beside the landing the homotopy finds touchdown, impulse and slowed clock again."""
+    motion = landing(options, stance=0.05)
+    transcription = motion.transcription()
+    problem, exact = transcription.problem, motion.vector()
+    beside = exact + 1e-2 * np.random.default_rng(0).normal(size=exact.size)
+    moved = Mpcc(problem.lower, problem.upper, np.clip(beside, problem.lower, problem.upper), problem.blocks)
+    solution = solve(moved, HomotopyOptions(tolerance=1e-10, sigma_start=sigma, sigma_factor=0.1, rank_ratio=1.0))
+    assert solution.solved
+    flight, impact, stance = transcription.unpack(solution.w)
+    # Ungated, the end of a flight is a product of two speeds: a tolerance of 1e-10 determines it to its root.
+    accuracy = 1e-8 if options.gate else 1e-5
+    assert flight.step == pytest.approx(IMPACT_TIME, abs=accuracy)
+    assert impact.step == pytest.approx(IMPACT_SPEED / STRENGTH, abs=accuracy)
+    assert flight.x[-1][:5] == pytest.approx([4 * IMPACT_TIME, 0, 4, -IMPACT_SPEED, IMPACT_TIME], abs=3 * accuracy)
+    assert impact.x[-1][:5] == pytest.approx([4 * IMPACT_TIME, 0, SLIDING_SPEED, 0, IMPACT_TIME], abs=3 * accuracy)
+    clock = stance.step * STRENGTH / (STRENGTH + GRAVITY)
+    assert stance.x[-1][4] - stance.x_left[4] == pytest.approx(clock, abs=3 * accuracy)
+    assert stance.x[-1] == pytest.approx(motion.elements[-1].x[-1], abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["multipliers", "steps"])
+def test_sliding_stops_by_itself(name: str) -> None:
+    """After the impact the point slows down by μ g, sticks at t = 4/3, at x = 89/30, and stays there."""
+    options = FORMS[name]
+    mechanics, contacts = point_mass()
+    system = contact_system(mechanics, contacts, options)
+    initial = np.array([4 * IMPACT_TIME, 0, SLIDING_SPEED, 0, IMPACT_TIME, 0])
+    lower = np.full(6, -np.inf)
+    lower[-1] = system.gap_lower
+    found = simulate(
+        system.system,
+        initial,
+        np.ones((1, 4)),
+        1.2,
+        options=FesdOptions(tableau=RADAU, elements=2),
+        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, rank_ratio=1.0),
+        state_lower=lower,
+    )
+    clock = IMPACT_TIME + 1.2 * STRENGTH / (STRENGTH + GRAVITY)
+    assert found.states[-1][:5] == pytest.approx([89 / 30, 0, 0, 0, clock], abs=1e-8)
+    boundaries = np.array([element.x_left for element in found.elements])
+    stop = boundaries[np.argmin(np.abs(boundaries[:, 4] - 4 / 3))]
+    assert stop[[0, 2, 4]] == pytest.approx([89 / 30, 0, 4 / 3], abs=1e-7)

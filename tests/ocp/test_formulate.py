@@ -87,8 +87,8 @@ def test_friction_of_a_contact_comes_before_the_grounds(short: str, load: Load) 
 
 def test_sloped_ground(short: str, load: Load) -> None:
     """Gap and initial gap state are measured along the normal of a slope."""
-    problem = formulate(load(short + "ground: {height: -0.1, slope: 0.2}\n"))
-    gap = (0.6 - 0.5 + 0.1) * np.cos(0.2)
+    problem = formulate(load(short + "ground: {height: -0.2, slope: 0.2}\n"))
+    gap = (0.6 - 0.5 + 0.2) * np.cos(0.2)
     assert problem.ocp.initial_lower[9] == pytest.approx(gap, abs=1e-12)
 
 

@@ -61,7 +61,7 @@ def test_control_matrix(hopper: MotionProblem) -> None:
 
 
 def test_mass_matrix_force_and_contact(hopper: MotionProblem) -> None:
-    """M = diag(1.1, 1.1, 0.275, 0.1), force = B u - gravity, gap = y - r cos, n and t as published, friction 0.45."""
+    """M = diag(1.1, 1.1, 0.275, 0.1), force = B u - gravity, gap = y - r cos, n and t the foot's derivatives."""
     mechanics, contact = hopper.mechanics, hopper.contacts[0]
     symbols = [mechanics.configuration, mechanics.velocity, mechanics.control]
     parts = [mechanics.mass_matrix, mechanics.force, contact.gap, contact.normal, contact.tangent]
@@ -76,7 +76,7 @@ def test_mass_matrix_force_and_contact(hopper: MotionProblem) -> None:
         np.testing.assert_allclose(force, expected, atol=1e-12)
         np.testing.assert_allclose(gap, q[1] - r * cos, atol=1e-14)
         np.testing.assert_allclose(normal, [0, 1, r * sin, -cos], atol=1e-14)
-        np.testing.assert_allclose(tangent, [1, 0, -r * cos, -sin], atol=1e-14)
+        np.testing.assert_allclose(tangent, [1, 0, r * cos, sin], atol=1e-14)
     assert contact.friction == 0.45
 
 

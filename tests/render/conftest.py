@@ -58,7 +58,7 @@ def hop() -> Hop:
             pitch = 0.3 * np.sin(2 * np.pi * phase) if flying else 0.0 * s
             foot_x = x + stride * phase
             # The leg points down at pitch zero and turns with the body.
-            q = np.stack([foot_x + leg * np.sin(pitch), height + leg * np.cos(pitch), pitch, leg], axis=1)
+            q = np.stack([foot_x - leg * np.sin(pitch), height + leg * np.cos(pitch), pitch, leg], axis=1)
             v = np.gradient(q, s, axis=0, edge_order=2)
             pieces.append((start + s, q, v, mode))
             start, x = start + duration, x + stride

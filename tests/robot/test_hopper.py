@@ -64,10 +64,10 @@ def test_kinetic_energy_is_a_sum_of_squares(hopper):
 
 
 def test_foot_position(hopper):
-    """The foot is at (x − r sin θ, 0, z − r cos θ)."""
+    """The foot is at (x + r sin θ, 0, z − r cos θ)."""
     _, position = frame_placement(hopper, Q, "foot")
     x, z, pitch, leg = POINT
-    assert _at(position).ravel() == pytest.approx([x - leg * np.sin(pitch), 0.0, z - leg * np.cos(pitch)])
+    assert _at(position).ravel() == pytest.approx([x + leg * np.sin(pitch), 0.0, z - leg * np.cos(pitch)])
     assert not position.sparsity().has_nz(1, 0)
 
 
@@ -80,11 +80,11 @@ def test_foot_velocity_stays_in_the_plane(hopper):
 
 
 def test_foot_jacobian(hopper):
-    """J_n = (0, 1, r sin θ, −cos θ) and J_t = (1, 0, −r cos θ, −sin θ)."""
+    """J_n = (0, 1, r sin θ, −cos θ) and J_t = (1, 0, r cos θ, sin θ)."""
     jacobian = frame_jacobian(hopper, Q, "foot")
     _, _, pitch, leg = POINT
     assert _at(jacobian)[2] == pytest.approx([0.0, 1.0, leg * np.sin(pitch), -np.cos(pitch)])
-    assert _at(jacobian)[0] == pytest.approx([1.0, 0.0, -leg * np.cos(pitch), -np.sin(pitch)])
+    assert _at(jacobian)[0] == pytest.approx([1.0, 0.0, leg * np.cos(pitch), np.sin(pitch)])
     assert jacobian.nnz() == 7
 
 

@@ -1,0 +1,273 @@
+"""The audit passes motions in closed form, and every entry sees its own fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fesd_robot.contact import PhysicalMotion
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.plans.audit import TOLERANCES, audit
+from fesd_robot.plans.physics import NumericPhysics, split_contact_force
+from fesd_robot.plans.plan import Audit
+
+from .motions import FRICTION, MASS, STOP, collision, drop, jacobian, stance, tumble
+
+ENDS = {"tumble": [0.1, 0.2], "drop": [0.15, 0.3], "stance": [0.05, 0.1]}
+
+
+def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> Audit:
+    """Audit a motion; the clock is compared with itself and the hopper's limits hold unless others are given."""
+    given = {
+        "interval_ends": motion.clock if motion.clock.size else np.zeros(1),
+        "position_limits": (np.array([-1, 0, -3.15, 0.1]), np.array([5.1, 1.5, 3.15, 0.5])),
+        "velocity_limits": (np.full(4, -10.0), np.full(4, 10.0)),
+        "control_limits": (np.full(2, -50.0), np.full(2, 50.0)),
+    }
+    if not motion.clock.size:
+        motion = replace(motion, clock=np.zeros(1))
+    return audit(motion, physics, **{**given, **limits})
+
+
+EXACT = {
+    "flight with a torque": (tumble, ENDS["tumble"]),
+    "flight, impact, stance": (drop, ENDS["drop"]),
+    "rest on a compliant leg": (stance, ENDS["stance"]),
+    "slip to the right": (lambda: stance(FRICTION, 0.6), ENDS["stance"]),
+    "slip to the left": (lambda: stance(-FRICTION, -0.6), ENDS["stance"]),
+    "stance at the point of lift-off": (lambda: stance(push=-1.0791), ENDS["stance"]),
+    "impact": (lambda: collision(STOP), [0.0]),
+    "impact that slides": (lambda: collision(STOP, -FRICTION * STOP), [0.0]),
+}
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_an_exact_motion_passes(name: str, physics: NumericPhysics) -> None:
+    """A motion in closed form has no violation, and no entry is larger than rounding."""
+    make, ends = EXACT[name]
+    found = audit_of(make(), physics, interval_ends=np.array(ends))
+    assert found.violations == []
+    assert found.tolerances == TOLERANCES
+    assert found.min_gap >= -1e-12
+    worst = {entry: getattr(found, entry) for entry in TOLERANCES if entry != "min_gap"}
+    assert max(worst.values()) < 1e-9, worst
+
+
+def test_resting_force(physics: NumericPhysics) -> None:
+    """Pinocchio's constrained acceleration at rest without control is the closed form, with 0.89925 N on the foot."""
+    motion = stance()
+    q, v = motion.configuration[0], motion.velocity[0]
+    normal = physics.contact_jacobian(q)[:1]
+    inverse = np.linalg.inv(physics.mass_matrix(q))
+    bias = physics.required_force(q, v, np.zeros(4), np.zeros(2))
+    force = np.linalg.solve(normal @ inverse @ normal.T, normal @ inverse @ bias)
+    assert force == pytest.approx([0.89925], abs=1e-10)
+    np.testing.assert_allclose(motion.acceleration[1], inverse @ (normal.T @ force - bias), atol=1e-12)
+    np.testing.assert_allclose(motion.force[1, 0], [force.item(), 0], atol=1e-12)
+
+
+def test_drop_has_published_times_and_impulse(physics: NumericPhysics) -> None:
+    """The drop lands after 0.2019 s with 1.9809 m/s, impulse 0.18158 N s, and goes on with 1.8158 m/s."""
+    motion = drop()
+    (impact,) = motion.impacts
+    before, after = motion.velocity[impact.before], motion.velocity[impact.after]
+    assert motion.time[impact.after] == pytest.approx(0.20192751093846089, abs=1e-12)
+    assert before[1] == pytest.approx(-1.98090888230630134, abs=1e-12)
+    assert impact.impulse[0] == pytest.approx([0.18158331421141096, 0.0], abs=1e-12)
+    np.testing.assert_allclose(after[[1, 3]], -1.81583331421141096, atol=1e-12)
+
+
+def sunk(motion: PhysicalMotion) -> PhysicalMotion:
+    down = np.array([0, 0.01, 0, 0])
+    return replace(motion, configuration=motion.configuration - down, gap_state=motion.gap_state - 0.01)
+
+
+def pushed(motion: PhysicalMotion, sample: int, force: np.ndarray) -> PhysicalMotion:
+    """Change the acceleration of one sample by what a generalized force would do."""
+    acceleration = motion.acceleration.copy()
+    acceleration[sample] += force / MASS
+    return replace(motion, acceleration=acceleration)
+
+
+def dragged(motion: PhysicalMotion) -> PhysicalMotion:
+    """The foot stuck by 1 N of friction, more than the cone has."""
+    return pushed(motion, -1, jacobian(motion.configuration[-1])[1])
+
+
+def gifted(motion: PhysicalMotion) -> PhysicalMotion:
+    """From the second control interval on everything moves faster, and nothing was paid."""
+    velocity = motion.velocity.copy()
+    later = motion.interval == 1
+    velocity[later, 0] += 0.5
+    configuration = motion.configuration.copy()
+    configuration[later, 0] += 0.5 * (motion.time[later] - motion.time[~later][-1])
+    return replace(motion, velocity=velocity, configuration=configuration)
+
+
+def leaping(motion: PhysicalMotion) -> PhysicalMotion:
+    """At the second control interval the configuration jumps sideways without any velocity."""
+    configuration = motion.configuration.copy()
+    configuration[motion.interval == 1, 0] += 0.5
+    return replace(motion, configuration=configuration)
+
+
+INFINITE = np.full(4, np.inf)
+FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], float]] = {
+    "sunk below the ground": (lambda: sunk(drop()), {}, {"min_gap"}, -0.01),
+    "force at a distance": (
+        lambda: pushed(tumble(), 1, np.array([0, 1.1, 0, 0])),
+        {},
+        {"max_dynamics_error"},
+        1.1 / (1 + 1.1 + 0.5),
+    ),
+    "torque that no foot supplies": (
+        lambda: pushed(stance(), 1, np.array([0, 0, 0, 0.1])),
+        {},
+        {"max_dynamics_error"},
+        np.nan,
+    ),
+    "friction outside the cone": (
+        lambda: dragged(drop()),
+        {},
+        {"max_friction_cone_violation"},
+        1 - FRICTION * 0.89925,
+    ),
+    "friction along the motion": (
+        lambda: stance(-FRICTION, 0.6),
+        {},
+        {"max_stick_slip_violation"},
+        np.nan,
+    ),
+    "sliding with friction unused": (
+        lambda: stance(0.2, 0.6),
+        {},
+        {"max_stick_slip_violation"},
+        0.25 * 0.89925,
+    ),
+    "ground that pulls": (lambda: stance(push=-2.0), {}, {"max_normal_force_violation"}, np.nan),
+    "impact that leaves normal velocity": (lambda: collision(0.9 * STOP), {}, {"max_impact_law_error"}, 0.1),
+    "impulse outside the cone": (
+        lambda: collision(STOP, 2 * FRICTION * STOP),
+        {},
+        {"max_impact_law_error"},
+        FRICTION * STOP,
+    ),
+    "velocity change without impulse": (lambda: collision(STOP, kick=0.1), {}, {"max_impact_law_error"}, np.nan),
+    "control above its limit": (
+        tumble,
+        {"control_limits": (np.full(2, -0.4), np.full(2, 0.4))},
+        {"max_control_limit_violation"},
+        0.1,
+    ),
+    "control below its limit": (
+        tumble,
+        {"control_limits": (np.array([0.7, -1.0]), np.ones(2))},
+        {"max_control_limit_violation"},
+        0.2,
+    ),
+    "position beyond its limit": (
+        tumble,
+        {"position_limits": (-INFINITE, np.array([0.2, np.inf, np.inf, np.inf]))},
+        {"max_position_limit_violation"},
+        0.1,
+    ),
+    "velocity beyond its limit": (
+        tumble,
+        {"velocity_limits": (np.array([-np.inf, -np.inf, -np.inf, -0.1]), INFINITE)},
+        {"max_velocity_limit_violation"},
+        0.1,
+    ),
+    "clock shifted": (drop, {"interval_ends": np.array([0.15, 0.301])}, {"max_clock_error"}, 1e-3),
+    "multipliers that do not sum to one": (
+        lambda: replace(drop(), theta_sum_error=1e-3),
+        {},
+        {"max_theta_sum_error"},
+        1e-3,
+    ),
+    "energy from nowhere": (
+        lambda: gifted(tumble()),
+        {},
+        {"max_energy_error"},
+        0.5 * 1.1 * (1.5**2 - 1),
+    ),
+    "leap of the configuration": (lambda: leaping(tumble()), {}, {"max_position_defect"}, 0.5),
+    "gap state that drifts": (
+        lambda: replace(drop(), gap_state=drop().gap_state + 0.01),
+        {},
+        {"max_gap_drift"},
+        0.01,
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_seen_by_its_entry_alone(fault: str, physics: NumericPhysics) -> None:
+    """One fault in an exact motion violates the entry made for it, by its size, and no other."""
+    make, limits, entries, size = FAULTS[fault]
+    found = audit_of(make(), physics, **limits)
+    assert set(found.violations) == entries
+    if np.isfinite(size):
+        assert getattr(found, next(iter(entries))) == pytest.approx(size, rel=1e-6)
+
+
+def test_every_entry_has_a_fault() -> None:
+    """No entry of the audit is left without a fault that it must see."""
+    assert set().union(*(entries for _, _, entries, _ in FAULTS.values())) == set(TOLERANCES)
+
+
+def test_no_gap_state_is_no_drift(physics: NumericPhysics) -> None:
+    """A motion without an integrated gap has no drift."""
+    motion = drop()
+    found = audit_of(replace(motion, gap_state=np.zeros((len(motion.time), 0))), physics)
+    assert found.max_gap_drift == 0 and found.violations == []
+
+
+def test_too_much_friction_is_seen_twice(physics: NumericPhysics) -> None:
+    """Sliding with twice the friction there is leaves the cone and is no sliding friction of this ground."""
+    found = audit_of(stance(2 * FRICTION, 0.6), physics)
+    assert set(found.violations) == {"max_friction_cone_violation", "max_stick_slip_violation"}
+    assert found.max_friction_cone_violation == pytest.approx(FRICTION * 0.89925, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "field",
+    ["configuration", "velocity", "control", "gap_state"],
+)
+def test_numbers_that_are_none_do_not_pass(field: str, physics: NumericPhysics) -> None:
+    """A motion that holds a NaN fails its audit."""
+    motion = drop()
+    values = getattr(motion, field).copy()
+    values[3, 0] = np.nan
+    assert audit_of(replace(motion, **{field: values}), physics).violations
+
+
+def test_physics_is_the_models(hopper: MotionProblem, physics: NumericPhysics) -> None:
+    """Mass matrix with armature, gap, Jacobian and energy agree with the hopper's closed forms."""
+    for q in np.random.default_rng(0).uniform(0.2, 0.5, size=(5, 4)):
+        v = np.array([1.0, -2.0, 3.0, 0.5])
+        np.testing.assert_allclose(physics.mass_matrix(q), np.diag(MASS), atol=1e-14)
+        np.testing.assert_allclose(physics.gaps(q), [q[1] - q[3] * np.cos(q[2])], atol=1e-14)
+        np.testing.assert_allclose(physics.contact_jacobian(q), jacobian(q), atol=1e-14)
+        energy = 0.5 * v @ (MASS * v) + 1.1 * 9.81 * q[1]
+        assert physics.energy(q, v) == pytest.approx(energy, rel=1e-12)
+        step = pin.difference(hopper.robot.model, q, q + 1e-6 * v) / 1e-6
+        assert (physics.gaps(q + 1e-6 * step) - physics.gaps(q)) / 1e-6 == pytest.approx(jacobian(q)[:1] @ v, abs=1e-5)
+
+
+def test_open_contacts_carry_nothing() -> None:
+    """Splitting a generalized force gives open contacts none, closed ones theirs, and returns the rest."""
+    rng = np.random.default_rng(1)
+    rows, force = rng.normal(size=(4, 6)), np.array([[3.0, -1.0], [2.0, 0.5]])
+    found, rest = split_contact_force(rows.T @ force.ravel(), rows, np.array([True, True]))
+    np.testing.assert_allclose(found, force, atol=1e-12)
+    np.testing.assert_allclose(rest, 0, atol=1e-12)
+    found, rest = split_contact_force(np.ones(6), rows, np.array([False, True]))
+    assert not found[0].any()
+    np.testing.assert_allclose(rows[2:] @ rest, 0, atol=1e-12)
+    found, rest = split_contact_force(np.ones(6), rows, np.array([False, False]))
+    assert not found.any() and (rest == 1).all()

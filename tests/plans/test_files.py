@@ -1,0 +1,308 @@
+"""Plans on disk: lossless, and a folder is replaced as a whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from fesd_robot.plans import Plan, PlanFileError, check_output_folder, read_plan, write_plan
+
+OWN = {"plan.json", "trajectory.csv", "trajectory.npz", "report.md"}
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def bits(value: Any) -> Any:
+    """A value with every float as its bits, so that comparison is exact, signs of zero and NaN included."""
+    if isinstance(value, BaseModel):
+        return {name: bits(getattr(value, name)) for name in type(value).model_fields}
+    if isinstance(value, dict):
+        return {key: bits(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [bits(item) for item in value]
+    if isinstance(value, np.ndarray):
+        return value.shape, str(value.dtype), value.tobytes()
+    return value.hex() if isinstance(value, float) else value
+
+
+def test_reading_returns_what_was_written(plan: Plan, tmp_path: Path) -> None:
+    """A plan comes back bit for bit, from its folder or from the file in it."""
+    folder = write_plan(plan, tmp_path / "new" / "run")
+    assert bits(read_plan(folder)) == bits(plan)
+    assert bits(read_plan(str(folder / "plan.json"))) == bits(plan)
+    assert names(folder) == OWN and names(folder.parent) == {"run"}
+
+
+def test_a_diverged_plan_can_be_read_again(plan: Plan, tmp_path: Path) -> None:
+    """A plan whose residuals are NaN or infinite, as a failed solve may leave them, is lossless too."""
+    status = plan.status.model_copy(update={"complementarity": float("nan"), "constraint_violation": float("inf")})
+    diverged = plan.model_copy(update={"status": status})
+    assert bits(read_plan(write_plan(diverged, tmp_path / "run"))) == bits(diverged)
+
+
+def test_infinite_samples_stay_infinite(plan: Plan, tmp_path: Path) -> None:
+    """NaN and infinity in an array come back as such."""
+    controls = {**plan.controls, "leg_force": np.array([np.inf, np.nan])}
+    odd = plan.model_copy(update={"controls": controls})
+    read = read_plan(write_plan(odd, tmp_path / "run"))
+    np.testing.assert_array_equal(read.controls["leg_force"], [np.inf, np.nan])
+
+
+def test_plan_json_is_json(plan: Plan, tmp_path: Path) -> None:
+    """Any JSON reader can read a plan, and the schema version stands in it."""
+    data = json.loads((write_plan(plan, tmp_path / "run") / "plan.json").read_text())
+    assert data["schema_version"] == 1
+    assert data["trajectory"]["configuration"]["leg"][0] == 0.5
+
+
+def test_csv_has_names_units_and_both_sides_of_an_impact(plan: Plan, tmp_path: Path) -> None:
+    """The header tells every name with its unit, rows are the samples, an impact stands twice at one time."""
+    folder = write_plan(plan, tmp_path / "run")
+    with (folder / "trajectory.csv").open(newline="", encoding="utf-8") as stream:
+        header, *rows = csv.reader(stream)
+    positions = ["root_x [m]", "root_z [m]", "root_pitch [rad]", "leg [m]"]
+    velocities = [f"{name} velocity [{unit}/s]" for name, unit in plan.units.configuration.items()]
+    contact = ["foot gap [m]", "foot normal force [N]", "foot tangential force [N]"]
+    controls = ["reaction_torque [N m]", "leg_force [N]"]
+    assert header == ["time [s]", *positions, *velocities, *controls, *contact, "foot mode"]
+    assert len(rows) == len(plan.trajectory.time)
+    column = {name: [row[i] for row in rows] for i, name in enumerate(header)}
+    assert np.array(column["time [s]"], dtype=float).tobytes() == plan.trajectory.time.tobytes()
+    hit = column["foot mode"].index("impact")
+    assert column["time [s]"][hit] == column["time [s]"][hit + 1]
+    assert column["root_z velocity [m/s]"][hit] != column["root_z velocity [m/s]"][hit + 1]
+    assert column["root_z [m]"][hit] == column["root_z [m]"][hit + 1]
+
+
+def test_csv_holds_controls_over_their_interval(plan: Plan, tmp_path: Path) -> None:
+    """A control changes after the last sample of its interval."""
+    folder = write_plan(plan, tmp_path / "run")
+    with (folder / "trajectory.csv").open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    for row in rows:
+        first = float(row["time [s]"]) <= 0.15 + 1e-12
+        assert float(row["leg_force [N]"]) == (np.pi if first else 5e-324)
+
+
+def test_npz_keys_and_shapes(plan: Plan, tmp_path: Path) -> None:
+    """Samples are rows, coordinates, controls and contacts columns, and their names stand beside them."""
+    folder = write_plan(plan, tmp_path / "run")
+    n = len(plan.trajectory.time)
+    with np.load(folder / "trajectory.npz", allow_pickle=False) as file:
+        arrays = dict(file)
+    assert {key: array.shape for key, array in arrays.items()} == {
+        "time": (n,),
+        "configuration": (n, 4),
+        "velocity": (n, 4),
+        "configuration_names": (4,),
+        "velocity_names": (4,),
+        "control_names": (2,),
+        "control_time": (2,),
+        "control": (2, 2),
+        "contact_names": (1,),
+        "gap": (n, 1),
+        "normal_force": (n, 1),
+        "tangential_force": (n, 1),
+        "mode": (n, 1),
+    }
+    np.testing.assert_array_equal(arrays["configuration"][:, 3], plan.trajectory.configuration["leg"])
+    np.testing.assert_array_equal(arrays["control"][:, 1], plan.controls["leg_force"])
+    assert arrays["configuration_names"].tolist()[3] == "leg"
+    assert arrays["mode"][:, 0].tolist() == plan.contacts["foot"].mode
+
+
+class Interruption(BaseException):
+    """What Ctrl-C does."""
+
+
+@pytest.mark.parametrize("error", [ValueError, Interruption, KeyboardInterrupt])
+def test_an_interrupted_write_leaves_the_earlier_run(plan: Plan, tmp_path: Path, error: type[BaseException]) -> None:
+    """If writing stops half way the earlier results stand as they were and nothing lies beside them."""
+    folder = write_plan(plan, tmp_path / "run")
+    (folder / "notes.txt").write_text("mine")
+    earlier = contents(folder)
+
+    def fail(stage: Path) -> None:
+        assert names(stage) == OWN
+        (stage / "plan.html").write_text("half")
+        raise error
+
+    with pytest.raises(error):
+        write_plan(plan.model_copy(update={"name": "other"}), folder, fail)
+    assert contents(folder) == earlier and names(tmp_path) == {"run"}
+
+
+def test_an_interrupted_first_write_leaves_nothing(plan: Plan, tmp_path: Path) -> None:
+    """If the first run stops half way there is no folder."""
+
+    def fail(_: Path) -> None:
+        raise Interruption
+
+    with pytest.raises(Interruption):
+        write_plan(plan, tmp_path / "run", fail)
+    assert names(tmp_path) == set()
+
+
+def test_a_failed_move_leaves_the_earlier_run(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the new folder cannot take its place, the earlier results are back in theirs."""
+    folder = write_plan(plan, tmp_path / "run")
+    earlier, rename, calls = contents(folder), Path.rename, []
+
+    def second_fails(path: Path, target: Path) -> Path:
+        calls.append(path)
+        if len(calls) == 2:
+            raise Interruption
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", second_fails)
+    with pytest.raises(Interruption):
+        write_plan(plan, folder)
+    monkeypatch.undo()
+    assert folder.is_dir() and contents(folder) == earlier
+
+
+def test_a_second_run_replaces_the_first(plan: Plan, tmp_path: Path) -> None:
+    """Files of the earlier plan go, optional ones included; files that are not a plan's stay."""
+    folder = tmp_path / "run"
+
+    def page(stage: Path) -> None:
+        (stage / "plan.html").write_text("page")
+        (stage / "figures").mkdir()
+        (stage / "figures" / "gap.png").write_text("figure")
+
+    write_plan(plan, folder, page)
+    (folder / "notes.txt").write_text("mine")
+    (folder / "videos").mkdir()
+    (folder / "videos" / "jump.mp4").write_text("mine too")
+    write_plan(plan.model_copy(update={"name": "second"}), folder)
+    assert read_plan(folder).name == "second"
+    assert names(folder) == OWN | {"notes.txt", "videos"} and names(tmp_path) == {"run"}
+    assert (folder / "notes.txt").read_text() == "mine" and (folder / "videos" / "jump.mp4").read_text() == "mine too"
+
+
+def test_an_empty_folder_is_used(plan: Plan, tmp_path: Path) -> None:
+    """A folder that is there but empty takes the results."""
+    (tmp_path / "run").mkdir()
+    check_output_folder(tmp_path / "run")
+    assert names(write_plan(plan, tmp_path / "run")) == OWN and names(tmp_path) == {"run"}
+
+
+def test_a_folder_of_other_things_is_refused(plan: Plan, tmp_path: Path) -> None:
+    """A folder that holds files but no plan is left alone."""
+    folder = tmp_path / "thesis"
+    folder.mkdir()
+    (folder / "chapter.tex").write_text("years of work")
+    with pytest.raises(PlanFileError, match=r"thesis: holds files but no plan\.json"):
+        write_plan(plan, folder)
+    assert names(folder) == {"chapter.tex"} and names(tmp_path) == {"thesis"}
+
+
+@pytest.mark.parametrize("below", ["", "deep/run"])
+def test_a_file_in_the_way_is_refused(plan: Plan, tmp_path: Path, below: str) -> None:
+    """Results are not written over a file, nor below one."""
+    (tmp_path / "run").write_text("a file")
+    with pytest.raises(PlanFileError, match=r"(run|it) is a file; choose another --out"):
+        write_plan(plan, tmp_path / "run" / below)
+    assert (tmp_path / "run").read_text() == "a file" and names(tmp_path) == {"run"}
+
+
+@pytest.mark.parametrize("folder", [".", ".."])
+def test_the_current_folder_is_refused(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
+) -> None:
+    """The folder one works in, or one above it, is never moved away."""
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    with pytest.raises(PlanFileError, match="current folder"):
+        write_plan(plan, Path(folder))
+    assert names(tmp_path) == {"work"} and names(tmp_path / "work") == set()
+
+
+def test_a_link_to_a_folder_stays_a_link(plan: Plan, tmp_path: Path) -> None:
+    """Results go where a link points to."""
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "run").symlink_to(tmp_path / "disk")
+    write_plan(plan, tmp_path / "run")
+    assert (tmp_path / "run").is_symlink() and names(tmp_path / "disk") == OWN
+
+
+@pytest.mark.parametrize("text", ["", "not json", "[1, 2]", "\x00", '{"schema_version": 1'])
+def test_garbage_is_no_plan(tmp_path: Path, text: str) -> None:
+    """A file that is no JSON object is named in the error."""
+    file = tmp_path / "plan.json"
+    file.write_text(text)
+    with pytest.raises(PlanFileError, match=r"plan\.json: not a plan of this version"):
+        read_plan(file)
+
+
+def test_bytes_that_are_no_text(tmp_path: Path) -> None:
+    """A binary file is named in the error."""
+    (tmp_path / "plan.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(PlanFileError, match=r"plan\.json: cannot be read as a plan"):
+        read_plan(tmp_path)
+
+
+def test_no_file(tmp_path: Path) -> None:
+    """A folder without a plan, or no folder, is named in the error."""
+    for path in (tmp_path, tmp_path / "missing.json"):
+        with pytest.raises(PlanFileError, match="cannot be read as a plan"):
+            read_plan(path)
+
+
+FIELDS: list[tuple[tuple[str, ...], Any, str]] = [
+    (("schema_version",), 2, "schema_version"),
+    (("status", "solved"), "perhaps", "status.solved"),
+    (("status", "stationarity"), "Q", "status.stationarity"),
+    (("audit", "min_gap"), "deep", "audit.min_gap"),
+    (("trajectory", "time"), ["now"], "trajectory.time"),
+    (("trajectory", "configuration", "leg"), [[1, 2], [3]], "trajectory.configuration.leg"),
+    (("contacts", "foot", "mode"), ["fly"], "contacts.foot.mode.0"),
+    (("switches",), [{"time": 0, "contact": "foot", "kind": "hop"}], "switches.0.kind"),
+    (("statistics", "colour"), 1, "statistics.colour"),
+    (("units",), None, "units"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "where"), FIELDS, ids=[field[2] for field in FIELDS])
+def test_a_wrong_field_is_named(plan: Plan, tmp_path: Path, path: tuple[str, ...], value: Any, where: str) -> None:
+    """A plan with one wrong field is refused, and the error names file and field."""
+    data = json.loads(plan.model_dump_json())
+    place = data
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    with pytest.raises(PlanFileError) as caught:
+        read_plan(tmp_path)
+    assert f"plan.json: not a plan of this version: {where}: " in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [{"a": 1}, [{"a": 1}], None, 3.0])
+def test_an_array_that_is_none_is_named(plan: Plan, tmp_path: Path, value: Any) -> None:
+    """Where a plan needs a list of numbers nothing else is read, and the error names the field."""
+    data = json.loads(plan.model_dump_json())
+    data["trajectory"]["time"] = value
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    with pytest.raises(PlanFileError, match=r"plan\.json: not a plan of this version: trajectory\.time"):
+        read_plan(tmp_path)
+
+
+def test_a_missing_field_is_named(plan: Plan, tmp_path: Path) -> None:
+    """A plan without one of its parts is refused by the part's name."""
+    data = json.loads(plan.model_dump_json())
+    del data["audit"]["max_energy_error"]
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    with pytest.raises(PlanFileError, match=r"audit\.max_energy_error"):
+        read_plan(tmp_path)

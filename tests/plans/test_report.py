@@ -1,0 +1,61 @@
+"""The report for the reader."""
+
+from __future__ import annotations
+
+from fesd_robot.plans import Plan, report
+from fesd_robot.plans.audit import TOLERANCES
+
+
+def test_the_verdict_comes_first(plan: Plan) -> None:
+    """Name and status message open the report."""
+    assert report(plan).startswith(f"# drop\n\n**{plan.status.message}**\n")
+
+
+def test_every_audit_entry_stands_in_the_report(plan: Plan) -> None:
+    """Each entry of the audit has one row with value, limit and whether it passed."""
+    rows = [line for line in report(plan).splitlines() if line.startswith(("| min_", "| max_"))]
+    assert [row.split(" | ")[0].strip("| ") for row in rows] == list(TOLERANCES)
+    for row, (name, limit) in zip(rows, TOLERANCES.items(), strict=True):
+        assert f"{getattr(plan.audit, name):.3e}" in row and f"{limit:g}" in row and row.endswith("| yes |")
+
+
+def test_a_failed_entry_is_marked(plan: Plan) -> None:
+    """An entry beyond its limit says so in its row and in the status table."""
+    audit = plan.audit.model_copy(update={"violations": ["max_energy_error"]})
+    status = plan.status.model_copy(update={"audit_passed": False})
+    lines = report(plan.model_copy(update={"audit": audit, "status": status})).splitlines()
+    assert [line for line in lines if line.endswith("| no |")] == [
+        line for line in lines if line.startswith("| max_energy_error")
+    ]
+    assert "| physics audit | failed: max_energy_error |" in lines
+
+
+def test_contacts_costs_and_effort(plan: Plan) -> None:
+    """Switches, impulses, cost shares, sizes and every NLP of the homotopy are told."""
+    text = report(plan)
+    for fragment in (
+        "| 0.201928 | foot | touchdown |",
+        "| 0.201928 | foot | 0.1816 | 0.0000 |",
+        "| configuration | 3 | 75.0 % |",
+        "10 variables, 9 constraints, 4 complementarity pairs",
+        "| 1e+00 | 1e+03 | converged | 7 | 0.3 |",
+        "git none; 2024-01-01",
+    ):
+        assert fragment in text
+
+
+def test_tables_are_rectangular(plan: Plan) -> None:
+    """Every table has as many cells in each row as in its header."""
+    widths: list[int] = []
+    for line in report(plan).splitlines():
+        if not line.startswith("|"):
+            widths = []
+            continue
+        widths.append(line.count(" | "))
+        assert widths[-1] == widths[0], line
+
+
+def test_a_plan_without_contact(plan: Plan) -> None:
+    """A motion with neither switch nor impulse nor cost still has a report."""
+    statistics = plan.statistics.model_copy(update={"cost_terms": {}, "homotopy": []})
+    assert "# drop" in report(plan.model_copy(update={"switches": [], "impulses": [], "statistics": statistics}))

@@ -1,0 +1,90 @@
+"""The sentence that sums up a solve."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fesd_robot.mpcc import MpccSolution, NlpReport
+from fesd_robot.mpcc.problem import Residuals
+from fesd_robot.plans import Plan
+from fesd_robot.plans.plan import Audit
+from fesd_robot.plans.verdict import status_of
+
+
+def solution(status: str, *, solved: bool = False, violation: float = 0.0, steps: int = 1) -> MpccSolution:
+    residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, "clock, interval 7", "gap, interval 3")
+    report = NlpReport(sigma=1e-2, sigma_of_rank_1=10.0, status=status, iterations=5, seconds=0.1, residuals=residuals)
+    return MpccSolution(
+        w=np.zeros(0),
+        residuals=residuals,
+        feasible=solved,
+        solved=solved,
+        status=status,
+        reports=[report] * steps,
+        build_seconds=0.1,
+        solve_seconds=0.2,
+    )
+
+
+@pytest.fixture
+def clean(plan: Plan) -> Audit:
+    return plan.audit
+
+
+@pytest.fixture
+def dirty(clean: Audit) -> Audit:
+    return clean.model_copy(update={"max_energy_error": 0.25, "min_gap": -0.02, "violations": ["min_gap"]})
+
+
+def test_solved_and_audited(clean: Audit) -> None:
+    """Solved means converged and audited; the sentence tells the complementarity reached."""
+    status = status_of(solution("converged", solved=True), clean, 1e-8)
+    assert status.solved and status.audit_passed and status.nlp == "converged"
+    assert status.message == "Solved to complementarity 3.0e-09; the physics audit passed."
+
+
+def test_residuals_are_passed_on(clean: Audit) -> None:
+    """The numbers beside the verdict are the solution's residuals."""
+    status = status_of(solution("infeasible", violation=0.5), clean, 1e-8)
+    assert (status.complementarity, status.natural_residual, status.constraint_violation) == (2e-3, 4e-5, 0.5)
+
+
+def test_converged_but_not_physical(dirty: Audit) -> None:
+    """A converged solve whose audit failed is not solved, and the entries beyond their limit are told."""
+    status = status_of(solution("converged", solved=True), dirty, 1e-8)
+    assert not status.solved and not status.audit_passed
+    assert status.message.startswith("Not solved: the numbers converged but the physics audit failed")
+    assert "min_gap = -2.00e-02" in status.message and "max_energy_error" not in status.message
+    assert "method.stages" in status.message
+
+
+@pytest.mark.parametrize(
+    ("nlp", "advice"),
+    [
+        ("iteration limit", "solver.max_iterations"),
+        ("time limit", "solver.time_limit"),
+        ("infeasible", "horizon.duration"),
+        ("interrupted", "best iterate so far"),
+        ("failed: Invalid_Number_Detected", "solver.sigma_start"),
+    ],
+)
+def test_not_converged(nlp: str, advice: str, clean: Audit) -> None:
+    """Every way to fail is named, with where it failed, what is wrong there and a key to change."""
+    status = status_of(solution(nlp, violation=0.5), clean, 1e-8)
+    assert not status.solved and status.audit_passed and status.nlp == nlp
+    assert status.message.startswith(f"Not solved: {nlp} at sigma = 1e-02; ")
+    assert "largest constraint violation 5.0e-01 at clock, interval 7" in status.message
+    assert advice in status.message
+
+
+def test_feasible_but_not_complementary(clean: Audit) -> None:
+    """If only complementarity is missing, the worst pair and the tolerance are told."""
+    message = status_of(solution("iteration limit"), clean, 1e-8).message
+    assert "complementarity is 2.0e-03 (asked for 1e-08), worst at gap, interval 3" in message
+
+
+def test_no_nlp_was_run(clean: Audit) -> None:
+    """A time limit that leaves no time for a single NLP is a status too."""
+    status = status_of(solution("time limit", steps=0), clean, 1e-8)
+    assert not status.solved and "time limit" in status.message
