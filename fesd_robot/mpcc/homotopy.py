@@ -113,8 +113,8 @@ def solve(
 ) -> MpccSolution:
     """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
 
-    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma. An NLP that fails twice ends the homotopy; the best point so
-    far is returned with its residuals, and `solved` is False.
+    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma. An NLP that fails twice ends the homotopy; the best
+    point so far is returned with its residuals, and `solved` is False.
 
     Args:
         nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks).

@@ -115,6 +115,18 @@ def test_an_impact_at_the_very_end(options: ContactOptions) -> None:
     assert found.clock == pytest.approx([IMPACT_TIME])
 
 
+@pytest.mark.xfail(reason="an impact before any motion is dropped", strict=True)
+@each_form
+def test_an_impact_at_the_very_start(options: ContactOptions) -> None:
+    """A motion that starts in an impact keeps the velocity that it was given, the impulse, and the velocity after."""
+    motion = landing(options)
+    found = _recover(motion, motion.elements[1:])
+    (impact,) = found.impacts
+    assert found.velocity[impact.before] == pytest.approx([4, -IMPACT_SPEED])
+    assert found.velocity[impact.after] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
+    assert impact.impulse[0, 0] == pytest.approx(IMPACT_SPEED)
+
+
 @each_form
 def test_an_impact_in_two_elements_is_one(options: ContactOptions) -> None:
     """Frozen elements one after the other give one impact with the sum of their impulses."""

@@ -59,6 +59,15 @@ def test_residuals_at_points_made_by_hand(
     assert (found.worst_constraint, found.worst_pair) == (worst, worst_pair)
 
 
+@pytest.mark.xfail(reason="max(0.0, nan) is 0.0", strict=True)
+@pytest.mark.parametrize("entry", [0, 1, 2])
+def test_a_point_that_is_no_number_is_not_feasible(entry: int) -> None:
+    """A NaN in the point cannot look like a solution."""
+    point = np.array([0.0, 3.0, 1.0])
+    point[entry] = np.nan
+    assert not _problem().residuals(point).constraint_violation <= 1e-8
+
+
 def _block(**changes: Any) -> Block:
     """Two copies of p w0² + w1, w0 - w1 in [0, 1], w0 ⊥ w1 - p, on the variables (0, 1) and (2, 1)."""
     w, p = ca.SX.sym("w", 2), ca.SX.sym("p")
