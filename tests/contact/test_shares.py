@@ -97,6 +97,18 @@ def test_an_inconsistent_product_is_an_error(options: ContactOptions) -> None:
     assert _shares(system, z)[2] == pytest.approx(0.02)
 
 
+@each_steps
+def test_an_approach_excludes_all_but_the_impact(options: ContactOptions) -> None:
+    """Gated, the multiplier of J_n v < 0 excludes 1 - beta, not alpha_n: a half-shut gate smears no impact."""
+    system = contact_system(*point_mass(), options)
+    z = _random(system, 0)
+    q, n, t = z[:3]
+    partner = ca.Function("partner", [system.system.algebraic], [system.system.partner])
+    beta = (1 - q) * (1 - n)
+    excluded = 1 - beta if options.gate else n
+    assert np.asarray(partner(z)).ravel() == pytest.approx([q, excluded, t, 1 - q, 1 - n, 1 - t])
+
+
 @each_form
 def test_the_fields(options: ContactOptions) -> None:
     """E y' = theta_ODE s f_ODE + theta_+ f_+ + theta_- f_-: free fall with a running clock, and pushes without one."""
