@@ -98,7 +98,7 @@ def recover(
         share = reader.read(element)
         theta_error = max(theta_error, share.theta_error)
         if share.frozen:
-            samples.add_impulse(share.impulse)
+            samples.add_impulse(element, share.impulse)
         else:
             samples.add_motion(element, share)
         if index + 1 == len(elements) or elements[index + 1].interval != element.interval:
@@ -209,15 +209,22 @@ class _Samples:
         self._reader = reader
         self._rows: list[dict[str, object]] = []
         self._pending = np.zeros((reader.n_c, 2))
+        self._provisional = False
         self.impacts: list[ImpactRecord] = []
         self.phases: list[Phase] = []
 
-    def add_impulse(self, impulse: np.ndarray) -> None:
+    def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
         """A frozen or collapsed element."""
+        if not self._rows:
+            n_c, self._provisional = self._reader.n_c, True
+            self._append(element.x_left, element, np.zeros((n_c, 2)), ["flight"] * n_c)
         self._pending += impulse
 
     def add_motion(self, element: Element, share: _Share) -> None:
         """An element during which the clock runs."""
+        if self._provisional and not self._jumps_to(element.x_left):
+            self._rows.clear()
+        self._provisional = False
         if not self._rows or self._jumps_to(element.x_left):
             self._close_impact(self._reader.clock(element.x_left))
             self._append(element.x_left, element, share.force[0], share.mode)

@@ -39,6 +39,9 @@ class HomotopyOptions:
         linear_solver: IPOPT's linear solver.
         feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
+
+    Raises:
+        ValueError: a tolerance, factor or ratio outside its range.
     """
 
     tolerance: float = 1e-8
@@ -51,13 +54,22 @@ class HomotopyOptions:
     feasibility: float = 1e-8
     ipopt: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        if not 0 < self.tolerance <= self.sigma_start:
+            raise ValueError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {self.sigma_start:g}")
+        if not 0 < self.sigma_factor < 1:
+            raise ValueError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
+        if not self.rank_ratio >= 1:
+            raise ValueError(f"rank_ratio must be at least 1, found {self.rank_ratio:g}")
+
     def sigmas(self) -> list[tuple[float, float]]:
         """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly."""
         values = [(self.sigma_start, self.sigma_start * self.rank_ratio)]
-        while values[-1][1] > self.tolerance * 1.0001:
+        while max(values[-1]) > self.tolerance:
             factor = self.sigma_factor if values[-1][1] > SETTLED else self.sigma_factor**2
-            first = max(values[-1][0] * factor, self.tolerance)
-            values.append((first, max(values[-1][1] * factor, self.tolerance)))
+            smaller = [value * factor for value in values[-1]]
+            first, second = (self.tolerance if value < 1.0001 * self.tolerance else value for value in smaller)
+            values.append((first, second))
         return values
 
 
@@ -130,6 +142,7 @@ def solve(
     point = NlpPoint(problem.start, np.zeros(problem.size), np.zeros(len(nlp.lower)))
     reports: list[NlpReport] = []
     best, status, finished = point, "not started", False
+    violation = problem.residuals(point.x).constraint_violation
     begin = time.perf_counter()
     for sigmas in options.sigmas():
         for trial in _TRIALS:
@@ -151,13 +164,13 @@ def solve(
             reports.append(NlpReport(*sigmas, status, result.iterations, result.seconds, residuals))
             if progress:
                 progress(reports[-1])
+            if result.converged or residuals.constraint_violation < max(violation, options.feasibility):
+                best, violation = result.point, residuals.constraint_violation
             if result.converged or status in _FINAL:
                 break
         if not converged(status):
-            if len(reports) == 1 or (reports and residuals.constraint_violation <= options.feasibility):
-                best = result.point
             break
-        point = best = result.point
+        point, violation = result.point, 0.0
     else:
         finished = True
     residuals = problem.residuals(best.x)

@@ -193,9 +193,9 @@ class Mpcc:
         return sum(len(block.pair_names) * block.copies for block in self.blocks)
 
     def residuals(self, w: np.ndarray) -> Residuals:
-        """Recompute cost, feasibility and complementarity at w without any solver."""
+        """Recompute cost, feasibility and complementarity at w without any solver; NaN counts as infinitely wrong."""
         objective, product, natural, worst_pair = 0.0, 0.0, 0.0, "none"
-        bounds = np.maximum(self.lower - w, w - self.upper)
+        bounds = np.where(np.isnan(w), np.inf, np.maximum(self.lower - w, w - self.upper))
         at = int(np.argmax(bounds)) if self.size else 0
         violation = max(0.0, float(bounds[at])) if self.size else 0.0
         worst = "none" if violation == 0.0 else f"bound of {self.names[at] if self.names else f'w[{at}]'}"
@@ -208,13 +208,15 @@ class Mpcc:
                 (-H, block.pair_names),
             )
             for excess, labels in rows:
+                excess = np.where(np.isnan(excess), np.inf, excess)
                 if excess.size and excess.max() > violation:
                     row, copy = np.unravel_index(int(np.argmax(excess)), excess.shape)
                     violation = float(excess.max())
                     worst = f"{labels[int(row)]} in {block.copy_names[int(copy)]}"
             if G.size:
-                natural = max(natural, float(np.minimum(G, H).max()))
-                products = np.maximum(G, 0.0) * H
+                smaller, products = np.minimum(G, H), np.maximum(G, 0.0) * H
+                smaller, products = (np.where(np.isnan(part), np.inf, part) for part in (smaller, products))
+                natural = max(natural, float(smaller.max()))
                 if products.max() > product:
                     row, copy = np.unravel_index(int(np.argmax(products)), products.shape)
                     product = float(products.max())

@@ -89,8 +89,8 @@ class Robot(Section):
     )
     root: Literal["fixed", "planar", "free_flyer"] = Field(
         default="fixed",
-        description="How the model's root link moves: not at all beyond the joints in the file (fixed), in the x-z "
-        "plane (planar), or freely (free_flyer).",
+        description="How the model's root link moves: not at all beyond the joints in the file (fixed), in the "
+        "x-y plane, turning about z, as Pinocchio's planar joint does (planar), or freely (free_flyer).",
     )
     armature: dict[Name, NonNegative] = Field(
         default_factory=dict,

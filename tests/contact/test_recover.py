@@ -115,7 +115,6 @@ def test_an_impact_at_the_very_end(options: ContactOptions) -> None:
     assert found.clock == pytest.approx([IMPACT_TIME])
 
 
-@pytest.mark.xfail(reason="an impact before any motion is dropped", strict=True)
 @each_form
 def test_an_impact_at_the_very_start(options: ContactOptions) -> None:
     """A motion that starts in an impact keeps the velocity that it was given, the impulse, and the velocity after."""

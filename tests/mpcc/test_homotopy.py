@@ -173,7 +173,6 @@ def test_contradicting_equalities_are_not_solved() -> None:
     assert solution.residuals.worst_constraint.startswith("g[")
 
 
-@pytest.mark.xfail(reason="two failed trials of the first NLP return the start", strict=True)
 def test_a_failed_first_nlp_returns_the_better_point() -> None:
     """The point that is returned is no worse than the start if an NLP came nearer before it failed."""
     problem = _contradiction([5, 5])

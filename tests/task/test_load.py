@@ -41,7 +41,7 @@ def test_ten_lines_make_a_task(write: Write) -> None:
     assert (task.method.scheme, task.method.stages, task.method.elements) == ("radau_iia", 2, 3)
     assert (task.method.formulation.gap, task.method.formulation.gap_feedback) == ("integrated", 30)
     assert task.method.auxiliary_acceleration == "auto"
-    assert (task.solver.tolerance, task.solver.sigma_start, task.solver.sigma_factor) == (1e-8, 1, 0.1)
+    assert (task.solver.tolerance, task.solver.sigma_start, task.solver.sigma_factor) == (1e-8, 1, 0.35)
     assert task.solver.time_limit is None
 
 
