@@ -24,7 +24,7 @@ def test_the_path_of_a_frame_is_where_the_frame_is() -> None:
     x, z, pitch, leg = 0.3, 0.8, 0.2, 0.4
     paths = outputs.frame_paths(load_robot(MODEL), np.array([[x, z, pitch, leg]]), {"tip": "foot"})
     assert list(paths) == ["tip"]
-    np.testing.assert_allclose(paths["tip"], [[x - leg * np.sin(pitch), 0.0, z - leg * np.cos(pitch)]], atol=1e-12)
+    np.testing.assert_allclose(paths["tip"], [[x + leg * np.sin(pitch), 0.0, z - leg * np.cos(pitch)]], atol=1e-12)
 
 
 def test_a_page_that_fails_does_not_cost_the_plan(

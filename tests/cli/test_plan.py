@@ -29,10 +29,12 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     """After one plain line per NLP come at most five lines that say what was found and where it is."""
     lines = finished.outcome.out.splitlines()
     plan = read_plan(finished.folder)
-    assert lines[0].split() == ["sigma", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
+    assert lines[0].split()[:5] == ["sigma", "velocity", "sigma", "status", "iterations"]
+    assert lines[0].split()[5:] == ["cost", "complementarity", "violation", "seconds"]
     rows, rest = lines[1 : 1 + len(plan.statistics.homotopy)], lines[1 + len(plan.statistics.homotopy) :]
     for row, step in zip(rows, plan.statistics.homotopy, strict=True):
-        assert row.split()[:3] == [f"{step.sigma:.0e}", "converged", str(step.iterations)]
+        sigmas = [f"{step.sigma:.0e}", f"{step.velocity_sigma:.0e}"]
+        assert row.split()[:4] == [*sigmas, "converged", str(step.iterations)]
     assert 3 <= len(rest) <= 5
     assert rest[0] == f"hopper_one_jump: {plan.status.message}"
     assert rest[1].startswith("foot: 0 flights")

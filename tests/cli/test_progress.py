@@ -23,13 +23,14 @@ class Report(NamedTuple):
     """An NLP as the homotopy reports it."""
 
     sigma: float = 1e-3
+    sigma_of_rank_1: float = 0.5
     status: str = "converged"
     iterations: int = 57
     seconds: float = 4.2
     residuals: Residuals = Residuals()
 
 
-ROW = ["1e-03", "converged", "57", "12.5", "3.0e-04", "2.0e-09", "4.2"]
+ROW = ["1e-03", "5e-01", "converged", "57", "12.5", "3.0e-04", "2.0e-09", "4.2"]
 
 
 def test_plain_progress_is_one_line_per_nlp(capsys: pytest.CaptureFixture[str]) -> None:
