@@ -281,7 +281,7 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--task", choices=list(TASKS), default="five_jumps", help="which hopper")
     parser.add_argument(
-        "--tolerance", type=float, default=1e-6, help="complementarity fesd-robot is asked for; nosnoc keeps its own"
+        "--tolerance", type=float, default=1e-8, help="complementarity fesd-robot is asked for; nosnoc keeps its own"
     )
     parser.add_argument(
         "--multipliers",

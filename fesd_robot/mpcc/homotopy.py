@@ -18,7 +18,7 @@ SETTLED = 5e-3
 """Below this sigma of rank 1 the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
 
 _TRIALS = ("first", "again")
-"""An NLP that fails is tried again from the same point: cold if it was warm, else with the adaptive barrier."""
+"""An NLP that fails is tried again from the same point, with the adaptive barrier."""
 
 _FINAL = ("interrupted", "time limit", "iteration limit")
 """Ends of an NLP after which another trial is pointless."""
@@ -206,9 +206,9 @@ def _ipopt_options(
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }
-    if trial == "first" and sigma_of_rank_1 <= SETTLED:
+    if sigma_of_rank_1 <= SETTLED:
         settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
-    if trial == "again" and sigma_of_rank_1 > SETTLED:
+    if trial == "again":
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
     if remaining is not None:
         settings["max_wall_time"] = remaining
