@@ -9,6 +9,7 @@ import numpy as np
 
 from fesd_robot.contact.freezing import free_share, freezing_dynamics, freezing_state, normal_speeds
 from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.contact.velocities import velocity_exclusions
 from fesd_robot.dcs import ComplementaritySystem, Exclusion
 
 
@@ -47,21 +48,13 @@ def multiplier_contact_system(
         plus = ca.SX.sym(f"theta_plus{i}")
         minus = ca.SX.sym(f"theta_minus{i}") if contact.friction > 0 else ca.SX(0)
         beta = plus + minus
-        tangential_speed = ca.dot(contact.tangent, mechanics.velocity)
-        exclusions += [
-            Exclusion(f"force at a distance [{contact.name}]", gap, beta),
-            Exclusion(f"force while parting [{contact.name}]", normal_speed, beta, rank=1),
-            Exclusion(f"motion during impact [{contact.name}]", -normal_speed, beta, rest=1 - beta, rank=1),
-        ]
+        exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta))
+        exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, (plus, minus))
         variables.append(plus)
         names.append(f"theta_+[{contact.name}]")
         if contact.friction > 0:
             variables.append(minus)
             names.append(f"theta_-[{contact.name}]")
-            exclusions += [
-                Exclusion(f"friction along sliding, backwards [{contact.name}]", -tangential_speed, plus, rank=1),
-                Exclusion(f"friction along sliding, forwards [{contact.name}]", tangential_speed, minus, rank=1),
-            ]
         shares.append((plus, minus))
     closed = [plus + minus for plus, minus in shares]
     theta_ode, lifted = free_share(closed)

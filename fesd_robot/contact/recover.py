@@ -87,7 +87,7 @@ def recover(
 
     Args:
         elements: solved finite elements in time order.
-        mechanics, contacts: as given to `step_contact_system`.
+        mechanics, contacts: as given to `contact_system`.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 4 (recovering the solution in physical time).
     """

@@ -9,6 +9,7 @@ import numpy as np
 
 from fesd_robot.contact.freezing import free_share, freezing_dynamics, freezing_state, normal_speeds
 from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.contact.velocities import velocity_exclusions
 from fesd_robot.dcs import Exclusion, heaviside
 
 
@@ -58,7 +59,7 @@ def step_contact_system(
             step_names.append(f"{contact.name} tangential velocity")
             plus, minus = beta * sliding, beta * (1 - sliding)
         if options.gate:
-            exclusions += _at_left_boundary(mechanics, contact, normal_speed, beta, plus, minus)
+            exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, (plus, minus), boundary_only=True)
         shares.append((plus, minus))
         closed.append(beta)
         errors.append(beta - definition)
@@ -90,24 +91,3 @@ def step_contact_system(
         integrated_gap=options.gap == "integrated",
         gap_lower=-np.inf,
     )
-
-
-def _at_left_boundary(
-    mechanics: Mechanics, contact: PlanarContact, normal_speed: ca.SX, beta: ca.SX, plus: ca.SX, minus: ca.SX
-) -> list[Exclusion]:
-    """What the velocity at a touchdown forbids in the element that begins there."""
-    tangential_speed = ca.dot(contact.tangent, mechanics.velocity)
-
-    def exclusion(name: str, level: ca.SX, share: ca.SX, rest: ca.SX | None = None) -> Exclusion:
-        return Exclusion(f"{name} [{contact.name}]", level, share, rest, boundary_only=True, rank=1)
-
-    found = [
-        exclusion("force while parting", normal_speed, beta),
-        exclusion("motion during impact", -normal_speed, beta, 1 - beta),
-    ]
-    if contact.friction > 0:
-        found += [
-            exclusion("friction along sliding, backwards", -tangential_speed, plus),
-            exclusion("friction along sliding, forwards", tangential_speed, minus),
-        ]
-    return found

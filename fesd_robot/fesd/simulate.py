@@ -105,11 +105,11 @@ def simulate(
         )
 
     template = step_problem(np.asarray(initial, dtype=float), controls[:, 0])
-    blocks = template.problem.blocks
     nlp = assemble(template.problem, scholtes)
     state, elements, states = np.asarray(initial, dtype=float), list[Element](), [np.asarray(initial, dtype=float)]
     for k in range(steps):
-        problem = replace(step_problem(state, controls[:, k]).problem, blocks=blocks)
+        lower_bounds, upper_bounds, start = step_problem(state, controls[:, k]).bounds_and_start()
+        problem = replace(template.problem, lower=lower_bounds, upper=upper_bounds, start=start)
         for sigma, factor, ratio in STARTS:
             trial = replace(solver, sigma_start=max(sigma, solver.tolerance), sigma_factor=factor, rank_ratio=ratio)
             solution = solve(problem, trial, nlp=nlp)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.fesd.interval import IntervalFunctions, build_interval, step_bounds
+from fesd_robot.fesd.interval import IntervalFunctions, IntervalLayout, build_interval, layout_of, step_bounds
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.mpcc import Block, Mpcc
@@ -62,9 +62,14 @@ class Transcription:
         return {count: build_interval(self.ocp, self.options, count) for count in sorted(set(self.elements))}
 
     @cached_property
+    def layouts(self) -> dict[int, IntervalLayout]:
+        """Where the variables of an interval sit, by number of elements."""
+        return {count: layout_of(self.ocp, self.options, count) for count in set(self.elements)}
+
+    @cached_property
     def offsets(self) -> np.ndarray:
         """Index of the first variable of every interval."""
-        sizes = [self.intervals[count].layout.size for count in self.elements]
+        sizes = [self.layouts[count].size for count in self.elements]
         return self._point_size + np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
 
     @property
@@ -75,14 +80,14 @@ class Transcription:
         """Indices of the (x, z) that interval k starts from; k = N gives the end of the horizon."""
         if k == 0:
             return np.arange(self._point_size)
-        layout = self.intervals[self.elements[k - 1]].layout
+        layout = self.layouts[self.elements[k - 1]]
         point = layout.point(layout.elements - 1, layout.points - 1)
         return self.offsets[k - 1] + np.arange(point.start, point.stop)
 
     @cached_property
     def problem(self) -> Mpcc:
         """The MPCC."""
-        lower, upper, start = self._bounds_and_start()
+        lower, upper, start = self.bounds_and_start()
         blocks = [self._initial_block()]
         for count, functions in self.intervals.items():
             where = [k for k, c in enumerate(self.elements) if c == count]
@@ -108,15 +113,12 @@ class Transcription:
     def _initial_block(self) -> Block:
         """The step functions at x(0) give the multipliers at the very first boundary."""
         system = self.ocp.system
-        u = ca.SX.sym("u", system.control.sparsity())
-        expression = ca.substitute(system.residual, system.control, u)
-        point = ca.vertcat(system.state, system.algebraic)
-        own = ca.vertcat(point, u)
+        own = ca.vertcat(system.state, system.algebraic, system.control)
         function = ca.Function(
-            "initial", [own, system.parameters], [system.selection, expression, system.multiplier, system.partner]
+            "initial", [own, system.parameters], [system.selection, system.residual, system.multiplier, system.partner]
         )
         n_g = function.size1_out(1)
-        index = np.concatenate([self._left(0), self.offsets[0] + np.arange(u.numel())])
+        index = np.concatenate([self._left(0), self.offsets[0] + np.arange(system.control.numel())])
         return Block(
             copy_names=["the start"],
             function=function,
@@ -143,7 +145,8 @@ class Transcription:
             pair_names=[],
         )
 
-    def _bounds_and_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def bounds_and_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return lower and upper bounds and the initial point of the MPCC's variables."""
         ocp, system = self.ocp, self.ocp.system
         point_lower = np.concatenate([ocp.state_lower, system.algebraic_lower])
         point_upper = np.concatenate([ocp.state_upper, system.algebraic_upper])
@@ -179,7 +182,7 @@ class Transcription:
         found: list[Element] = []
         time = 0.0
         for k, count in enumerate(self.elements):
-            layout = self.intervals[count].layout
+            layout = self.layouts[count]
             own = w[self.offsets[k] : self.offsets[k] + layout.size]
             boundary = w[self._left(k)]
             for n in range(count):
