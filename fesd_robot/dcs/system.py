@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -35,7 +35,7 @@ class Exclusion:
 
 @dataclass(frozen=True)
 class ComplementaritySystem:
-    """E(x) x' = f(x, u, z, p), 0 = g(x, u, z, p), 0 <= a(z) complementary to b(z) >= 0.
+    """E(x) x' = f(x, u, z, p), 0 = g(x, z, p), 0 = e(x, u, z, p), 0 <= a(z) complementary to b(z) >= 0.
 
     The multipliers a are continuous in time (up to the exceptions their model names), their partners b are not; finite
     elements with switch detection rest on this difference.
@@ -44,12 +44,16 @@ class ComplementaritySystem:
         state, control, parameters, algebraic: SX columns x (n_x), u (n_u), p (n_p), z (n_z).
         mass_matrix: E, SX (n_x, n_x).
         right_hand_side: f, SX (n_x).
-        residual: g, SX.
+        residual: g, SX: the relations between the switching functions of x and the multipliers, and lifted products.
         multiplier, partner: a and b, SX columns of one length.
         algebraic_lower, algebraic_upper: bounds of z.
         selection: cost added at every stage, not multiplied by a step; picks one z where several are valid.
         guess: (x, u, p) -> z, numbers consistent with the state.
         exclusions: further conditions between state and algebraic variables.
+        equations: e, SX: further algebraic equations of the model, none if omitted.
+        quadratures: name -> integrand in x, u, z, p that a simulation accumulates.
+        lifted: name -> definition of every product that became an algebraic variable, to be looked at.
+        describe: (n_pairs) booleans, where the partner may be positive -> the regions or step values in words.
         state_names, control_names, algebraic_names, pair_names: one name an entry.
 
     Raises:
@@ -74,6 +78,10 @@ class ComplementaritySystem:
     algebraic_names: Sequence[str]
     pair_names: Sequence[str]
     exclusions: Sequence[Exclusion] = ()
+    equations: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    quadratures: Mapping[str, ca.SX] = field(default_factory=dict)
+    lifted: Mapping[str, ca.SX] = field(default_factory=dict)
+    describe: Callable[[np.ndarray], str] | None = None
 
     def __post_init__(self) -> None:
         n_x, n_u, n_z, n_pairs = (part.numel() for part in (self.state, self.control, self.algebraic, self.multiplier))
