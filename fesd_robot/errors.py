@@ -40,6 +40,10 @@ class DimensionError(FesdRobotError):
     """An array or expression of the wrong shape; the message names it with its shape and the expected one."""
 
 
+class ModelError(FesdRobotError):
+    """A nonsmooth system or its discretisation that contradicts itself."""
+
+
 class SolverError(FesdRobotError):
     """The numerical solver could not be run at all (a solve that merely fails is a status, not an exception)."""
 

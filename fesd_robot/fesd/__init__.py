@@ -1,20 +1,30 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
 from fesd_robot.fesd.ocp import OptimalControlProblem
-from fesd_robot.fesd.options import CrossComplementarity, FesdOptions
-from fesd_robot.fesd.simulate import Simulation, SimulationError, simulate
-from fesd_robot.fesd.tableau import Tableau, make_tableau
-from fesd_robot.fesd.transcription import Element, Transcription
+from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
+from fesd_robot.fesd.sensitivity import end_sensitivity
+from fesd_robot.fesd.simulate import simulate
+from fesd_robot.fesd.simulation import Phase, Sensitivity, Simulation, SimulationError, StepReport
+from fesd_robot.fesd.tableau import Scheme, Tableau, make_tableau
+from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.transcription import Transcription
 
 __all__ = [
     "CrossComplementarity",
     "Element",
     "FesdOptions",
+    "Form",
     "OptimalControlProblem",
+    "Phase",
+    "Scheme",
+    "Sensitivity",
     "Simulation",
     "SimulationError",
+    "StepEquilibration",
+    "StepReport",
     "Tableau",
     "Transcription",
+    "end_sensitivity",
     "make_tableau",
     "simulate",
 ]

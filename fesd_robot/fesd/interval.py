@@ -8,45 +8,33 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd.cross import cross_pairs, excluded_pairs
+from fesd_robot.fesd.element import SystemFunctions, element_equations, read_elements
+from fesd_robot.fesd.equilibration import equilibrate, refuse_exclusions
+from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 
 
 @dataclass(frozen=True)
-class IntervalLayout:
-    """Where the variables of an interval sit: u, then per element h and per point (x, z).
-
-    Points are the stages, and the right end if it is not a stage.
-    """
-
-    n_x: int
-    n_z: int
-    n_u: int
-    points: int
-    elements: int
-
-    @property
-    def size(self) -> int:
-        """Number of variables of the interval, without the point it starts from."""
-        return self.n_u + self.elements * (1 + self.points * (self.n_x + self.n_z))
-
-    def step(self, element: int) -> int:
-        """Index of h."""
-        return self.n_u + element * (1 + self.points * (self.n_x + self.n_z))
-
-    def point(self, element: int, point: int) -> slice:
-        """Indices of (x, z) at a point."""
-        first = self.step(element) + 1 + point * (self.n_x + self.n_z)
-        return slice(first, first + self.n_x + self.n_z)
-
-
-@dataclass(frozen=True)
 class IntervalFunctions:
-    """The interval as functions of w = (point it starts from, own variables) and parameters p."""
+    """The interval as functions of w = (point it starts from, own variables) and parameters p.
+
+    Attributes:
+        layout: order of the own variables.
+        block: (w, p) -> (f, g, G, H).
+        lower, upper: bounds of g.
+        cost_terms: (w, p) -> terms of f.
+        auxiliary: w -> values of the auxiliary variables that fit the others.
+        cost_names, constraint_names, pair_names: what the rows are.
+        one_sided, ranks: of the pairs.
+    """
 
     layout: IntervalLayout
     block: ca.Function
+    lower: np.ndarray
+    upper: np.ndarray
     cost_terms: ca.Function
+    auxiliary: ca.Function
     cost_names: list[str]
     constraint_names: list[str]
     pair_names: list[str]
@@ -54,31 +42,23 @@ class IntervalFunctions:
     ranks: np.ndarray
 
 
-def layout_of(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> IntervalLayout:
-    """Return the layout of an interval with this many elements."""
-    system = ocp.system
-    points = options.tableau.stages + (0 if options.tableau.ends_at_stage else 1)
-    return IntervalLayout(system.state.numel(), system.algebraic.numel(), system.control.numel(), points, elements)
-
-
 def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> IntervalFunctions:
     """Return the equations of one control interval.
 
-    Per element n and stage j, with the collocation polynomial through X_0 (end of the element before) and X_1..X_ns:
-    ``E(X_j) sum_r d_jr X_r = h_n f(X_j, u, Z_j)``, ``0 = g(X_j, u, Z_j)``; cross complementarity of the element; and
-    once per interval ``sum_n h_n = T/N``. The running cost is ``sum_n h_n sum_j b_j L(X_j, u, Z_j)``.
+    Per element the scheme's equations (`element_equations`) and the pairs of cross complementarity; once per interval
+    ``sum_n h_n = T/N`` and the step equilibration. The running cost is ``sum_n h_n sum_j b_j L(X_j, u, Z_j)``.
 
-    A scheme whose last node is not 1 has one more point at the right end, with algebraic variables of its own, so that
-    the multipliers there can take part in the cross complementarity of both neighbours.
+    A scheme whose last stage is not the right end has one more point there, with algebraic variables of its own, so
+    that the multipliers at the boundary can take part in the cross complementarity of both neighbours. Without switch
+    detection the steps are fixed and a pair is held at each stage by itself.
 
-    Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(32).
+    Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(36).
     """
     system, tableau = ocp.system, options.tableau
-    layout = layout_of(ocp, options, elements)
+    refuse_exclusions(options, len(system.exclusions))
+    layout = layout_of(system, options, elements)
     n_x, n_z = layout.n_x, layout.n_z
-    dynamics = ca.Function("dynamics", system.arguments, [system.mass_matrix, system.right_hand_side])
-    residual = ca.Function("residual", system.arguments, [system.residual])
-    sides = ca.Function("sides", [system.algebraic], [system.multiplier, system.partner])
+    functions = SystemFunctions.of(system)
     selection = ca.Function("selection", [system.algebraic], [system.selection])
     running = ca.Function("running", system.arguments, [ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))])
     interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
@@ -91,48 +71,43 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     equations: list[tuple[str, ca.SX]] = []
     pairs: list[tuple[str, ca.SX, ca.SX]] = []
     exclusions: list[tuple[str, ca.SX, ca.SX, int]] = []
-    steps = [own[layout.step(n)] for n in range(elements)]
+    sums: list[tuple[ca.SX, ca.SX]] = []
     integral, chosen = ca.SX.zeros(len(ocp.running_cost), 1), ca.SX(0)
-    boundary = left
-    for n, h in enumerate(steps):
-        points = [own[layout.point(n, j)] for j in range(layout.points)]
-        nodes = [boundary[:n_x]] + [point[:n_x] for point in points[: tableau.stages]]
-        for j, point in enumerate(points):
-            x, z = point[:n_x], point[n_x:]
-            where = f"element {n}, " + (f"stage {j + 1}" if j < tableau.stages else "right end")
-            if j < tableau.stages:
-                E, f = dynamics(x, u, z, p)
-                slope = sum((d * node for d, node in zip(tableau.derivative[j], nodes, strict=True)), ca.SX.zeros(n_x))
-                equations.append((f"dynamics, {where}", ca.mtimes(E, slope) - h * f))
-                integral += h * tableau.b[j] * running(x, u, z, p)
-            else:
-                end = sum((e * node for e, node in zip(tableau.end, nodes, strict=True)), ca.SX.zeros(n_x))
-                equations.append((f"continuity, {where}", end - x))
-            equations.append((f"step functions, {where}", residual(x, u, z, p)))
-            chosen += selection(z)
-        all_sides = [sides(point[n_x:]) for point in [boundary, *points]]
-        found = cross_pairs([a for a, _ in all_sides], [b for _, b in all_sides[1:]], options.cross_complementarity)
-        pairs += [(f"element {n}, {where}", a, b) for where, a, b in found]
+    parts = read_elements(layout, tableau, left, own)
+    steps = [part.h for part in parts]
+    for n, part in enumerate(parts):
+        rows = element_equations(part, functions, options, layout, u, p)
+        equations += [(where.replace(", ", f", element {n}, ", 1), row) for where, row in rows]
+        for j, (x, z) in enumerate(part.stages):
+            integral += part.h * tableau.b[j] * running(x, u, z, p)
+        chosen += sum((selection(z) for _, z in part.points[1:]), ca.SX(0))
+        sides = [functions.sides(z) for _, z in part.points]
+        multipliers, partners = [a for a, _ in sides], [b for _, b in sides[1:]]
+        mode = options.cross_complementarity if options.switch_detection else "plain"
+        pairs += [(f"element {n}, {where}", a, b) for where, a, b in cross_pairs(multipliers, partners, mode)]
         exclusions += [
             (f"element {n}, {where}", level, share, rank)
-            for where, level, share, rank in excluded_pairs(
-                system, [boundary, *points], tableau.stages, options.cross_complementarity
-            )
+            for where, level, share, rank in excluded_pairs(system, part.points, layout.stages, mode)
         ]
-        boundary = points[-1]
+        sums.append((sum(multipliers[1:], multipliers[0]), sum(partners[1:], partners[0])))
+    end = parts[-1].right
     equations.append(("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
-    equations.append(("end of interval", interval_end(boundary[:n_x], p)))
+    equations.append(("end of interval", interval_end(end[0], p)))
+    equal = equilibrate(options, steps, sums, mean_step, own[layout.auxiliaries])
+    equations += equal.equations
+    bounded = _stage_bounds(ocp, options, layout, [x for part in parts for x, _ in part.stages])
 
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
     if not system.selection.is_zero():
         terms["choice of alpha"] = chosen
-    if options.step_equilibration == "mean":
-        terms["step equilibration"] = options.equilibration_weight * ca.sumsqr(ca.vertcat(*steps) - mean_step)
-    elif options.step_equilibration == "difference":
-        terms["step equilibration"] = options.equilibration_weight * ca.sumsqr(ca.diff(ca.vertcat(*steps)))
+    if not equal.cost.is_zero():
+        terms["step equilibration"] = equal.cost
     w = ca.vertcat(left, own)
-    two_sided = sum(a.numel() for _, a, _ in pairs)
-    cost = ca.vertcat(*terms.values())
+    cost = ca.vertcat(*terms.values(), ca.SX(0, 1))
+    G = [a for _, a, _ in pairs] + [a for _, a, _ in equal.pairs] + [a for _, a, _, _ in exclusions]
+    H = [b for _, _, b in pairs] + [b for _, _, b in equal.pairs] + [b for _, _, b, _ in exclusions]
+    two_sided = sum(a.numel() for _, a, _ in pairs + equal.pairs)
+    held = sum(row.numel() for _, row in equations)
     return IntervalFunctions(
         layout=layout,
         block=ca.Function(
@@ -140,25 +115,55 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
             [w, p],
             [
                 ca.sum1(cost),
-                ca.vertcat(*[row for _, row in equations]),
-                ca.vertcat(ca.SX(0, 1), *[a for _, a, _ in pairs], *[a for _, a, _, _ in exclusions]),
-                ca.vertcat(ca.SX(0, 1), *[b for _, _, b in pairs], *[b for _, _, b, _ in exclusions]),
+                ca.vertcat(*[row for _, row in equations], bounded.rows),
+                ca.vertcat(ca.SX(0, 1), *G),
+                ca.vertcat(ca.SX(0, 1), *H),
             ],
         ),
+        lower=np.concatenate([np.zeros(held), bounded.lower]),
+        upper=np.concatenate([np.zeros(held), bounded.upper]),
         cost_terms=ca.Function("cost_terms", [w, p], [cost]),
+        auxiliary=ca.Function("auxiliary", [w], [equal.guess]),
         cost_names=list(terms),
-        constraint_names=_labels(ocp, equations),
+        constraint_names=_labels(ocp, equations) + bounded.names,
         pair_names=[f"{name}, {where}" for where, a, _ in pairs for name in system.pair_names[: a.numel()]]
+        + [f"{where}, {i}" for where, a, _ in equal.pairs for i in range(a.numel())]
         + [where for where, _, _, _ in exclusions],
         one_sided=np.array([False] * two_sided + [True] * len(exclusions), dtype=bool),
         ranks=np.array([0] * two_sided + [rank for _, _, _, rank in exclusions], dtype=int),
     )
 
 
+@dataclass(frozen=True)
+class _Bounded:
+    rows: ca.SX
+    lower: np.ndarray
+    upper: np.ndarray
+    names: list[str]
+
+
+def _stage_bounds(
+    ocp: OptimalControlProblem, options: FesdOptions, layout: IntervalLayout, stages: list[ca.SX]
+) -> _Bounded:
+    """Bounds on stage states that are expressions instead of variables."""
+    finite = np.isfinite(ocp.state_lower) | np.isfinite(ocp.state_upper)
+    if layout.stage_states or not finite.any():
+        return _Bounded(ca.SX(0, 1), np.zeros(0), np.zeros(0), [])
+    where = np.flatnonzero(finite).tolist()
+    names = [
+        f"bound of {ocp.system.state_names[i]}, element {k // layout.stages}, stage {k % layout.stages + 1}"
+        for k in range(len(stages))
+        for i in where
+    ]
+    rows = ca.vertcat(*[x[where] for x in stages])
+    repeated = [np.tile(bound[finite], len(stages)) for bound in (ocp.state_lower, ocp.state_upper)]
+    return _Bounded(rows, repeated[0], repeated[1], names)
+
+
 def _labels(ocp: OptimalControlProblem, equations: list[tuple[str, ca.SX]]) -> list[str]:
     labels = []
     for where, rows in equations:
-        if where.startswith(("dynamics", "continuity")):
+        if where.startswith(("dynamics", "continuity", "state")):
             names: list[str] = list(ocp.system.state_names)
         elif where == "end of interval":
             names = list(ocp.interval_end_names)
@@ -169,6 +174,7 @@ def _labels(ocp: OptimalControlProblem, equations: list[tuple[str, ca.SX]]) -> l
 
 
 def step_bounds(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> tuple[float, float]:
-    """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps for gamma_h = 0."""
+    """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps without switch detection."""
     mean = ocp.duration / ocp.intervals / elements
-    return (0.0, (1.0 + options.step_freedom) * mean) if options.step_freedom > 0 else (mean, mean)
+    free = options.switch_detection and options.step_freedom > 0
+    return (0.0, (1.0 + options.step_freedom) * mean) if free else (mean, mean)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from fesd_robot.errors import ModelError
 from fesd_robot.fesd.tableau import Tableau, make_tableau
 
 CrossComplementarity = Literal["stage_stage", "lambda_sum", "theta_sum", "sum_sum"]
-StepEquilibration = Literal["mean", "difference", "none"]
+StepEquilibration = Literal[
+    "mean", "difference", "difference_tanh", "difference_product", "direct", "linear_complementarity", "none"
+]
+Form = Literal["integral", "differential", "lifted"]
 
 
 @dataclass(frozen=True)
@@ -18,17 +22,46 @@ class FesdOptions:
     Args:
         tableau: Runge-Kutta scheme.
         elements: finite elements N_FE of each control interval: one number for all, or one per interval.
+        form: variables of the scheme. ``integral``: stage states X_j on a collocation polynomial; ``differential``:
+            stage derivatives K_j, X_j = X_0 + h sum_r a_jr K_r; ``lifted``: both. Left out: the integral form for
+            optimal control problems where the scheme has one, else the differential form.
+        switch_detection: False gives the plain scheme with fixed steps and complementarity at its stages only.
         cross_complementarity: aggregation of the pairs of an element, see `cross_pairs`.
-        step_equilibration: ``mean``: rho sum (h_n - h_mean)^2; ``difference``: rho sum (h_{n+1} - h_n)^2; ``none``.
+        step_equilibration: what makes the steps of an interval equal where no switch is, see `equilibrate`.
         equilibration_weight: rho.
+        equilibration_width: sigma_se of ``difference_tanh``.
         step_freedom: gamma_h in 0 <= h_n <= (1 + gamma_h) h_mean; 0 fixes the steps.
+
+    Raises:
+        ModelError: a form that the scheme does not have.
 
     Source: Nurkanovic, Sperl, Albrecht, Diehl, arXiv 2205.05337, section 4.
     """
 
     tableau: Tableau = field(default_factory=lambda: make_tableau("radau_iia", 2))
     elements: int | tuple[int, ...] = 3
+    form: Form | None = None
+    switch_detection: bool = True
     cross_complementarity: CrossComplementarity = "lambda_sum"
     step_equilibration: StepEquilibration = "mean"
     equilibration_weight: float = 1.0
+    equilibration_width: float = 1.0
     step_freedom: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.form == "integral" and not self.tableau.collocation:
+            raise ModelError(
+                f"form 'integral' needs a collocation scheme with distinct nodes above zero, which "
+                f"{self.tableau.scheme} is not (valid: differential, lifted)"
+            )
+        if self.step_freedom < 0 or self.equilibration_weight < 0 or self.equilibration_width <= 0:
+            raise ModelError(
+                f"step_freedom and equilibration_weight must not be negative and equilibration_width positive, found "
+                f"{self.step_freedom:g}, {self.equilibration_weight:g} and {self.equilibration_width:g}"
+            )
+
+    def with_form(self, preferred: Form) -> FesdOptions:
+        """Return the options with the form chosen, `preferred` where it was left out and the scheme has it."""
+        if self.form is not None:
+            return self
+        return replace(self, form=preferred if self.tableau.collocation else "differential")

@@ -2,129 +2,173 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
 
+import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.errors import DimensionError, FesdRobotError
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.transcription import Element, Transcription
-from fesd_robot.mpcc import HomotopyOptions, solve
-from fesd_robot.mpcc.assembly import assemble
-from fesd_robot.mpcc.relaxation import scholtes
-
-STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
-"""First sigma, factor and rank ratio of a step's homotopy, and those that are tried when it fails."""
-
-
-class SimulationError(FesdRobotError):
-    """A step that could not be solved.
-
-    Attributes:
-        elements: the finite elements computed before it.
-    """
-
-    def __init__(self, message: str, elements: Sequence[Element]) -> None:
-        super().__init__(message)
-        self.elements = list(elements)
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """A simulated trajectory: finite elements in time order, and the states between the steps, (steps + 1, n_x)."""
-
-    elements: list[Element]
-    states: np.ndarray
+from fesd_robot.fesd.search import StepInput
+from fesd_robot.fesd.sensitivity import chain
+from fesd_robot.fesd.simulation import Sensitivity, Simulation, SimulationError, StepReport
+from fesd_robot.fesd.stepper import StepFailure, Stepper
+from fesd_robot.fesd.trajectory import Element, interval_elements
+from fesd_robot.mpcc import HomotopyOptions
 
 
 def simulate(
     system: ComplementaritySystem,
     initial: np.ndarray,
-    controls: np.ndarray,
+    controls: np.ndarray | int,
     duration: float,
     *,
     options: FesdOptions | None = None,
+    tolerance: float = 1e-10,
     solver: HomotopyOptions | None = None,
     state_lower: np.ndarray | None = None,
+    state_upper: np.ndarray | None = None,
     parameters: np.ndarray | None = None,
+    sensitivities: bool = False,
+    progress: Callable[[StepReport], None] | None = None,
 ) -> Simulation:
-    """Integrate x' = f(x, u, z) over `duration` in equal simulation steps.
+    """Integrate E x' = f(x, u, z) over `duration` in equal simulation steps.
 
-    Each step is one control interval of finite elements whose lengths are free, solved as an MPCC of its own.
+    Each step is one control interval of finite elements whose lengths are free. Its modes are first looked for from
+    those of the step before, each trial a square system that Newton's method solves to round-off (`ModeSearch`); the
+    complementarity products then vanish exactly. Where that finds nothing, and for systems with exclusions, the step
+    is solved as an MPCC by homotopy, from several starts, and its result is then solved exactly if possible.
 
     Args:
+        system: the dynamics.
         initial: x(0), (n_x).
-        controls: u of every step, (n_u, steps).
+        controls: u of every step, (n_u, steps); or the number of steps if the system has no control.
         duration: numerical time of all steps.
-        options: elements per step, scheme, equilibration.
-        solver: homotopy of each step; its first sigma, factor and rank ratio are those of `STARTS`.
-        state_lower: bounds of the state, (n_x); minus infinity if omitted.
+        options: elements per step, scheme, form, equilibration; 2 elements of Radau IIA with 2 stages if omitted. Left
+            out, the form is the differential one, whose round-off is the smallest.
+        tolerance: how negative a multiplier or partner may be.
+        solver: homotopy of a step; its first sigma, factor and rank ratio are those of `stepper.STARTS`.
+        state_lower, state_upper: bounds of the state, (n_x); none if omitted.
         parameters: values of the system's parameters, (n_p).
+        sensitivities: also compute the derivatives of the end state.
+        progress: called after every step.
 
     Raises:
-        DimensionError: `initial` or `controls` of the wrong shape.
-        SimulationError: a step was not solved; the message names its time, the exception keeps what was computed.
+        DimensionError: an argument of the wrong shape.
+        ModelError: an empty horizon, values that are not finite, or sensitivities of a system with exclusions.
+        SimulationError: a step was not solved; the message names its time, state and residual, the exception keeps
+            what was computed.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.
     """
-    n_x, n_u = system.state.numel(), system.control.numel()
-    if np.shape(initial) != (n_x,):
-        raise DimensionError(f"initial has shape {np.shape(initial)}, expected ({n_x},)")
-    if np.ndim(controls) != 2 or controls.shape[0] != n_u:
-        raise DimensionError(f"controls has shape {np.shape(controls)}, expected ({n_u}, steps)")
-    options = options or FesdOptions(elements=2)
-    solver = solver or HomotopyOptions(tolerance=1e-9, max_iterations=200)
+    options = (options or FesdOptions(elements=2)).with_form("integral" if system.exclusions else "differential")
+    controls, x, p = _checked(system, initial, controls, duration, parameters)
+    if not isinstance(options.elements, int):
+        raise DimensionError(f"a simulation needs one number of elements for all steps, found {options.elements}")
+    if sensitivities and system.exclusions:
+        raise ModelError("sensitivities need every condition in a complementarity pair; this system has exclusions")
+    free = np.full(system.state.numel(), np.inf)
+    stepper = Stepper(
+        system=system,
+        options=options,
+        length=duration / controls.shape[1],
+        tolerance=tolerance,
+        solver=solver or HomotopyOptions(tolerance=1e-9, max_iterations=200),
+        state_lower=-free if state_lower is None else np.asarray(state_lower, dtype=float),
+        state_upper=free if state_upper is None else np.asarray(state_upper, dtype=float),
+    )
     steps = controls.shape[1]
-    length = duration / steps
-    values = np.zeros((0, 1)) if parameters is None else np.asarray(parameters, dtype=float).reshape(-1, 1)
-    lower = np.full(n_x, -np.inf) if state_lower is None else state_lower
+    times = np.linspace(0.0, duration, steps + 1)
+    integrals = ca.Function("quadratures", system.arguments, [ca.vertcat(*system.quadratures.values(), ca.SX(0, 1))])
+    z = np.asarray(system.guess(x, controls[:, 0], p), dtype=float)
+    elements: list[Element] = []
+    modes: list[np.ndarray] = []
+    states, totals = [x], [np.zeros(len(system.quadratures))]
+    reports: list[StepReport] = []
+    derivatives = []
 
-    def step_problem(x: np.ndarray, u: np.ndarray) -> Transcription:
-        free = np.full(n_x, np.inf)
-        return Transcription(
-            OptimalControlProblem(
-                system=system,
-                duration=length,
-                intervals=1,
-                parameters=values,
-                initial_lower=x,
-                initial_upper=x,
-                state_lower=lower,
-                state_upper=free,
-                terminal_lower=-free,
-                terminal_upper=free,
-                control_lower=u,
-                control_upper=u,
-                state_guess=lambda _: x,
-                control_guess=u.reshape(-1, 1),
-            ),
-            options,
+    def result(sensitivity: Sensitivity | None = None) -> Simulation:
+        quadratures = dict(zip(system.quadratures, np.array(totals).T, strict=True))
+        ends = times[: len(states)]
+        return Simulation(
+            system, options.tableau, elements, modes, ends, np.array(states), quadratures, reports, sensitivity
         )
 
-    template = step_problem(np.asarray(initial, dtype=float), controls[:, 0])
-    nlp = assemble(template.problem, scholtes)
-    state, elements, states = np.asarray(initial, dtype=float), list[Element](), [np.asarray(initial, dtype=float)]
     for k in range(steps):
-        lower_bounds, upper_bounds, start = step_problem(state, controls[:, k]).bounds_and_start()
-        problem = replace(template.problem, lower=lower_bounds, upper=upper_bounds, start=start)
-        for sigma, factor, ratio in STARTS:
-            trial = replace(solver, sigma_start=max(sigma, solver.tolerance), sigma_factor=factor, rank_ratio=ratio)
-            solution = solve(problem, trial, nlp=nlp)
-            if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in
-                break
-        if not solution.feasible:
-            residuals = solution.residuals
+        step = StepInput(x, z, controls[:, k], p, stepper.length)
+        found = stepper.solve(step, modes[-1:])
+        if isinstance(found, StepFailure):
             raise SimulationError(
-                f"simulation step {k} at time {k * length:.6g} was not solved ({solution.status}): violation "
-                f"{residuals.constraint_violation:.1e} at {residuals.worst_constraint}, complementarity "
-                f"{residuals.complementarity:.1e}; state {np.array2string(state, precision=4)}",
-                elements,
+                f"simulation step {k} at time {times[k]:.6g} was not solved ({found.reason}); "
+                f"state {np.array2string(x, precision=6)}, residual {found.residual:.1e}",
+                result(), step=k, time=float(times[k]), state=x, residual=found.residual,
+            )  # fmt: skip
+        if sensitivities:
+            derivatives.append(stepper.equations.sensitivity(found.own, found.modes, x, p, stepper.length))
+        solved = interval_elements(
+            stepper.equations.layout, stepper.search.states, found.own, np.concatenate([x, z]),
+            interval=k, start=float(times[k]),
+        )  # fmt: skip
+        elements += solved
+        modes += list(stepper.last_of_elements(found.modes))
+        totals.append(totals[-1] + _integrals(integrals, options, solved, p))
+        end = found.own[stepper.equations.layout.end(stepper.equations.elements - 1)]
+        x, z = end[: len(x)], end[len(x) :]
+        states.append(x)
+        switches = int((np.diff(np.array(modes[-len(solved) - 1 :]), axis=0) != 0).any(axis=1).sum())
+        reports.append(
+            StepReport(
+                k, steps, float(times[k + 1]), found.method, found.trials, found.iterations, found.residual, switches
             )
-        found = template.unpack(solution.w)
-        elements += [replace(e, interval=k, start=e.start + k * length) for e in found]
-        state = found[-1].x[-1]
-        states.append(state)
-    return Simulation(elements, np.array(states))
+        )
+        if progress:
+            progress(reports[-1])
+    return result(chain(derivatives, len(p)) if sensitivities else None)
+
+
+def _integrals(function: ca.Function, options: FesdOptions, elements: list[Element], p: np.ndarray) -> np.ndarray:
+    total = np.zeros(function.size1_out(0))
+    if total.size:
+        for element in elements:
+            for weight, x, z in zip(options.tableau.b, element.x, element.z, strict=False):
+                total += element.step * weight * np.asarray(function(x, element.u, z, p)).ravel()
+    return total
+
+
+def _checked(
+    system: ComplementaritySystem,
+    initial: np.ndarray,
+    controls: np.ndarray | int,
+    duration: float,
+    parameters: np.ndarray | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    n_x, n_u, n_p = system.state.numel(), system.control.numel(), system.parameters.numel()
+    if np.shape(initial) != (n_x,):
+        raise DimensionError(f"initial has shape {np.shape(initial)}, expected ({n_x},)")
+    if isinstance(controls, int | np.integer):
+        if n_u:
+            raise DimensionError(f"controls is the number {controls}, expected an array of shape ({n_u}, steps)")
+        controls = np.zeros((0, max(int(controls), 0)))
+    if np.ndim(controls) != 2 or controls.shape[0] != n_u:
+        raise DimensionError(f"controls has shape {np.shape(controls)}, expected ({n_u}, steps)")
+    if not controls.shape[1] or not np.isfinite(duration) or duration <= 0:
+        raise ModelError(
+            f"empty horizon: {controls.shape[1]} steps over a duration of {duration:g}, need at least one step and a "
+            "positive duration"
+        )
+    p = np.zeros(0) if parameters is None else np.asarray(parameters, dtype=float)
+    if p.size != n_p:
+        raise DimensionError(f"parameters has shape {p.shape}, expected ({n_p},)")
+    values = (
+        ("initial", np.asarray(initial, dtype=float), system.state_names),
+        ("controls", np.asarray(controls, dtype=float), system.control_names),
+        ("parameters", p, None),
+    )
+    for what, value, names in values:
+        bad = np.argwhere(~np.isfinite(value))
+        if bad.size:
+            entry = f" of {names[bad[0][0]]}" if names is not None else ""
+            where = f"[{', '.join(str(i) for i in bad[0])}]"
+            raise ModelError(f"{what}{where}{entry} is {value[tuple(bad[0])]}, must be finite")
+    return values[1][1], values[0][1], values[2][1].ravel()

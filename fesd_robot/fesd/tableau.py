@@ -1,49 +1,54 @@
-"""Runge-Kutta tableaus of collocation type, generated for any number of stages and checked when constructed."""
+"""Runge-Kutta tableaus of every family, generated for any number of stages and checked when constructed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
-from scipy.special import roots_jacobi
 
-Scheme = Literal["radau_iia", "gauss_legendre"]
-MAX_STAGES = 9
+from fesd_robot.errors import nearest
+from fesd_robot.fesd.schemes import (
+    FAMILIES,
+    MAX_STAGES,
+    Family,
+    Scheme,
+    lagrange,
+    lagrange_derivative,
+    lagrange_integral,
+)
+
+__all__ = ["MAX_STAGES", "Scheme", "Tableau", "make_tableau"]
+
+TOLERANCE = 1e-11
+"""Up to this defect a condition of a tableau holds."""
 
 
 @dataclass(frozen=True)
 class Tableau:
-    """A collocation Runge-Kutta scheme with its interpolation through the left end of the step.
-
-    The collocation polynomial has the values X_0 at 0 and X_j at c_j, with
-    ``sum_r derivative[j, r] X_r = h f(X_j)`` and ``X(1) = sum_r end[r] X_r``, r = 0..n_s.
+    """A Runge-Kutta scheme: ``X_j = X_0 + h sum_r a_jr K_r``, ``X(1) = X_0 + h sum_r b_r K_r``, ``K_j = f(X_j)``.
 
     Attributes:
         scheme: name of the family.
         A, b, c: Butcher tableau, shapes (n_s, n_s), (n_s,), (n_s,).
-        derivative: shape (n_s, n_s + 1).
-        end: shape (n_s + 1,).
         order: classical order p of the scheme.
 
     Raises:
-        ValueError: if row sums, B(p) or C(n_s) do not hold to 1e-11.
+        ValueError: if the order conditions of `order_defects` do not hold to 1e-11.
 
-    Source: Hairer & Wanner, Solving ODEs II, IV.5 (simplifying assumptions B(p), C(q)).
+    Source: Hairer & Wanner, Solving ODEs II, IV.5 (simplifying assumptions B(p), C(eta), D(zeta)).
     """
 
     scheme: str
     A: np.ndarray
     b: np.ndarray
     c: np.ndarray
-    derivative: np.ndarray
-    end: np.ndarray
     order: int
 
     def __post_init__(self) -> None:
         worst = max(self.order_defects().values())
-        if worst > 1e-11:
+        if not worst <= TOLERANCE:
             raise ValueError(
                 f"tableau {self.scheme} with {self.stages} stages misses its order conditions by {worst:.1e}"
             )
@@ -53,76 +58,142 @@ class Tableau:
         """Number of stages n_s."""
         return len(self.b)
 
-    @property
+    @cached_property
+    def explicit(self) -> bool:
+        """Whether every stage needs only those before it: A is strictly lower triangular."""
+        return not np.triu(self.A).any()
+
+    @cached_property
     def ends_at_stage(self) -> bool:
-        """Whether the last stage is the right end of the step (c_ns = 1)."""
-        return abs(self.c[-1] - 1.0) < 1e-14
+        """Whether the last stage is the right end of the step: c_ns = 1 and b is the last row of A."""
+        return bool(abs(self.c[-1] - 1.0) <= 1e-13 and np.abs(self.A[-1] - self.b).max() <= 1e-13)
+
+    @cached_property
+    def starts_at_stage(self) -> bool:
+        """Whether the first stage is the left end of the step: c_1 = 0 and the first row of A is zero."""
+        return bool(self.c[0] == 0.0 and not self.A[0].any())
+
+    @cached_property
+    def stage_order(self) -> int:
+        """Largest q <= p with C(q); with 0 not even the row sums are the nodes, and X_j is no value at c_j."""
+        holds = [self._stage_defect(k) <= TOLERANCE for k in range(1, self.order + 1)]
+        return holds.index(False) if False in holds else self.order
+
+    @cached_property
+    def collocation(self) -> bool:
+        """Whether X_0 and the stages lie on one polynomial: C(n_s) with distinct nodes that are all above zero."""
+        distinct = len(np.unique(self.c)) == self.stages
+        return bool(distinct and self.c.min() > 0.0 and self.stage_order >= self.stages)
+
+    @cached_property
+    def derivative(self) -> Any:
+        """D with ``sum_r D[j, r] X_r = h K_j``, r = 0..n_s, shape (n_s, n_s + 1); None without `collocation`."""
+        return lagrange_derivative(self._with_left)[1:] if self.collocation else None
+
+    @cached_property
+    def end(self) -> Any:
+        """e with ``X(1) = sum_r e[r] X_r``, r = 0..n_s, shape (n_s + 1,); None without `collocation`."""
+        return lagrange(self._with_left, np.array([1.0]))[0] if self.collocation else None
+
+    @property
+    def _with_left(self) -> np.ndarray:
+        return np.concatenate([[0.0], self.c])
 
     def order_defects(self) -> dict[str, float]:
-        """Return the worst defect of the row sums, of B(p): sum b c^(k-1) = 1/k, of C(n_s): A c^(k-1) = c^k/k."""
-        row = float(np.abs(self.A.sum(axis=1) - self.c).max())
-        quadrature = max(abs(self.b @ self.c ** (k - 1) - 1.0 / k) for k in range(1, self.order + 1))
-        stage = max(float(np.abs(self.A @ self.c ** (k - 1) - self.c**k / k).max()) for k in range(1, self.stages + 1))
-        return {"row sums": row, f"B({self.order})": float(quadrature), f"C({self.stages})": stage}
+        """Return the worst defect of every set of conditions that together give order p.
+
+        All schemes: ``B(p): sum_j b_j c_j^(k-1) = 1/k, k = 1..p``. Implicit ones, with p <= eta + zeta + 1 and
+        p <= 2 eta + 2: ``C(eta): sum_j a_ij c_j^(k-1) = c_i^k / k, k = 1..eta``, which contains the row sums, and
+        ``D(zeta): sum_i b_i c_i^(k-1) a_ij = b_j (1 - c_j^k) / k, k = 1..zeta``. Explicit ones: the row sums and the
+        conditions of the rooted trees up to order 4 that B(p) leaves. Families with eta = 0 (Radau IA with one stage,
+        Lobatto IIIB with two) have nodes that are not their row sums.
+
+        Source: Hairer & Wanner, Solving ODEs II, IV.5, Theorem 5.1; Hairer, Norsett & Wanner, Solving ODEs I, II.2.
+        """
+        A, b, c, p = self.A, self.b, self.c, self.order
+        family = _family(self.scheme)
+        defects = {f"B({p})": max(float(abs(b @ c ** (k - 1) - 1.0 / k)) for k in range(1, p + 1))}
+        if family.explicit:
+            trees = {
+                "sum_ij b_i a_ij c_j = 1/6": (3, b @ A @ c - 1 / 6),
+                "sum_ij b_i c_i a_ij c_j = 1/8": (4, (b * c) @ A @ c - 1 / 8),
+                "sum_ij b_i a_ij c_j^2 = 1/12": (4, b @ A @ c**2 - 1 / 12),
+                "sum_ijk b_i a_ij a_jk c_k = 1/24": (4, b @ A @ A @ c - 1 / 24),
+            }
+            defects["row sums"] = self._stage_defect(1)
+            return defects | {name: float(abs(defect)) for name, (order, defect) in trees.items() if order <= p}
+        eta, zeta = family.assumptions(self.stages)
+        if eta > 0:
+            defects["row sums"] = self._stage_defect(1)
+            defects[f"C({eta})"] = max(self._stage_defect(k) for k in range(1, eta + 1))
+        if zeta > 0:
+            defects[f"D({zeta})"] = max(self._column_defect(k) for k in range(1, zeta + 1))
+        return defects
+
+    def _stage_defect(self, k: int) -> float:
+        return float(np.abs(self.A @ self.c ** (k - 1) - self.c**k / k).max())
+
+    def _column_defect(self, k: int) -> float:
+        return float(np.abs((self.b * self.c ** (k - 1)) @ self.A - self.b * (1.0 - self.c**k) / k).max())
+
+    def continuous_weights(self, fraction: np.ndarray) -> np.ndarray:
+        """Return the weights of the dense output ``X(tau) = X_0 + h sum_j b_j(tau) K_j``, (m, n_s).
+
+        ``b_j(tau) = int_0^tau l_j`` with the Lagrange polynomials on the distinct nodes; slopes at one node share its
+        weight in proportion to b. ``b_j(1) = b_j``, and for collocation schemes X is the collocation polynomial.
+
+        Args:
+            fraction: tau, 0 at the left and 1 at the right end of the step, (m,).
+
+        Source: Hairer, Norsett & Wanner, Solving ODEs I, II.6.
+        """
+        distinct, node, count = np.unique(self.c, return_inverse=True, return_counts=True)
+        total = np.bincount(node, weights=self.b)
+        weightless = (total == 0.0)[node]
+        share = np.where(weightless, 1.0 / count[node], self.b / np.where(weightless, 1.0, total[node]))
+        return lagrange_integral(distinct, np.asarray(fraction, dtype=float))[:, node] * share
 
     def interpolate(self, values: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-        """Return the collocation polynomial through `values`, (n_s + 1, n_x), at `fraction` of the step, (m, n_x)."""
-        return _lagrange(np.concatenate([[0.0], self.c]), np.asarray(fraction, dtype=float)) @ values
+        """Return the collocation polynomial through `values`, (n_s + 1, n_x), at `fraction` of the step, (m, n_x).
+
+        Raises:
+            ValueError: a scheme without `collocation`.
+        """
+        if not self.collocation:
+            raise ValueError(
+                f"{self.scheme} is no collocation scheme with distinct nodes above zero: its states cannot be "
+                "interpolated (use continuous_weights)"
+            )
+        return lagrange(self._with_left, np.asarray(fraction, dtype=float)) @ values
 
 
-def make_tableau(scheme: Scheme, stages: int) -> Tableau:
-    """Return the tableau of a collocation scheme.
+def make_tableau(scheme: Scheme, stages: int | None = None) -> Tableau:
+    """Return the tableau of a scheme.
 
     Args:
-        scheme: ``radau_iia`` (order 2 n_s - 1, last node 1) or ``gauss_legendre`` (order 2 n_s).
-        stages: number of stages n_s, 1..9.
+        scheme: with n_s stages, ``gauss_legendre`` (order 2 n_s), ``radau_ia``, ``radau_iia`` (2 n_s - 1),
+            ``lobatto_iiia``, ``lobatto_iiib``, ``lobatto_iiic`` (2 n_s - 2), ``explicit_euler`` (1), ``heun_2`` (2),
+            ``heun_3`` (3), ``runge_kutta_4`` (4).
+        stages: number of stages n_s, 1..9 (Lobatto 2..9); explicit schemes have one number only and may leave it out.
 
     Raises:
-        ValueError: unknown scheme or number of stages out of range.
+        ValueError: unknown scheme, or a number of stages that it does not have.
     """
-    if not 1 <= stages <= MAX_STAGES:
-        raise ValueError(f"stages must be between 1 and {MAX_STAGES}, found {stages}")
-    if scheme == "gauss_legendre":
-        c = 0.5 * (1.0 + legendre.leggauss(stages)[0])
-        order = 2 * stages
-    elif scheme == "radau_iia":
-        inner = np.empty(0) if stages == 1 else 0.5 * (1.0 + roots_jacobi(stages - 1, 1.0, 0.0)[0])
-        c = np.concatenate([inner, [1.0]])
-        order = 2 * stages - 1
-    else:
-        raise ValueError(f"unknown scheme '{scheme}' (valid: gauss_legendre, radau_iia)")
-    nodes, weights = legendre.leggauss(stages + 1)
-    nodes, weights = 0.5 * (1.0 + nodes), 0.5 * weights
-    A = np.array([ci * weights @ _lagrange(c, ci * nodes) for ci in c])
-    b = weights @ _lagrange(c, nodes)
-    with_left = np.concatenate([[0.0], c])
-    return Tableau(
-        scheme=scheme,
-        A=A,
-        b=b,
-        c=c,
-        derivative=_lagrange_derivative(with_left)[1:],
-        end=_lagrange(with_left, np.array([1.0]))[0],
-        order=order,
-    )
+    family = _family(scheme)
+    if stages is None and family.fewest == family.most:
+        stages = family.fewest
+    if stages is None:
+        raise ValueError(f"{scheme} needs a number of stages (valid: {family.fewest} to {family.most})")
+    if not family.fewest <= stages <= family.most:
+        if family.fewest == family.most:
+            raise ValueError(f"{scheme} has {family.most} stage{'s' * (family.most > 1)}, found {stages}")
+        raise ValueError(f"stages of {scheme} must be between {family.fewest} and {family.most}, found {stages}")
+    A, b, c = family.coefficients(stages)
+    return Tableau(scheme=scheme, A=A, b=b, c=c, order=family.order(stages))
 
 
-def _lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values of the Lagrange basis, entry (i, r) = l_r(at_i)."""
-    basis = np.ones((len(at), len(nodes)))
-    for r, node in enumerate(nodes):
-        for m, other in enumerate(nodes):
-            if m != r:
-                basis[:, r] *= (at - other) / (node - other)
-    return basis
-
-
-def _lagrange_derivative(nodes: np.ndarray) -> np.ndarray:
-    """Derivatives of the Lagrange basis at its own nodes, entry (j, r) = l_r'(nodes_j)."""
-    difference = nodes[:, None] - nodes[None, :]
-    np.fill_diagonal(difference, 1.0)
-    weight = 1.0 / difference.prod(axis=1)
-    derivative = (weight[None, :] / weight[:, None]) / difference
-    np.fill_diagonal(derivative, 0.0)
-    np.fill_diagonal(derivative, -derivative.sum(axis=1))
-    return derivative
+def _family(scheme: str) -> Family:
+    if scheme not in FAMILIES:
+        suggestion, valid = nearest(scheme, FAMILIES), nearest("", FAMILIES)
+        raise ValueError(f"unknown scheme '{scheme}'{suggestion}" + valid * (suggestion != valid))
+    return FAMILIES[scheme]

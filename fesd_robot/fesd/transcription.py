@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,32 +10,13 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.fesd.interval import IntervalFunctions, IntervalLayout, build_interval, layout_of, step_bounds
+from fesd_robot.fesd.element import states_function
+from fesd_robot.fesd.interval import IntervalFunctions, build_interval, step_bounds
+from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.fesd.trajectory import Element, interval_elements
 from fesd_robot.mpcc import Block, Mpcc
-
-
-@dataclass(frozen=True)
-class Element:
-    """A solved finite element.
-
-    Attributes:
-        interval: control interval it belongs to.
-        start, step: numerical time of its left end and its length.
-        x_left, z_left: state and algebraic variables at the left boundary (continuous from the element before).
-        x, z: at the points (stages, and the right end if it is not a stage), shapes (points, n_x), (points, n_z).
-        u: control, (n_u).
-    """
-
-    interval: int
-    start: float
-    step: float
-    x_left: np.ndarray
-    z_left: np.ndarray
-    x: np.ndarray
-    z: np.ndarray
-    u: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -46,6 +28,9 @@ class Transcription:
 
     ocp: OptimalControlProblem
     options: FesdOptions
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "options", self.options.with_form("integral"))
 
     @cached_property
     def elements(self) -> tuple[int, ...]:
@@ -64,7 +49,7 @@ class Transcription:
     @cached_property
     def layouts(self) -> dict[int, IntervalLayout]:
         """Where the variables of an interval sit, by number of elements."""
-        return {count: layout_of(self.ocp, self.options, count) for count in set(self.elements)}
+        return {count: layout_of(self.ocp.system, self.options, count) for count in set(self.elements)}
 
     @cached_property
     def offsets(self) -> np.ndarray:
@@ -81,8 +66,7 @@ class Transcription:
         if k == 0:
             return np.arange(self._point_size)
         layout = self.layouts[self.elements[k - 1]]
-        point = layout.point(layout.elements - 1, layout.points - 1)
-        return self.offsets[k - 1] + np.arange(point.start, point.stop)
+        return self.offsets[k - 1] + layout.end(layout.elements - 1)
 
     @cached_property
     def problem(self) -> Mpcc:
@@ -92,15 +76,14 @@ class Transcription:
         for count, functions in self.intervals.items():
             where = [k for k, c in enumerate(self.elements) if c == count]
             own = np.arange(functions.layout.size)
-            n_g = functions.block.size1_out(1)
             blocks.append(
                 Block(
                     copy_names=[f"interval {k}" for k in where],
                     function=functions.block,
                     index=np.array([np.concatenate([self._left(k), self.offsets[k] + own]) for k in where]).T,
                     parameters=self.ocp.parameters[:, where],
-                    lower=np.zeros(n_g),
-                    upper=np.zeros(n_g),
+                    lower=functions.lower,
+                    upper=functions.upper,
                     constraint_names=functions.constraint_names,
                     pair_names=functions.pair_names,
                     one_sided=functions.one_sided,
@@ -148,61 +131,114 @@ class Transcription:
     def bounds_and_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return lower and upper bounds and the initial point of the MPCC's variables."""
         ocp, system = self.ocp, self.ocp.system
-        point_lower = np.concatenate([ocp.state_lower, system.algebraic_lower])
-        point_upper = np.concatenate([ocp.state_upper, system.algebraic_upper])
         lower = [ocp.initial_lower, system.algebraic_lower]
         upper = [ocp.initial_upper, system.algebraic_upper]
         x0 = np.clip(ocp.state_guess(0.0), ocp.initial_lower, ocp.initial_upper)
-        start = [x0, system.guess(x0, ocp.control_guess[:, 0], ocp.parameters[:, 0])]
-        interval_length = ocp.duration / ocp.intervals
-        fractions = list(self.options.tableau.c) + ([] if self.options.tableau.ends_at_stage else [1.0])
+        left = np.concatenate([x0, system.guess(x0, ocp.control_guess[:, 0], ocp.parameters[:, 0])])
+        start = [left]
         for k, count in enumerate(self.elements):
-            step = interval_length / count
-            step_lower, step_upper = step_bounds(ocp, self.options, count)
-            u, p = ocp.control_guess[:, k], ocp.parameters[:, k]
-            lower.append(ocp.control_lower)
-            upper.append(ocp.control_upper)
-            start.append(u)
-            for n in range(count):
-                lower += [np.array([step_lower])] + [point_lower] * len(fractions)
-                upper += [np.array([step_upper])] + [point_upper] * len(fractions)
-                start.append(np.array([step]))
-                for fraction in fractions:
-                    x = ocp.state_guess(k * interval_length + (n + fraction) * step)
-                    start += [x, system.guess(x, u, p)]
+            low_k, high_k, start_k = self._interval_start(k, count, left)
+            lower.append(low_k)
+            upper.append(high_k)
+            start.append(start_k)
+            left = start_k[self.layouts[count].end(count - 1)]
         low, high, w = np.concatenate(lower), np.concatenate(upper), np.concatenate(start)
         end = self._left(ocp.intervals)[: system.state.numel()]
         low[end] = np.maximum(low[end], ocp.terminal_lower)
         high[end] = np.minimum(high[end], ocp.terminal_upper)
         return low, high, np.clip(w, low, high)
 
+    def _interval_start(self, k: int, count: int, left: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Lower and upper bounds and initial values of an interval's own variables; ``left`` is the point before it."""
+        ocp, system, layout, tableau = self.ocp, self.ocp.system, self.layouts[count], self.options.tableau
+        length = ocp.duration / ocp.intervals
+        step = length / count
+        u, p = ocp.control_guess[:, k], ocp.parameters[:, k]
+        low, high, start = np.full(layout.size, -np.inf), np.full(layout.size, np.inf), np.zeros(layout.size)
+        low[: layout.n_u], high[: layout.n_u], start[: layout.n_u] = ocp.control_lower, ocp.control_upper, u
+        for n in range(count):
+            at = layout.step(n)
+            low[at], high[at] = step_bounds(ocp, self.options, count)
+            start[at] = step
+            own_end = [layout.stages] if layout.end_state or layout.end_algebraic else []
+            for j in [*range(layout.stages), *own_end]:
+                fraction = 1.0 if j == layout.stages else tableau.c[j]
+                x = ocp.state_guess(k * length + (n + fraction) * step)
+                z = system.guess(x, u, p)
+                if layout.stage_states or j == layout.stages:
+                    at_x = layout.state(n, j)
+                    low[at_x], high[at_x], start[at_x] = ocp.state_lower, ocp.state_upper, x
+                at_z = layout.algebraic(n, j)
+                low[at_z], high[at_z] = system.algebraic_lower, system.algebraic_upper
+                if j < layout.stages or layout.end_algebraic:
+                    start[at_z] = z
+                if layout.slopes and j < layout.stages:
+                    start[layout.slope(n, j)] = np.asarray(self._rate(x, u, z, p)).ravel()
+        if layout.auxiliary:
+            low[layout.auxiliaries] = 0.0
+            guess = self.intervals[count].auxiliary(np.concatenate([left, start]))
+            start[layout.auxiliaries] = np.asarray(guess).ravel()
+        return low, high, start
+
+    @cached_property
+    def _rate(self) -> ca.Function:
+        system = self.ocp.system
+        return ca.Function("rate", system.arguments, [ca.solve(system.mass_matrix, system.right_hand_side)])
+
     def unpack(self, w: np.ndarray) -> list[Element]:
         """Return the finite elements in time order from a point of the MPCC."""
-        n_x = self.ocp.system.state.numel()
         found: list[Element] = []
         time = 0.0
         for k, count in enumerate(self.elements):
-            layout = self.layouts[count]
-            own = w[self.offsets[k] : self.offsets[k] + layout.size]
-            boundary = w[self._left(k)]
-            for n in range(count):
-                points = np.array([own[layout.point(n, j)] for j in range(layout.points)])
-                step = float(own[layout.step(n)])
-                found.append(
-                    Element(
-                        interval=k,
-                        start=time,
-                        step=step,
-                        x_left=boundary[:n_x],
-                        z_left=boundary[n_x:],
-                        x=points[:, :n_x],
-                        z=points[:, n_x:],
-                        u=own[: layout.n_u],
-                    )
-                )
-                time += step
-                boundary = points[-1]
+            own, left = self.interval_variables(w, k)
+            found += interval_elements(self.layouts[count], self._states[count], own, left, interval=k, start=time)
+            time = found[-1].end
         return found
+
+    def pack(self, elements: Sequence[Element]) -> np.ndarray:
+        """Return the point of the MPCC that these elements are, the inverse of `unpack`.
+
+        Args:
+            elements: as many as the problem has, in time order, of the same scheme; their intervals need not agree.
+
+        Raises:
+            DimensionError: another number of elements, or elements with another number of points.
+        """
+        if len(elements) != sum(self.elements):
+            raise DimensionError(f"{len(elements)} elements for a problem with {sum(self.elements)}")
+        first = elements[0]
+        w = self.problem.start.copy()
+        w[self._left(0)] = np.concatenate([first.x_left, first.z_left])
+        remaining = iter(elements)
+        for k, count in enumerate(self.elements):
+            own = w[self.offsets[k] : self.offsets[k] + self.layouts[count].size]  # a view
+            for n in range(count):
+                self._pack_element(own, n, next(remaining), self.layouts[count])
+            if self.layouts[count].auxiliary:
+                guess = self.intervals[count].auxiliary(np.concatenate([w[self._left(k)], own]))
+                own[self.layouts[count].auxiliaries] = np.asarray(guess).ravel()
+        return w
+
+    def _pack_element(self, own: np.ndarray, n: int, element: Element, layout: IntervalLayout) -> None:
+        ends = layout.end_state or layout.end_algebraic
+        own[: layout.n_u], own[layout.step(n)] = element.u, element.step
+        if len(element.slopes) != layout.stages:
+            raise DimensionError(f"an element with {len(element.slopes)} stages for a scheme with {layout.stages}")
+        for j in range(layout.stages):
+            own[layout.algebraic(n, j)] = element.z[j]
+            own[layout.slope(n, j)] = element.slopes[j] if layout.slopes else []
+            own[layout.state(n, j)] = element.x[j] if layout.stage_states else []
+        if ends:
+            own[layout.end(n)] = np.concatenate([element.x[-1], element.z[-1]])
+
+    def interval_variables(self, w: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the own variables of interval k and the (x, z) it starts from."""
+        size = self.layouts[self.elements[k]].size
+        return w[self.offsets[k] : self.offsets[k] + size], w[self._left(k)]
+
+    @cached_property
+    def _states(self) -> dict[int, ca.Function]:
+        return {count: states_function(layout, self.options.tableau) for count, layout in self.layouts.items()}
 
     def controls(self, w: np.ndarray) -> np.ndarray:
         """Return the controls at a point of the MPCC, (n_u, N)."""

@@ -73,8 +73,8 @@ def _exclusions(boundary_only: bool, with_rest: bool, mode: CrossComplementarity
         exclusions=[Exclusion("no share above zero", x, z[0], z[1] if with_rest else None, boundary_only, rank=1)],
     )
     levels, shares, rests = ca.SX.sym("level", 3), ca.SX.sym("share", 2), ca.SX.sym("rest", 2)
-    inner = [ca.vertcat(levels[k + 1], 0, 0, 0, shares[k], rests[k]) for k in range(2)]
-    pairs = excluded_pairs(system, [ca.vertcat(levels[0], ca.SX.zeros(5)), *inner], 2, mode)
+    inner = [(levels[k + 1], ca.vertcat(0, 0, 0, shares[k], rests[k])) for k in range(2)]
+    pairs = excluded_pairs(system, [(levels[0], ca.SX.zeros(5)), *inner], 2, mode)
     assert {rank for _, _, _, rank in pairs} == {1}
     assert all(where.startswith("no share above zero, point ") for where, _, _, _ in pairs)
     G, H = ca.vertcat(*[pair[1] for pair in pairs]), ca.vertcat(*[pair[2] for pair in pairs])

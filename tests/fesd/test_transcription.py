@@ -261,3 +261,15 @@ def test_the_cost_of_an_exact_solution_is_exact(x0: float, scheme: str) -> None:
     transcription, w = _crossing(x0, (switch, 2 - switch), "lambda_sum", scheme)
     value = -(x0**3) / 9 + (2 + x0 / 3) ** 3 / 3 + ((1 + x0) / 3) ** 2
     assert transcription.problem.residuals(w).objective == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize("form", ["integral", "differential", "lifted"])
+@pytest.mark.parametrize(("scheme", "stages"), [("radau_iia", 2), ("gauss_legendre", 2)])
+def test_pack_is_the_inverse_of_unpack(form: Any, scheme: Any, stages: int) -> None:
+    """The elements of any point, packed, are that point again."""
+    transcription = _transcription(scheme, stages)
+    transcription = replace(transcription, options=replace(transcription.options, form=form))
+    w = np.random.default_rng(3).uniform(0.1, 1.0, transcription.problem.size)
+    assert transcription.pack(transcription.unpack(w)) == pytest.approx(w, abs=1e-14)
+    with pytest.raises(DimensionError, match="2 elements for a problem with"):
+        transcription.pack(transcription.unpack(w)[:2])

@@ -1,0 +1,145 @@
+"""The equations of one finite element, in the three forms of a Runge-Kutta scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd.layout import IntervalLayout
+from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.fesd.tableau import Tableau
+
+Row = tuple[str, ca.SX]
+"""A label and the rows it stands for, to be held at zero."""
+
+
+@dataclass(frozen=True)
+class SystemFunctions:
+    """A complementarity system as CasADi functions, so that it can be evaluated at every point of an element."""
+
+    dynamics: ca.Function
+    residual: ca.Function
+    equations: ca.Function
+    sides: ca.Function
+
+    @classmethod
+    def of(cls, system: ComplementaritySystem) -> SystemFunctions:
+        """Return the functions of a system."""
+        return cls(
+            dynamics=ca.Function("dynamics", system.arguments, [system.mass_matrix, system.right_hand_side]),
+            residual=ca.Function("residual", system.arguments, [system.residual]),
+            equations=ca.Function("equations", system.arguments, [system.equations]),
+            sides=ca.Function("sides", [system.algebraic], [system.multiplier, system.partner]),
+        )
+
+
+@dataclass(frozen=True)
+class ElementPoints:
+    """One finite element as expressions of the interval's variables.
+
+    Attributes:
+        h: step.
+        left: (x, z) at the left boundary.
+        stages: (x, z) at the stages.
+        right: (x, z) at the right boundary; its z are those of the last stage if it has none of its own.
+        slopes: K_j at the stages, (n_x) each; times h in the integral form, whose K_j are the collocation polynomial's.
+        own_right: whether the right boundary has algebraic variables of its own.
+    """
+
+    h: ca.SX
+    left: tuple[ca.SX, ca.SX]
+    stages: list[tuple[ca.SX, ca.SX]]
+    right: tuple[ca.SX, ca.SX]
+    slopes: list[ca.SX]
+    own_right: bool
+
+    @property
+    def points(self) -> list[tuple[ca.SX, ca.SX]]:
+        """The left boundary and every point with algebraic variables of its own."""
+        return [self.left, *self.stages] + ([self.right] if self.own_right else [])
+
+
+def read_elements(layout: IntervalLayout, tableau: Tableau, left: ca.SX, own: ca.SX) -> list[ElementPoints]:
+    """Return the elements of an interval from its variables; ``left`` is the (x, z) it starts from."""
+    n_x = layout.n_x
+    boundary = (left[:n_x], left[n_x:])
+    found = []
+    for n in range(layout.elements):
+        h = own[layout.step(n)]
+        z = [own[layout.algebraic(n, j)] for j in range(layout.stages)]
+        if layout.slopes:
+            slopes = [own[layout.slope(n, j)] for j in range(layout.stages)]
+        if layout.stage_states:
+            x = [own[layout.state(n, j)] for j in range(layout.stages)]
+        else:
+            x = [boundary[0] + h * _combination(tableau.A[j], slopes) for j in range(layout.stages)]
+        if not layout.slopes:
+            slopes = [_combination(row, [boundary[0], *x]) for row in tableau.derivative]
+        end = (own[layout.state(n, layout.stages)], own[layout.algebraic(n, layout.stages)])
+        found.append(ElementPoints(h, boundary, list(zip(x, z, strict=True)), end, slopes, layout.end_algebraic))
+        boundary = end
+    return found
+
+
+def element_equations(
+    element: ElementPoints,
+    functions: SystemFunctions,
+    options: FesdOptions,
+    layout: IntervalLayout,
+    u: ca.SX,
+    p: ca.SX,
+) -> list[Row]:
+    """Return the scheme's equations of an element, to be held at zero.
+
+    ``E(X_j) K_j = f(X_j, u, Z_j)``, ``0 = g(X_j, Z_j)``, ``0 = e(X_j, u, Z_j)``; integral form: h K_j is the slope of
+    the polynomial through X_0..X_ns and the right end lies on it; lifted form: ``X_j = X_0 + h sum_r a_jr K_r``; both
+    other forms: ``X_end = X_0 + h sum_r b_r K_r``.
+
+    Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(32).
+    """
+    tableau = options.tableau
+    x_left = element.left[0]
+    rows: list[Row] = []
+    for j, (x, z) in enumerate(element.stages):
+        where = f"stage {j + 1}"
+        E, f = functions.dynamics(x, u, z, p)
+        scale = element.h if options.form == "integral" else ca.SX(1)
+        rows.append((f"dynamics, {where}", ca.mtimes(E, element.slopes[j]) - scale * f))
+        if options.form == "lifted":
+            rows.append((f"state, {where}", x_left + element.h * _combination(tableau.A[j], element.slopes) - x))
+        rows.append((f"step functions, {where}", functions.residual(x, u, z, p)))
+        if functions.equations.size1_out(0):
+            rows.append((f"equations, {where}", functions.equations(x, u, z, p)))
+    x, z = element.right
+    if layout.end_state:
+        if options.form == "integral":
+            end = _combination(tableau.end, [x_left, *[stage for stage, _ in element.stages]])
+        else:
+            end = x_left + element.h * _combination(tableau.b, element.slopes)
+        rows.append(("continuity, right end", end - x))
+    if layout.end_algebraic:
+        rows.append(("step functions, right end", functions.residual(x, u, z, p)))
+        if functions.equations.size1_out(0):
+            rows.append(("equations, right end", functions.equations(x, u, z, p)))
+    return rows
+
+
+def states_function(layout: IntervalLayout, tableau: Tableau) -> ca.Function:
+    """Return (x_left, own) -> (states, slopes) of an interval, (n_x, points) and (n_x, stages) of all elements.
+
+    The states are those at the stages, and at the right end where it is not a stage.
+    """
+    left, own = ca.SX.sym("left", layout.n_x), ca.SX.sym("own", layout.size)
+    parts = read_elements(layout, tableau, ca.vertcat(left, ca.SX.zeros(layout.n_z)), own)
+    last = tableau.stages - tableau.ends_at_stage  # the last stage may have a state of its own as right end
+    states = [x for part in parts for x in [*[x for x, _ in part.stages[:last]], part.right[0]]]
+    slopes = [slope for part in parts for slope in part.slopes]
+    return ca.Function("states", [left, own], [ca.horzcat(*states), ca.horzcat(*slopes)])
+
+
+def _combination(weights: np.ndarray, values: Sequence[ca.SX]) -> ca.SX:
+    return sum((weight * value for weight, value in zip(weights, values, strict=True)), ca.SX.zeros(values[0].numel()))

@@ -1,0 +1,130 @@
+"""Step equilibration: equal steps between switches, so that the steps of an interval are determined."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from fesd_robot.errors import ModelError
+from fesd_robot.fesd.options import FesdOptions
+
+Sums = tuple[ca.SX, ca.SX]
+"""Sums of the multipliers a (boundaries included) and of the partners b over the points of an element."""
+
+
+@dataclass
+class Equilibration:
+    """What the step equilibration of an interval adds to its NLP.
+
+    Attributes:
+        cost: rho times a measure of unequal steps; zero for the exact modes.
+        equations: (label, rows) to be held at zero.
+        pairs: (label, G, H).
+        guess: values of the auxiliary variables that belong to given steps and multipliers.
+    """
+
+    cost: ca.SX = field(default_factory=lambda: ca.SX(0))
+    equations: list[tuple[str, ca.SX]] = field(default_factory=list)
+    pairs: list[tuple[str, ca.SX, ca.SX]] = field(default_factory=list)
+    guess: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+
+
+def indicator(before: Sums, after: Sums) -> ca.SX:
+    """Return eta of two neighbouring elements, zero exactly where a pair changes its active side between them.
+
+    ``nu_i = sa_B,i sa_F,i + sb_B,i sb_F,i``, ``eta = prod_i nu_i``. The product runs over pairs, not over switching
+    functions: in the Heaviside form the pairs (lambda_n, alpha) and (lambda_p, 1 - alpha) of one function have a factor
+    each, so that eta stays positive while sliding and vanishes where a sliding mode begins or ends.
+
+    Source: Nurkanovic et al., arXiv 2205.05337, eq. (33)-(36).
+    """
+    nu = before[0] * after[0] + before[1] * after[1]
+    product = ca.SX(1)
+    for i in range(nu.numel()):
+        product *= nu[i]
+    return product
+
+
+def equilibrate(
+    options: FesdOptions, steps: Sequence[ca.SX], sums: Sequence[Sums], mean_step: float, auxiliary: ca.SX
+) -> Equilibration:
+    """Return the terms of a mode of step equilibration.
+
+    ``mean``: cost rho sum (h_n - h_mean)^2; ``difference``: rho sum (h_{n+1} - h_n)^2; ``difference_tanh``:
+    rho sum tanh(eta / sigma_se) (h_{n+1} - h_n)^2; ``difference_product``: rho sum eta (h_{n+1} - h_n)^2; ``direct``:
+    eta (h_{n+1} - h_n) = 0; ``linear_complementarity``: the same by pairs that are linear in all variables;
+    ``none``: nothing. The first two also act across switches and so bias an optimum; the others do not.
+
+    Args:
+        steps: h_n.
+        sums: of every element.
+        mean_step: h_mean.
+        auxiliary: variables of the ``linear_complementarity`` mode.
+
+    Source: Nurkanovic et al., arXiv 2205.05337, section 4.3.
+    """
+    mode, rho, result = options.step_equilibration, options.equilibration_weight, Equilibration()
+    if mode == "none" or not options.switch_detection:
+        return result
+    if mode == "mean":
+        result.cost = rho * ca.sumsqr(ca.vertcat(*steps) - mean_step)
+        return result
+    if mode == "difference":
+        result.cost = rho * ca.sumsqr(ca.diff(ca.vertcat(*steps)))
+        return result
+    count = auxiliary.numel() // max(len(steps) - 1, 1)
+    for n in range(len(steps) - 1):
+        difference = steps[n + 1] - steps[n]
+        if mode == "linear_complementarity":
+            own = auxiliary[n * count : (n + 1) * count]
+            _linear(result, f"steps {n} and {n + 1}", difference, sums[n], sums[n + 1], own)
+            continue
+        eta = indicator(sums[n], sums[n + 1])
+        if mode == "direct":
+            result.equations.append((f"equal steps {n} and {n + 1}", eta * difference))
+        else:
+            weight = ca.tanh(eta / options.equilibration_width) if mode == "difference_tanh" else eta
+            result.cost += rho * weight * difference**2
+    return result
+
+
+def refuse_exclusions(options: FesdOptions, exclusions: int) -> None:
+    """Raise if the indicator would overlook switches that are no complementarity pairs.
+
+    Raises:
+        ModelError: a mode that uses eta, and a system with exclusions.
+    """
+    if exclusions and options.step_equilibration not in ("mean", "difference", "none"):
+        raise ModelError(
+            f"step equilibration '{options.step_equilibration}' needs every switch in a complementarity pair; this "
+            "system also has exclusions (valid: mean, difference, none)"
+        )
+
+
+def _linear(result: Equilibration, where: str, difference: ca.SX, before: Sums, after: Sums, own: ca.SX) -> None:
+    """eta _|_ d+ + d-, h_{n+1} - h_n = d+ - d-, eta = min_i max(min(sa_B, sa_F), min(sb_B, sb_F)).
+
+    A minimum m of a and b is 0 <= a - m _|_ b - m >= 0, a maximum M is 0 <= M - a _|_ M - b >= 0.
+    """
+    n = before[0].numel()
+    least_a, least_b, largest = own[:n], own[n : 2 * n], own[2 * n : 3 * n]
+    chain, sides = own[3 * n : 4 * n - 1], own[4 * n - 1 :]
+    eta, eta_guess = largest[0], ca.SX(0)
+    guesses = [ca.fmin(before[0], after[0]), ca.fmin(before[1], after[1])]
+    guesses.append(ca.fmax(guesses[0], guesses[1]))
+    eta_guess, chain_guess = guesses[2][0], []
+    result.pairs += [
+        (f"{where}: least multipliers", before[0] - least_a, after[0] - least_a),
+        (f"{where}: least partners", before[1] - least_b, after[1] - least_b),
+        (f"{where}: no switch of a pair", largest - least_a, largest - least_b),
+    ]
+    for i in range(1, n):
+        result.pairs.append((f"{where}: no switch up to pair {i}", eta - chain[i - 1], largest[i] - chain[i - 1]))
+        eta, eta_guess = chain[i - 1], ca.fmin(eta_guess, guesses[2][i])
+        chain_guess.append(eta_guess)
+    result.pairs.append((f"{where}: equal unless a switch", eta, sides[0] + sides[1]))
+    result.equations.append((where, difference - sides[0] + sides[1]))
+    split = [ca.fmax(difference, 0), ca.fmax(-difference, 0)]
+    result.guess = ca.vertcat(result.guess, *guesses, *chain_guess, *split)

@@ -1,0 +1,310 @@
+"""The equations of a control interval when it is prescribed which side of every pair is zero in every element.
+
+With the active sides fixed the complementarity conditions become equations and the interval a square system in its own
+variables: Newton's method solves it to round-off, and its derivative gives the sensitivities.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd.element import ElementPoints, SystemFunctions, element_equations, read_elements
+from fesd_robot.fesd.layout import IntervalLayout, layout_of
+from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.fesd.schemes import lagrange
+
+Modes = np.ndarray
+"""(elements, n_pairs) booleans, or (elements * n_s, n_pairs) without switch detection: True where the partner b_i may
+be positive and the multiplier a_i is zero, False where it is the other way round."""
+
+DENSE = 150
+"""Up to this number of unknowns a step is solved with dense matrices."""
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """The own variables of an interval after Newton's method.
+
+    Attributes:
+        own: u and the variables that were solved for.
+        residual: largest residual.
+        iterations: Newton iterations.
+        converged: whether the residual is below the tolerance.
+    """
+
+    own: np.ndarray
+    residual: float
+    iterations: int
+    converged: bool
+
+
+@dataclass(frozen=True)
+class ModeEquations:
+    """The square system of one control interval for prescribed modes.
+
+    Unknowns are the steps and all points of the interval. Equations are the scheme's; in every element n and pair i
+    either a_i = 0 or b_i = 0 at its points; sum_n h_n = length; and at each inner boundary, if the modes of both sides
+    are the same ``h_{n+1} = h_n``, if pairs become active ``sum a_i = 0`` over those, at the boundary, and if pairs
+    only leave ``sum b_i = 0`` over those, extrapolated to the boundary. (Signs make each term of a sum vanish.)
+    Without switch detection the steps are fixed instead and every stage has a mode of its own.
+
+    Args:
+        system: the dynamics; exclusions are not known here.
+        options: scheme and form.
+        elements: number of elements.
+    """
+
+    system: ComplementaritySystem
+    options: FesdOptions
+    elements: int
+
+    @cached_property
+    def layout(self) -> IntervalLayout:
+        """Order of the variables."""
+        return layout_of(self.system, self.options, self.elements)
+
+    @property
+    def cells(self) -> int:
+        """Number of modes of the interval."""
+        return self.elements if self.options.switch_detection else self.elements * self.layout.stages
+
+    @property
+    def points(self) -> int:
+        """Number of points with algebraic variables in an element."""
+        return self.layout.stages + self.layout.end_algebraic
+
+    @property
+    def pairs(self) -> int:
+        """Number n_pairs of complementarity pairs."""
+        return int(self.system.multiplier.numel())
+
+    @cached_property
+    def fractions(self) -> np.ndarray:
+        """Where the points of an element sit between its boundaries, (points,)."""
+        return np.append(self.options.tableau.c, 1.0)[: self.points]
+
+    @cached_property
+    def judged(self) -> np.ndarray:
+        """At which points the sign of a multiplier counts, (points,).
+
+        A stage that shares its node with a boundary without being the boundary's state is no second opinion on the
+        sign there: its state is off by the stage order of the scheme, which is enough to fall on the wrong side.
+        """
+        tableau = self.options.tableau
+        inner = (self.fractions > 0.0) & (self.fractions < 1.0)
+        inner[-1] |= tableau.ends_at_stage or self.layout.end_algebraic
+        inner[0] |= tableau.starts_at_stage
+        return inner if self.options.switch_detection else np.ones(self.points, dtype=bool)
+
+    @cached_property
+    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, list[ElementPoints]]:
+        left, own = ca.SX.sym("left", self.layout.n_x), ca.SX.sym("own", self.layout.size)
+        p = ca.SX.sym("p", self.system.parameters.sparsity())
+        padded = ca.vertcat(left, ca.SX.zeros(self.layout.n_z))
+        return left, own, p, read_elements(self.layout, self.options.tableau, padded, own)
+
+    @cached_property
+    def _rows(self) -> ca.SX:
+        """All rows that a choice of modes selects from: scheme, steps, a, b by point, b at the right ends."""
+        _, own, p, parts = self._symbols
+        functions = SystemFunctions.of(self.system)
+        u = own[: self.layout.n_u]
+        scheme, multipliers, partners, ends = [], [], [], []
+        tableau = self.options.tableau
+        distinct, first = np.unique(tableau.c, return_index=True)
+        to_end = lagrange(distinct, np.array([1.0]))[0]
+        for part in parts:
+            scheme += [row for _, row in element_equations(part, functions, self.options, self.layout, u, p)]
+            sides = [functions.sides(z) for _, z in part.points[1:]]
+            multipliers += [a for a, _ in sides]
+            partners += [b for _, b in sides]
+            ends.append(sum((w * sides[j][1] for w, j in zip(to_end, first, strict=True)), ca.SX.zeros(self.pairs)))
+        return ca.vertcat(*scheme, *[part.h for part in parts], *multipliers, *partners, *ends)
+
+    @cached_property
+    def _evaluate(self) -> ca.Function:
+        left, own, p, _ = self._symbols
+        return ca.Function("rows", [left, own, p], [self._rows, ca.jacobian(self._rows, own)])
+
+    @cached_property
+    def _outer(self) -> ca.Function:
+        left, own, p, _ = self._symbols
+        return ca.Function("outer", [left, own, p], [ca.jacobian(self._rows, left), ca.jacobian(self._rows, p)])
+
+    @cached_property
+    def _pattern(self) -> tuple[np.ndarray, np.ndarray]:
+        sparsity = self._evaluate.sparsity_out(1)
+        return np.array(sparsity.row(), dtype=np.int32), np.array(sparsity.colind(), dtype=np.int32)
+
+    @cached_property
+    def _first(self) -> dict[str, int]:
+        """Index of the first row of each kind."""
+        side = self.elements * self.points * self.pairs
+        total = int(self._rows.numel())
+        ends = total - self.elements * self.pairs
+        return {
+            "steps": ends - 2 * side - self.elements,
+            "multiplier": ends - 2 * side,
+            "partner": ends - side,
+            "end": ends,
+            "all": total,
+        }
+
+    def values(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the multipliers a and the partners b at all points, (elements, points, n_pairs) each."""
+        return self.split(np.asarray(self._evaluate(left, own, p)[0]).ravel())
+
+    def split(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return a and b of a value of all rows."""
+        shape, first = (self.elements, self.points, self.pairs), self._first
+        a, b = rows[first["multiplier"] : first["partner"]], rows[first["partner"] : first["end"]]
+        return a.reshape(shape), b.reshape(shape)
+
+    def read_modes(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> Modes:
+        """Return the modes of a relaxed solution: of each pair the larger side is taken for the positive one."""
+        a, b = self.values(own, left, p)
+        if self.options.switch_detection:
+            a, b = a.sum(axis=1), b[:, : self.layout.stages].sum(axis=1)
+        else:
+            a, b = a.reshape(self.cells, -1), b.reshape(self.cells, -1)
+        return b > a
+
+    def selection(self, modes: Modes, length: float) -> tuple[sparse.csr_matrix, np.ndarray]:
+        """Return (C, d): the equations of these modes are C rows - d = 0."""
+        first, n_pairs = self._first, self.pairs
+        scheme = first["steps"]
+        per_point = np.repeat(modes, self.points, axis=0) if self.options.switch_detection else modes
+        zero = np.where(per_point.ravel(), first["multiplier"], first["partner"]) + np.arange(per_point.size)
+        row = list(range(scheme)) + list(range(scheme, scheme + per_point.size))
+        column = list(range(scheme)) + zero.tolist()
+        value = [1.0] * len(row)
+        count = len(row)
+        target = [0.0] * count
+
+        def add(columns: list[int], weights: list[float], to: float = 0.0) -> None:
+            nonlocal count
+            row.extend([count] * len(columns))
+            column.extend(columns)
+            value.extend(weights)
+            target.append(to)
+            count += 1
+
+        steps = list(range(scheme, scheme + self.elements))
+        if not self.options.switch_detection:
+            for step in steps:
+                add([step], [1.0], length / self.elements)
+        else:
+            add(steps, [1.0] * self.elements, length)
+            for n in range(self.elements - 1):
+                entering = np.flatnonzero(modes[n + 1] & ~modes[n])
+                leaving = np.flatnonzero(modes[n] & ~modes[n + 1])
+                if entering.size:
+                    at = first["multiplier"] + ((n + 1) * self.points - 1) * n_pairs
+                    add((at + entering).tolist(), [1.0] * entering.size)
+                elif leaving.size:
+                    add((first["end"] + n * n_pairs + leaving).tolist(), [1.0] * leaving.size)
+                else:
+                    add([steps[n], steps[n + 1]], [-1.0, 1.0])
+        matrix = sparse.csr_matrix((value, (row, column)), shape=(count, first["all"]))
+        return matrix, np.array(target)
+
+    def _jacobian(self, nonzeros: np.ndarray) -> sparse.csc_matrix:
+        row, colind = self._pattern
+        return sparse.csc_matrix((nonzeros, row, colind), shape=(self._first["all"], self.layout.size))
+
+    def newton(
+        self,
+        start: np.ndarray,
+        modes: Modes,
+        left: np.ndarray,
+        p: np.ndarray,
+        length: float,
+        *,
+        tolerance: float = 1e-12,
+        max_iterations: int = 25,
+    ) -> NewtonResult:
+        """Solve the interval for these modes, down to round-off.
+
+        Args:
+            start: own variables to start from, (size); its u stays.
+            modes: see `Modes`.
+            left: state the interval starts from, (n_x).
+            p: parameters, (n_p).
+            length: sum of the steps.
+            tolerance: largest residual of a converged result.
+            max_iterations: limit.
+        """
+        matrix, target = self.selection(modes, length)
+        n_u = self.layout.n_u
+        own, residual, iterations = start.copy(), np.inf, 0
+        best = own
+        for iterations in range(max_iterations + 1):
+            rows, jacobian = self._evaluate(left, own, p)
+            value = matrix @ np.asarray(rows).ravel() - target
+            size = float(np.abs(value).max())
+            if not np.isfinite(size):
+                break
+            if size >= residual and residual <= tolerance:
+                break  # round-off
+            improving = size < 1e4 * max(residual, 1.0)
+            if size < residual:
+                residual, best = size, own
+            if not improving or residual == 0.0 or iterations == max_iterations:
+                break
+            reduced = matrix @ self._jacobian(np.array(jacobian.nonzeros()))[:, n_u:]
+            step = _solve(reduced, value, singular=iterations > 8)
+            if step is None:
+                break
+            own = own.copy()
+            own[n_u:] -= step
+        return NewtonResult(best, residual, iterations, residual <= tolerance)
+
+    def sensitivity(
+        self, own: np.ndarray, modes: Modes, left: np.ndarray, p: np.ndarray, length: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return d x_end / d x_left, d x_end / d u, d x_end / d p of a solved interval with its modes held.
+
+        With F(y; q) = 0 the interval's equations, ``dy/dq = -(dF/dy)^-1 dF/dq`` (implicit function theorem). Where
+        steps are free the switch times move with q: the result contains the jump of the sensitivity at a switch.
+
+        Source: Nurkanovic et al., arXiv 2205.05337, section 4.5, Theorem 19.
+        """
+        matrix, _ = self.selection(modes, length)
+        n_u = self.layout.n_u
+        inner = matrix @ self._jacobian(np.array(self._evaluate(left, own, p)[1].nonzeros()))
+        by_left, by_p = (np.asarray(part.full()) for part in self._outer(left, own, p))
+        outer = np.hstack([matrix @ by_left, inner[:, :n_u].toarray(), matrix @ by_p])
+        solved = _solve(inner[:, n_u:], outer, singular=False)
+        if solved is None:
+            solved = np.linalg.lstsq(inner[:, n_u:].toarray(), outer, rcond=None)[0]
+        end = self.layout.end(self.elements - 1)[: self.layout.n_x] - n_u
+        parts = np.split(-solved[end], [self.layout.n_x, self.layout.n_x + n_u], axis=1)
+        return parts[0], parts[1], parts[2]
+
+
+def _solve(matrix: sparse.csr_matrix, right: np.ndarray, *, singular: bool) -> np.ndarray | None:
+    """Solve a square system; a singular one by the least-norm solution, which exists when the rows are consistent."""
+    if matrix.shape[0] > DENSE and not singular:
+        try:
+            return np.asarray(splu(sparse.csc_matrix(matrix)).solve(right))
+        except RuntimeError:
+            singular = True
+    dense = matrix.toarray()
+    if not np.isfinite(dense).all():
+        return None
+    if not singular:
+        try:
+            return np.asarray(np.linalg.solve(dense, right))
+        except np.linalg.LinAlgError:
+            pass
+    try:
+        return np.asarray(np.linalg.lstsq(dense, right, rcond=1e-12)[0])
+    except np.linalg.LinAlgError:
+        return None

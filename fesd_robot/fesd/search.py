@@ -1,0 +1,314 @@
+"""Finding the modes of a simulation step: solve, look for the first wrong sign, switch there, solve again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.fesd.element import states_function
+from fesd_robot.fesd.modes import ModeEquations, Modes
+from fesd_robot.fesd.point import PointFunctions, subsets
+
+MAX_TRIALS = 400
+"""Newton solves after which a search gives up."""
+
+
+@dataclass(frozen=True)
+class StepInput:
+    """What a simulation step starts from: point (x, z), control u, parameters p, length."""
+
+    x: np.ndarray
+    z: np.ndarray
+    u: np.ndarray
+    p: np.ndarray
+    length: float
+
+
+@dataclass(frozen=True)
+class FoundModes:
+    """A solved interval: own variables, modes, largest residual, and the work done."""
+
+    own: np.ndarray
+    modes: Modes
+    residual: float
+    trials: int
+    iterations: int
+
+
+@dataclass(frozen=True)
+class _Phases:
+    """A sequence of modes with the estimated times at which they end, as fractions of the step."""
+
+    modes: tuple[tuple[bool, ...], ...]
+    ends: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class _Violation:
+    """The first wrong sign of a trial.
+
+    Attributes:
+        cell: element (or stage without switch detection).
+        entering, leaving: pairs whose multiplier, or whose partner, is negative there.
+        time: estimated zero, as a fraction of the step.
+        immediate: whether the sign is wrong from the beginning of the mode.
+    """
+
+    cell: int
+    entering: np.ndarray
+    leaving: np.ndarray
+    time: float
+    immediate: bool
+
+
+class ModeSearch:
+    """Finds modes for which an interval of finite elements has all signs right.
+
+    A depth-first search over sequences of modes. The first sequence is one mode throughout; where a multiplier or a
+    partner has the wrong sign first, modes that differ in these pairs are tried from there on. What it returns solves
+    the interval's complementarity system with products that vanish exactly.
+
+    Args:
+        equations: the interval.
+        tolerance: how negative a multiplier, partner or step may be.
+        state_lower, state_upper: bounds of the states, (n_x).
+    """
+
+    def __init__(
+        self, equations: ModeEquations, tolerance: float, state_lower: np.ndarray, state_upper: np.ndarray
+    ) -> None:
+        self.equations = equations
+        self.tolerance = tolerance
+        self.state_lower, self.state_upper = state_lower, state_upper
+        self.point = PointFunctions(equations.system)
+        self.switching = equations.options.switch_detection
+
+    def solve(self, step: StepInput, likely: Sequence[np.ndarray]) -> FoundModes | None:
+        """Return the solved interval, or None.
+
+        Args:
+            step: where it starts.
+            likely: modes it probably starts in, (n_pairs) each; all others that fit are tried after them.
+        """
+        self._trials = self._iterations = 0
+        self._seen: set[bytes] = set()
+        for mode in self._starts(step, likely):
+            found = self._descend(step, _Phases((tuple(mode.tolist()),), (1.0,)), self._constant(step, mode))
+            if found is not None:
+                return found
+        return None
+
+    def check(self, step: StepInput, own: np.ndarray, modes: Modes) -> FoundModes | None:
+        """Return a point solved exactly in given modes, or None if that has a wrong sign."""
+        result = self.equations.newton(own, modes, step.x, step.p, step.length)
+        right = result.converged and self._first_violation(step, result.own, modes) is None
+        if not right or not self._admissible(step, result.own):
+            return None
+        return FoundModes(result.own, modes, result.residual, 1, result.iterations)
+
+    def _starts(self, step: StepInput, likely: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+        yield from likely
+        yield from self.point.modes(step.x, step.u, step.z, step.p)
+
+    def _descend(self, step: StepInput, phases: _Phases, guess: np.ndarray) -> FoundModes | None:
+        modes = self._allocate(phases)
+        if modes is None or self._trials >= MAX_TRIALS or modes.tobytes() in self._seen:
+            return None
+        self._seen.add(modes.tobytes())
+        self._trials += 1
+        result = self.equations.newton(guess, modes, step.x, step.p, step.length)
+        self._iterations += result.iterations
+        if not result.converged:
+            return None
+        violation = self._first_violation(step, result.own, modes)
+        if violation is None:
+            if not self._admissible(step, result.own):
+                return None
+            return FoundModes(result.own, modes, result.residual, self._trials, self._iterations)
+        phase = int((modes[1 : violation.cell + 1] != modes[: violation.cell]).any(axis=1).sum())
+        if violation.immediate and phase:
+            return None  # the mode is wrong from its beginning
+        for candidate in self._candidates(phases, phase, modes[violation.cell], violation):
+            found = self._descend(step, candidate, self._guess(step, result.own, candidate))
+            if found is not None:
+                return found
+        return None
+
+    def _candidates(self, phases: _Phases, phase: int, base: np.ndarray, violation: _Violation) -> Iterator[_Phases]:
+        """Sequences that differ from the violation on, nearest modes first."""
+        pool = base.copy()
+        pool[violation.entering] = True
+        options = [
+            mode
+            for mode in subsets(pool)
+            if (mode != base).any()
+            and (mode[violation.entering].any() if violation.entering.size else not mode[violation.leaving].all())
+        ]
+        options.sort(key=lambda mode: (int((mode != base).sum()), int(mode.sum())))
+        if self.switching:
+            end = max(violation.time, phases.ends[phase - 1] if phase else 0.0)
+        else:
+            end = violation.cell / self.equations.cells
+        for mode in options:
+            new = tuple(mode.tolist())
+            if violation.immediate:
+                yield _Phases((new,), (1.0,))
+            if phase + 1 < self.equations.cells:
+                yield _Phases((*phases.modes[: phase + 1], new), (*phases.ends[:phase], end, 1.0))
+
+    def _allocate(self, phases: _Phases) -> Modes | None:
+        """Distribute the cells over the phases, elements so that the steps are as equal as the switches allow."""
+        numbers = self._numbers(phases)
+        return None if numbers is None else np.repeat(np.array(phases.modes, dtype=bool), numbers, axis=0)
+
+    def _numbers(self, phases: _Phases) -> np.ndarray | None:
+        cells, count = self.equations.cells, len(phases.modes)
+        if not self.switching:
+            return np.diff([0, *(round(end * cells) for end in phases.ends)])
+        if count > cells:
+            return None
+        lengths = np.diff([0.0, *phases.ends])
+        numbers = np.ones(count, dtype=int)
+        for _ in range(cells - count):
+            numbers[int(np.argmax(lengths / numbers))] += 1
+        return numbers
+
+    # -- where Newton's method starts ------------------------------------------------------------------------------
+
+    def _constant(self, step: StepInput, mode: np.ndarray) -> np.ndarray:
+        """The state stays where it is."""
+        layout = self.equations.layout
+        z = self.point.fit(step.x, step.u, step.z, step.p, mode)
+        times = np.array([0.0, step.length])
+        states = np.array([step.x, step.x])
+        steps = np.full(layout.elements, step.length / layout.elements)
+        return self._sampled(step, steps, times, states, lambda x, cell: z)
+
+    def _guess(self, step: StepInput, own: np.ndarray, phases: _Phases) -> np.ndarray:
+        """The states of an earlier trial, with the steps of the new phases."""
+        layout, numbers = self.equations.layout, self._numbers(phases)
+        if numbers is None:
+            return own
+        modes = np.repeat(np.array(phases.modes, dtype=bool), numbers, axis=0)
+        steps = np.full(layout.elements, step.length / layout.elements)
+        if self.switching:
+            steps = np.repeat(np.diff([0.0, *phases.ends]) * step.length / numbers, numbers)
+
+        def algebraic(x: np.ndarray, cell: int) -> np.ndarray:
+            start = self.equations.system.guess(x, step.u, step.p)
+            return self.point.fit(x, step.u, start, step.p, modes[cell])
+
+        return self._sampled(step, steps, *self._samples(step, own), algebraic)
+
+    def _sampled(
+        self,
+        step: StepInput,
+        steps: np.ndarray,
+        times: np.ndarray,
+        states: np.ndarray,
+        algebraic: Callable[[np.ndarray, int], np.ndarray],
+    ) -> np.ndarray:
+        """Own variables whose states lie on given samples; ``algebraic`` gives z from (x, cell)."""
+        layout, c = self.equations.layout, self.equations.options.tableau.c
+        own = np.zeros(layout.size)
+        own[: layout.n_u] = step.u
+        begin = 0.0
+        for n, h in enumerate(steps):
+            own[layout.step(n)] = h
+            for j in range(layout.stages + (layout.end_state or layout.end_algebraic)):
+                fraction = 1.0 if j == layout.stages else c[j]
+                x = np.array([np.interp(begin + fraction * h, times, row) for row in states.T])
+                if layout.stage_states or j == layout.stages:
+                    own[layout.state(n, j)] = x
+                if j < layout.stages or layout.end_algebraic:
+                    cell = n if self.switching else n * layout.stages + j
+                    own[layout.algebraic(n, j)] = algebraic(x, cell)
+                if layout.slopes and j < layout.stages:
+                    z = own[layout.algebraic(n, j)]
+                    own[layout.slope(n, j)] = np.asarray(self.point.rate(x, step.u, z, step.p)).ravel()
+            begin += h
+        return own
+
+    @cached_property
+    def states(self) -> ca.Function:
+        """(x_left, own) -> (states, slopes)."""
+        return states_function(self.equations.layout, self.equations.options.tableau)
+
+    def _samples(self, step: StepInput, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Times and states of a trial at its start, the stages and the element ends, in time order."""
+        layout, begin, h = self.equations.layout, *self._grid(own)
+        states = np.asarray(self.states(step.x, own)[0]).T
+        fractions = np.append(self.equations.options.tableau.c, 1.0)[: len(states) // layout.elements]
+        times = np.append(0.0, (begin[:, None] + h[:, None] * fractions[None, :]).ravel())
+        order = np.argsort(times, kind="stable")
+        return times[order], np.vstack([step.x, states])[order]
+
+    def _grid(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Left ends and lengths of the elements."""
+        h = own[[self.equations.layout.step(n) for n in range(self.equations.elements)]]
+        return np.concatenate([[0.0], np.cumsum(h)])[:-1], h
+
+    # -- signs -----------------------------------------------------------------------------------------------------
+
+    def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> _Violation | None:
+        equations, stages = self.equations, self.equations.layout.stages
+        begin, h = self._grid(own)
+        a, b = equations.values(own, step.x, step.p)
+        wrong_a = (a < -self.tolerance) & equations.judged[None, :, None]
+        wrong_b = b < -self.tolerance
+        wrong_b[:, stages:] = False
+        wrong = (wrong_a | wrong_b).any(axis=2)
+        if not wrong.any():
+            return None
+        a_before, t_before = np.asarray(self.point.sides(step.z)[0]).ravel(), 0.0
+        b_before: np.ndarray | None = None
+        order = np.argsort(equations.fractions, kind="stable")
+        for n in range(equations.elements):
+            if self.switching and n and (modes[n] != modes[n - 1]).any():
+                b_before = None
+            for j in order:
+                time = float(begin[n] + equations.fractions[j] * h[n])
+                if wrong[n, j]:
+                    zeros = [_zero(t_before, a_before[i], time, a[n, j, i]) for i in np.flatnonzero(wrong_a[n, j])]
+                    for i in np.flatnonzero(wrong_b[n, j]):
+                        zeros.append(t_before if b_before is None else _zero(t_before, b_before[i], time, b[n, j, i]))
+                    seen = slice(None) if self.switching else slice(j, j + 1)
+                    return _Violation(
+                        cell=n if self.switching else n * stages + int(j),
+                        entering=np.flatnonzero(wrong_a[n, seen].any(axis=0)),
+                        leaving=np.flatnonzero(wrong_b[n, seen].any(axis=0)),
+                        time=min(max(min(zeros) / step.length, 0.0), 1.0),
+                        immediate=self.switching and b_before is None and min(zeros) <= t_before + 1e-12,
+                    )
+                if equations.judged[j]:
+                    a_before, t_before = a[n, j], time
+                if j < stages:
+                    b_before = b[n, j]
+        return None
+
+    def _admissible(self, step: StepInput, own: np.ndarray) -> bool:
+        """Steps, states and algebraic variables within their bounds."""
+        layout, system, slack = self.equations.layout, self.equations.system, self.tolerance
+        if self.switching:
+            h = self._grid(own)[1] / step.length
+            if h.min() < -1e-9 or h.max() > (1.0 + self.equations.options.step_freedom) / layout.elements + 1e-9:
+                return False
+        states = np.asarray(self.states(step.x, own)[0]).T
+        judged = np.flatnonzero(self.equations.judged[: layout.stages])
+        z = np.array([own[layout.algebraic(n, j)] for n in range(layout.elements) for j in judged.tolist()])
+        z = z.reshape(-1, layout.n_z)
+        return not (
+            (states < self.state_lower - slack).any()
+            or (states > self.state_upper + slack).any()
+            or (z < system.algebraic_lower - slack).any()
+            or (z > system.algebraic_upper + slack).any()
+        )
+
+
+def _zero(t_before: float, before: float, time: float, after: float) -> float:
+    """Where the line through two values crosses zero; the first time if it does not."""
+    return t_before + (time - t_before) * before / (before - after) if before > 0.0 > after else t_before

@@ -1,0 +1,156 @@
+"""The result of a simulation: elements, states, phases, switch times, quadratures, sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.errors import FesdRobotError, ModelError
+from fesd_robot.fesd.tableau import Tableau
+from fesd_robot.fesd.trajectory import Element
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """How one simulation step was solved.
+
+    Attributes:
+        step, steps: number of the step, from 0, and of all steps.
+        time: numerical time at its end.
+        method: ``modes`` where the modes were found directly, ``homotopy`` where relaxed NLPs were needed,
+            ``homotopy, modes`` where their result was then solved exactly.
+        trials: sequences of modes, or homotopies, that were tried.
+        iterations: Newton and IPOPT iterations in all.
+        residual: largest residual of the step's equations.
+        switches: number of switches in the step.
+    """
+
+    step: int
+    steps: int
+    time: float
+    method: str
+    trials: int
+    iterations: int
+    residual: float
+    switches: int
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A time span without a switch: start, end, and the active regions or step values in words.
+
+    Attributes:
+        start, end: numerical time.
+        mode: (n_pairs) booleans, where the partner may be positive.
+        regions: the mode in words.
+    """
+
+    start: float
+    end: float
+    mode: np.ndarray
+    regions: str
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of the end state.
+
+    Attributes:
+        initial: dx(T)/dx(0), (n_x, n_x).
+        parameters: dx(T)/dp, (n_x, n_p).
+        controls: dx(T)/du_k of every interval, (steps, n_x, n_u).
+    """
+
+    initial: np.ndarray
+    parameters: np.ndarray
+    controls: np.ndarray
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulated trajectory.
+
+    Attributes:
+        system, tableau: what was simulated and by which scheme.
+        elements: finite elements in time order.
+        modes: the mode of every element, (n_pairs) each; without switch detection that of its last stage.
+        times, states: ends of the steps and the states there, (steps + 1), (steps + 1, n_x).
+        quadratures: name -> integral from 0 to `times`, (steps + 1).
+        reports: how every step was solved.
+        sensitivity: derivatives of the end state, if they were asked for.
+    """
+
+    system: ComplementaritySystem
+    tableau: Tableau
+    elements: list[Element]
+    modes: list[np.ndarray]
+    times: np.ndarray
+    states: np.ndarray
+    quadratures: Mapping[str, np.ndarray]
+    reports: list[StepReport]
+    sensitivity: Sensitivity | None = None
+
+    @property
+    def phases(self) -> list[Phase]:
+        """The time spans between the switches."""
+        found: list[Phase] = []
+        for element, mode in zip(self.elements, self.modes, strict=True):
+            if found and (mode == found[-1].mode).all():
+                found[-1] = Phase(found[-1].start, element.end, mode, found[-1].regions)
+            elif element.step > 0:
+                found.append(Phase(element.start, element.end, mode, self._regions(mode)))
+        return found
+
+    @property
+    def switch_times(self) -> np.ndarray:
+        """Numerical times at which the mode changes."""
+        return np.array([phase.start for phase in self.phases[1:]])
+
+    def at(self, times: np.ndarray | Sequence[float]) -> np.ndarray:
+        """Return the states at any times between 0 and the end by the scheme's dense output, (m, n_x).
+
+        Raises:
+            ModelError: a time outside the simulation.
+        """
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        slack = 1e-12 * max(abs(self.times[-1]), 1.0)
+        outside = wanted[(wanted < self.times[0] - slack) | (wanted > self.times[-1] + slack)]
+        if outside.size:
+            raise ModelError(f"time {outside[0]:g} is outside the simulation, {self.times[0]:g} to {self.times[-1]:g}")
+        starts = np.array([element.start for element in self.elements])
+        which = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, len(starts) - 1)
+        result = np.empty((len(wanted), self.states.shape[1]))
+        for index in np.unique(which):
+            chosen = which == index
+            result[chosen] = self.elements[index].at(self.tableau, wanted[chosen])
+        return result
+
+    def _regions(self, mode: np.ndarray) -> str:
+        if self.system.describe:
+            return self.system.describe(mode)
+        return ", ".join(name for name, active in zip(self.system.pair_names, mode, strict=True) if active)
+
+
+class SimulationError(FesdRobotError):
+    """A step that could not be solved.
+
+    Attributes:
+        simulation: everything up to the step.
+        step: its number, from 0.
+        time: numerical time of its left end.
+        state: the state there, (n_x).
+        residual: largest residual or product of the best attempt.
+    """
+
+    def __init__(
+        self, message: str, simulation: Simulation, *, step: int, time: float, state: np.ndarray, residual: float
+    ) -> None:
+        super().__init__(message)
+        self.simulation = simulation
+        self.step = step
+        self.time = time
+        self.state = state
+        self.residual = residual

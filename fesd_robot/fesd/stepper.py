@@ -1,0 +1,142 @@
+"""One simulation step: modes first, relaxed NLPs where that fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd.modes import ModeEquations, Modes
+from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.fesd.search import ModeSearch, StepInput
+from fesd_robot.fesd.transcription import Transcription
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
+from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
+from fesd_robot.mpcc.relaxation import scholtes
+
+STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
+"""First sigma, factor and rank ratio of a step's homotopy, and those that are tried when it fails."""
+
+
+@dataclass(frozen=True)
+class SolvedStep:
+    """The own variables of a step and its modes, and how they were found."""
+
+    own: np.ndarray
+    modes: Modes
+    method: str
+    trials: int
+    iterations: int
+    residual: float
+
+
+@dataclass(frozen=True)
+class StepFailure:
+    """Why a step could not be solved, and the residual of the last attempt."""
+
+    reason: str
+    residual: float
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """Solves one step after the other; what does not change between them is built once."""
+
+    system: ComplementaritySystem
+    options: FesdOptions
+    length: float
+    tolerance: float
+    solver: HomotopyOptions
+    state_lower: np.ndarray
+    state_upper: np.ndarray
+
+    @cached_property
+    def equations(self) -> ModeEquations:
+        """The step for prescribed modes."""
+        assert isinstance(self.options.elements, int)
+        return ModeEquations(self.system, self.options, self.options.elements)
+
+    @cached_property
+    def search(self) -> ModeSearch:
+        """The search for modes."""
+        return ModeSearch(self.equations, self.tolerance, self.state_lower, self.state_upper)
+
+    @property
+    def direct(self) -> bool:
+        """Whether steps of equal length between switches are what the options ask for, and pairs are all there is."""
+        alike = self.options.step_equilibration != "difference" or self.equations.elements <= 2
+        return not self.system.exclusions and (alike or not self.options.switch_detection)
+
+    def last_of_elements(self, modes: Modes) -> Modes:
+        """The mode of every element."""
+        stages = self.equations.layout.stages
+        return modes if self.options.switch_detection else modes[stages - 1 :: stages]
+
+    def solve(self, step: StepInput, likely: list[np.ndarray]) -> SolvedStep | StepFailure:
+        """Solve one step; ``likely`` are modes it probably starts in."""
+        if self.direct:
+            found = self.search.solve(step, likely)
+            if found:
+                return SolvedStep(found.own, found.modes, "modes", found.trials, found.iterations, found.residual)
+        return self._homotopy(step)
+
+    def _problem(self, step: StepInput) -> Transcription:
+        return Transcription(
+            OptimalControlProblem(
+                system=self.system,
+                duration=self.length,
+                intervals=1,
+                parameters=step.p.reshape(-1, 1),
+                initial_lower=step.x,
+                initial_upper=step.x,
+                state_lower=self.state_lower,
+                state_upper=self.state_upper,
+                terminal_lower=np.full(len(step.x), -np.inf),
+                terminal_upper=np.full(len(step.x), np.inf),
+                control_lower=step.u,
+                control_upper=step.u,
+                state_guess=lambda _: step.x,
+                control_guess=step.u.reshape(-1, 1),
+            ),
+            self.options,
+        )
+
+    def _homotopy(self, step: StepInput) -> SolvedStep | StepFailure:
+        transcription = self._problem(step)
+        if not self._built:
+            self._built.append((transcription, assemble(transcription.problem, scholtes)))
+        template, nlp = self._built[0]
+        lower, upper, start = transcription.bounds_and_start()
+        problem = replace(template.problem, lower=lower, upper=upper, start=start)
+        iterations = 0
+        for trial, (sigma, factor, ratio) in enumerate(STARTS, start=1):
+            sigma = max(sigma, self.solver.tolerance)
+            homotopy = replace(self.solver, sigma_start=sigma, sigma_factor=factor, rank_ratio=ratio)
+            solution = solve(problem, homotopy, nlp=nlp)
+            iterations += solution.iterations
+            if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in
+                return self._finished(step, solution, trial, iterations)
+        residuals = solution.residuals
+        return StepFailure(
+            f"{solution.status}: violation {residuals.constraint_violation:.1e} at {residuals.worst_constraint}, "
+            f"complementarity {residuals.complementarity:.1e} at {residuals.worst_pair}",
+            max(residuals.constraint_violation, residuals.complementarity),
+        )
+
+    def _finished(self, step: StepInput, solution: MpccSolution, trial: int, iterations: int) -> SolvedStep:
+        """The result of a homotopy, solved exactly in its own modes if that is possible."""
+        own = solution.w[-self.equations.layout.size :]
+        modes = self.equations.read_modes(own, step.x, step.p)
+        found = self.search.check(step, own, modes) if self.direct else None
+        if found:
+            iterations += found.iterations
+            return SolvedStep(found.own, modes, "homotopy, modes", trial, iterations, found.residual)
+        residual = max(solution.residuals.constraint_violation, solution.residuals.complementarity)
+        return SolvedStep(own, modes, "homotopy", trial, iterations, residual)
+
+    @cached_property
+    def _built(self) -> list[tuple[Transcription, RelaxedNlp]]:
+        return []

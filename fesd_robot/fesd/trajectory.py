@@ -1,0 +1,87 @@
+"""Solved finite elements, and the trajectory they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.fesd.layout import IntervalLayout
+from fesd_robot.fesd.tableau import Tableau
+
+
+@dataclass(frozen=True)
+class Element:
+    """A solved finite element.
+
+    Attributes:
+        interval: control interval, or simulation step, it belongs to.
+        start, step: numerical time of its left end and its length.
+        x_left, z_left: state and algebraic variables at the left boundary (continuous from the element before).
+        x: states at the stages, and at the right end if it is not a stage, (points, n_x).
+        z: algebraic variables at the stages, and at the right end if it has its own, (points, n_z).
+        u: control, (n_u).
+        slopes: dx/dt at the stages, (n_s, n_x); zero in the integral form if the step is.
+    """
+
+    interval: int
+    start: float
+    step: float
+    x_left: np.ndarray
+    z_left: np.ndarray
+    x: np.ndarray
+    z: np.ndarray
+    u: np.ndarray
+    slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def end(self) -> float:
+        """Numerical time of its right end."""
+        return self.start + self.step
+
+    def at(self, tableau: Tableau, times: np.ndarray) -> np.ndarray:
+        """Return the states at times inside the element by the scheme's dense output, (m, n_x).
+
+        The collocation polynomial, or ``X_0 + h sum_j b_j(tau) K_j``.
+        """
+        fractions = (np.asarray(times, dtype=float) - self.start) / self.step if self.step > 0 else np.ones(len(times))
+        if tableau.collocation:
+            return tableau.interpolate(np.vstack([self.x_left, self.x[: tableau.stages]]), fractions)
+        return np.asarray(self.x_left + self.step * tableau.continuous_weights(fractions) @ self.slopes)
+
+
+def interval_elements(
+    layout: IntervalLayout, states: ca.Function, own: np.ndarray, left: np.ndarray, *, interval: int, start: float
+) -> list[Element]:
+    """Return the elements of a solved interval.
+
+    Args:
+        layout: order of the interval's variables.
+        states: from `states_function`.
+        own: the interval's own variables.
+        left: (x, z) the interval starts from.
+        interval, start: number of the interval and time of its left end.
+    """
+    n_x, found = layout.n_x, []
+    values, slopes = (np.asarray(part).T for part in states(left[:n_x], own))
+    points = len(values) // layout.elements
+    for n in range(layout.elements):
+        step = float(own[layout.step(n)])
+        scale = 1.0 if layout.slopes else (1.0 / step if step > 0 else 0.0)  # the integral form gives h K_j
+        found.append(
+            Element(
+                interval=interval,
+                start=start,
+                step=step,
+                x_left=left[:n_x],
+                z_left=left[n_x:],
+                x=values[n * points : (n + 1) * points],
+                z=np.array([own[layout.algebraic(n, j)] for j in range(layout.stages + layout.end_algebraic)]),
+                u=own[: layout.n_u],
+                slopes=slopes[n * layout.stages : (n + 1) * layout.stages] * scale,
+            )
+        )
+        start += step
+        left = own[layout.end(n)]
+    return found
