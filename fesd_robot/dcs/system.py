@@ -89,6 +89,8 @@ class ComplementaritySystem:
             ("mass_matrix", self.mass_matrix.shape, (n_x, n_x)),
             ("right_hand_side", self.right_hand_side.shape, (n_x, 1)),
             ("partner", self.partner.shape, (n_pairs, 1)),
+            ("equations", self.equations.shape, (self.equations.numel(), 1)),
+            *((f"quadratures['{name}']", integrand.shape, (1, 1)) for name, integrand in self.quadratures.items()),
             ("algebraic_lower", self.algebraic_lower.shape, (n_z,)),
             ("algebraic_upper", self.algebraic_upper.shape, (n_z,)),
             ("state_names", (len(self.state_names),), (n_x,)),

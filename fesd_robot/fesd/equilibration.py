@@ -21,13 +21,15 @@ class Equilibration:
     Attributes:
         cost: rho times a measure of unequal steps; zero for the exact modes.
         equations: (label, rows) to be held at zero.
-        pairs: (label, G, H).
+        pairs: (label, G, H), both sides nonnegative.
+        one_sided: (label, G, H) with G of any sign: max(G, 0) H = 0.
         guess: values of the auxiliary variables that belong to given steps and multipliers.
     """
 
     cost: ca.SX = field(default_factory=lambda: ca.SX(0))
     equations: list[tuple[str, ca.SX]] = field(default_factory=list)
     pairs: list[tuple[str, ca.SX, ca.SX]] = field(default_factory=list)
+    one_sided: list[tuple[str, ca.SX, ca.SX]] = field(default_factory=list)
     guess: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
 
 
@@ -54,7 +56,8 @@ def equilibrate(
 
     ``mean``: cost rho sum (h_n - h_mean)^2; ``difference``: rho sum (h_{n+1} - h_n)^2; ``difference_tanh``:
     rho sum tanh(eta / sigma_se) (h_{n+1} - h_n)^2; ``difference_product``: rho sum eta (h_{n+1} - h_n)^2; ``direct``:
-    eta (h_{n+1} - h_n) = 0; ``linear_complementarity``: the same by pairs that are linear in all variables;
+    eta (h_{n+1} - h_n) = 0, relaxed like the pairs; ``linear_complementarity``: the same by pairs that are linear in
+    all variables;
     ``none``: nothing. The first two also act across switches and so bias an optimum; the others do not.
 
     Args:
@@ -83,7 +86,12 @@ def equilibrate(
             continue
         eta = indicator(sums[n], sums[n + 1])
         if mode == "direct":
-            result.equations.append((f"equal steps {n} and {n + 1}", eta * difference))
+            # eta has no slope at a switch, so that the equation itself would be degenerate there; as two pairs it is
+            # relaxed with all others.
+            result.one_sided += [
+                (f"step {n + 1} not longer than {n}", difference, eta),
+                (f"step {n + 1} not shorter than {n}", -difference, eta),
+            ]
         else:
             weight = ca.tanh(eta / options.equilibration_width) if mode == "difference_tanh" else eta
             result.cost += rho * weight * difference**2

@@ -95,6 +95,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     equations.append(("end of interval", interval_end(end[0], p)))
     equal = equilibrate(options, steps, sums, mean_step, own[layout.auxiliaries])
     equations += equal.equations
+    exclusions += [(where, a, b, 0) for where, a, b in equal.one_sided]
     bounded = _stage_bounds(ocp, options, layout, [x for part in parts for x, _ in part.stages])
 
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}

@@ -8,22 +8,22 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, heaviside
-from fesd_robot.errors import DimensionError
+from fesd_robot.dcs import ComplementaritySystem, Exclusion, heaviside
+from fesd_robot.errors import DimensionError, ModelError
 
 X, U, P = ca.SX.sym("x", 3), ca.SX.sym("u", 1), ca.SX.sym("p", 2)
 ALPHA = ca.SX.sym("alpha", 2)
 
 
 def _plain(**parts: Any) -> ComplementaritySystem:
-    """Two steps, of x0 and of x1² - x2 + p0 u."""
+    """Two steps, of x0 and of x1² - x2 + p0 p1."""
     arguments: dict[str, Any] = {
         "state": X,
         "control": U,
         "parameters": P,
         "alpha": ALPHA,
-        "switching": ca.vertcat(X[0], X[1] ** 2 - X[2] + P[0] * U),
-        "right_hand_side": ca.vertcat(1 - 2 * ALPHA[0], ALPHA[1], ALPHA[0] * ALPHA[1]),
+        "switching": ca.vertcat(X[0], X[1] ** 2 - X[2] + P[0] * P[1]),
+        "right_hand_side": ca.vertcat(1 - 2 * ALPHA[0], ALPHA[1] + U, ALPHA[0] * ALPHA[1]),
     }
     return heaviside(**{**arguments, **parts})
 
@@ -135,12 +135,18 @@ def test_names_and_defaults() -> None:
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"switching": X[0]}, "switching has 1 entries for 2 step variables alpha"),
+        ({"switching": X[0]}, r"switching has shape \(1, 1\), expected \(2, 1\), one entry a step variable alpha"),
         ({"right_hand_side": X[:2]}, r"right_hand_side has shape \(2, 1\), expected \(3, 1\)"),
         ({"mass_matrix": ca.SX.eye(2)}, r"mass_matrix has shape \(2, 2\), expected \(3, 3\)"),
         ({"state_names": ["x"]}, r"state_names has shape \(1,\), expected \(3,\)"),
+        (
+            {"lifted": [("pair", ca.SX.sym("pair"), X[:2])]},
+            r"lifted product 'pair' has shape \(2, 1\), expected \(1, 1\)",
+        ),
+        ({"negative_partner": {0: ALPHA}}, r"negative_partner\[0\] has shape \(2, 1\), expected \(1, 1\)"),
+        ({"algebraic": ca.SX.sym("z")}, r"equations has shape \(0, 1\), expected \(1, 1\), one equation an algebraic"),
         ({"control_names": ["a", "b"]}, r"control_names has shape \(2,\), expected \(1,\)"),
-        ({"step_names": ["one"]}, r"algebraic_names has shape \(3,\), expected \(6,\)"),
+        ({"step_names": ["one"]}, "step_names has 1 entries for 2 step variables alpha"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )
@@ -148,3 +154,97 @@ def test_wrong_lengths_are_refused(parts: dict[str, Any], message: str) -> None:
     """An expression or list of names of the wrong length is named with its shape and the expected one."""
     with pytest.raises(DimensionError, match=message):
         _plain(**parts)
+
+
+def test_own_algebraic_variables_come_last() -> None:
+    """The model's own algebraic variables follow the lifted products, with their bounds, names and guess."""
+    z, first = ca.SX.sym("z", 2), ca.SX.sym("first")
+    system = _plain(
+        lifted=[("first", first, ALPHA[0] * z[0])],
+        algebraic=z,
+        equations=ca.vertcat(z[0] - X[1] - U, z[1] - first),
+        algebraic_lower=np.array([-5.0, 0.0]),
+        algebraic_guess=lambda x, u, p: np.array([x[1] + u[0], x[1] + u[0]]),
+        algebraic_names=["force", "power"],
+        quadratures={"power": z[1] * ALPHA[1], "time": 1},
+    )
+    x, u, p = np.array([1.0, 2.0, 5.0]), np.array([0.5]), np.zeros(2)
+    value = system.guess(x, u, p)
+    assert value.tolist() == [1, 0, 0, 1, 1, 0, 2.5, 2.5, 2.5]
+    assert list(system.algebraic_names[6:]) == ["first", "force", "power"]
+    assert system.algebraic_lower[6:].tolist() == [-np.inf, -5, 0]
+    assert (system.algebraic_upper[6:] == np.inf).all()
+    function = ca.Function("e", system.arguments, [system.residual, system.equations, *system.quadratures.values()])
+    residual, equations, power, time = function(x, u, value, p)
+    assert residual.full().ravel().tolist() == [0] * 3 and equations.full().ravel().tolist() == [0] * 2
+    assert float(function(x, u, value + np.eye(9)[7], p)[1][0]) == 1
+    assert (float(power), float(time)) == (0, 1)
+    assert float(function(x, u, np.ones(9), p)[2]) == 1
+
+
+def test_lifted_definitions_can_be_looked_at() -> None:
+    """`lifted` has a definition for every name, in terms of the symbols that are variables of the system."""
+    system = _lifted()
+    assert list(system.lifted) == ["first", "second"]
+    function = ca.Function("definitions", [system.algebraic], [ca.vertcat(*system.lifted.values())])
+    assert np.asarray(function([0.5, 0.25, 0, 0, 0, 0, 7, 0])).ravel().tolist() == [0.375, 4.5]
+
+
+def test_a_mode_in_words() -> None:
+    """A step is one where only alpha may be positive, zero where only 1 - alpha may, anything where both may."""
+    describe = _plain(step_names=["left", "right"]).describe
+    assert describe is not None
+    assert describe(np.array([1, 1, 0, 0])) == "left = 1, right = 1"
+    assert describe(np.array([0, 1, 1, 0])) == "left = 0, right = 1"
+    assert describe(np.array([1, 0, 1, 0])) == "left in [0, 1], right undefined"
+
+
+Z, LOST, FIRST, SECOND = (ca.SX.sym(name) for name in ("z", "lost", "first", "second"))
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        (
+            {"switching": ca.vertcat(X[0], U)},
+            "switching depends on u of control, which may jump: its multipliers would not be continuous in time "
+            "(valid: state, parameters, alpha; make u a state to switch on it)",
+        ),
+        (
+            {"switching": ca.vertcat(X[0], Z), "algebraic": Z, "equations": Z},
+            "switching depends on z of algebraic, which may jump: its multipliers would not be continuous in time "
+            "(valid: state, parameters, alpha; make z a state to switch on it)",
+        ),
+        (
+            {"right_hand_side": X * LOST},
+            "right_hand_side uses lost, not found in state or control or parameters or alpha",
+        ),
+        (
+            {"right_hand_side": X * ca.SX.sym("u")},
+            "right_hand_side uses u, not found in state or control or parameters or alpha; u there has the same name "
+            "but is another symbol",
+        ),
+        ({"right_hand_side": X / ca.SX(0)}, "right_hand_side contains the constant inf, must be finite"),
+        ({"right_hand_side": None}, "right_hand_side is of type NoneType, must be a casadi SX or numbers"),
+        ({"alpha": ALPHA + X[:2]}, "alpha[0] is (alpha_0+x_0), must be a symbol (ca.SX.sym)"),
+        ({"control": X[0]}, "the symbol x_0 is in state and in control, every variable needs a symbol of its own"),
+        (
+            {"lifted": [("second", SECOND, FIRST), ("first", FIRST, ALPHA[0])]},
+            "lifted product 'second' uses first, not found in state or control or parameters or alpha",
+        ),
+        (
+            {"lifted": [("first", FIRST, ALPHA[0]), ("first", SECOND, ALPHA[1])]},
+            "two lifted products are called 'first', every one needs a name of its own",
+        ),
+        ({"negative_partner": {2: 1 - ALPHA[0]}}, "negative_partner[2] belongs to no step, the indices are 0 to 1"),
+        ({"negative_partner": {1: X[0]}}, "negative_partner[1] uses x_0, not found in alpha"),
+        ({"exclusions": [Exclusion("no", U, ALPHA[0])]}, "level of exclusion 'no' uses u, not found in state"),
+        ({"exclusions": [Exclusion("no", X[0], X[1])]}, "share of exclusion 'no' uses x_1, not found in alpha"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_contradictions_are_refused(parts: dict[str, Any], message: str) -> None:
+    """What is wrong in a model is named, with what would be valid."""
+    with pytest.raises(ModelError) as caught:
+        _plain(**parts)
+    assert str(caught.value) == message

@@ -46,6 +46,7 @@ def test_arguments_are_in_the_order_of_every_function() -> None:
     assert np.asarray(rate).ravel().tolist() == [-1, 3]
     assert float(residual) == 0
     assert list(system.exclusions) == []
+    assert system.equations.shape == (0, 1) and not system.quadratures and not system.lifted
 
 
 @pytest.mark.parametrize(
@@ -54,6 +55,8 @@ def test_arguments_are_in_the_order_of_every_function() -> None:
         ({"mass_matrix": ca.SX.eye(3)}, "mass_matrix has shape (3, 3), expected (2, 2)"),
         ({"right_hand_side": ca.SX(1, 1)}, "right_hand_side has shape (1, 1), expected (2, 1)"),
         ({"partner": ca.SX(2, 1)}, "partner has shape (2, 1), expected (1, 1)"),
+        ({"equations": ca.SX(1, 2)}, "equations has shape (1, 2), expected (2, 1)"),
+        ({"quadratures": {"work": ca.SX(2, 1)}}, "quadratures['work'] has shape (2, 1), expected (1, 1)"),
         ({"algebraic_lower": np.zeros(1)}, "algebraic_lower has shape (1,), expected (2,)"),
         ({"algebraic_upper": np.zeros((2, 1))}, "algebraic_upper has shape (2, 1), expected (2,)"),
         ({"state_names": ["height"]}, "state_names has shape (1,), expected (2,)"),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem, heaviside
+from fesd_robot.dcs import ComplementaritySystem, Subsystem, heaviside, heaviside_from_regions, stewart
+from fesd_robot.fesd import OptimalControlProblem
 
 OMEGA = 2 * np.pi
 
@@ -55,3 +58,53 @@ def driven() -> ComplementaritySystem:
         state_names=["a", "b"],
         control_names=["push"],
     )
+
+
+def initial_value_problem(
+    system: ComplementaritySystem, initial: list[float], duration: float
+) -> OptimalControlProblem:
+    """One interval from a fixed state with nothing to choose."""
+    x0, free = np.array(initial), np.full(len(initial), np.inf)
+    return OptimalControlProblem(
+        system=system,
+        duration=duration,
+        intervals=1,
+        parameters=np.zeros((0, 1)),
+        initial_lower=x0,
+        initial_upper=x0,
+        state_lower=-free,
+        state_upper=free,
+        terminal_lower=-free,
+        terminal_upper=free,
+        control_lower=np.zeros(0),
+        control_upper=np.zeros(0),
+        state_guess=lambda _: x0,
+        control_guess=np.zeros((0, 1)),
+    )
+
+
+def by_regions(form: str, state: ca.SX, subsystems: list[Subsystem], **more: Any) -> ComplementaritySystem:
+    """A piecewise smooth system in the form of Stewart (``stewart``) or with step functions (``heaviside``)."""
+    return {"stewart": stewart, "heaviside": heaviside_from_regions}[form](state=state, subsystems=subsystems, **more)
+
+
+SIGNS = np.array([[-1], [1]])
+
+
+def relay(form: str, below: ca.SX | float, above: ca.SX | float) -> ComplementaritySystem:
+    """x' = below where x < 0 and above where x > 0, with the time as second state."""
+    x = ca.SX.sym("x", 2)
+    substituted = [ca.substitute(ca.SX(part), TIME, x[1]) for part in (below, above)]
+    fields = ca.vertcat(ca.horzcat(*substituted), ca.DM.ones(1, 2))
+    return by_regions(form, x, [Subsystem(fields=fields, switching=x[0], sign_matrix=SIGNS)])
+
+
+TIME = ca.SX.sym("time")
+
+
+def planar_oscillator(form: str) -> ComplementaritySystem:
+    """The oscillator of `oscillator`, inside and outside the unit circle as two regions."""
+    x = ca.SX.sym("x", 2)
+    inside, outside = ca.DM([[1, -OMEGA], [OMEGA, 1]]), ca.DM([[1, OMEGA], [-OMEGA, 1]])
+    fields = ca.horzcat(ca.mtimes(inside, x), ca.mtimes(outside, x))
+    return by_regions(form, x, [Subsystem(fields=fields, switching=ca.sumsqr(x) - 1, sign_matrix=SIGNS)])

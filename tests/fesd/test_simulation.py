@@ -1,0 +1,137 @@
+"""What a simulation returns besides states: phases, switch times, dense output, quadratures, reports, and errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.errors import DimensionError, ModelError
+from fesd_robot.fesd import FesdOptions, SimulationError, StepReport, make_tableau, simulate
+from fesd_robot.fesd.tableau import Scheme
+
+from .systems import driven, leaving, oscillator, scalar
+
+ROOT = np.sqrt(2) - 1
+
+
+def test_phases_cover_the_horizon() -> None:
+    """Phases follow each other without a gap, and end where the switches are: at √2 - 1 and at 1."""
+    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0)
+    assert found.switch_times == pytest.approx([ROOT, 1.0], abs=1e-12)
+    phases = found.phases
+    assert [phase.start for phase in phases] == pytest.approx([0, ROOT, 1.0], abs=1e-12)
+    assert [phase.end for phase in phases] == pytest.approx([ROOT, 1.0, 2.0], abs=1e-12)
+    assert [int(phase.mode.sum()) for phase in phases] == [1, 2, 1]  # one side of alpha active, both while sliding
+    assert len({phase.regions for phase in phases}) == 3
+
+
+@pytest.mark.parametrize(("scheme", "stages"), [("radau_iia", 2), ("gauss_legendre", 2), ("lobatto_iiic", 3)])
+def test_dense_output_inside_elements(scheme: Scheme, stages: int) -> None:
+    """Between the steps the state is that of the scheme's polynomial: exact for the quadratic arcs of the slider."""
+    if scheme == "lobatto_iiic":
+        found = simulate(scalar("crossing"), np.array([-1.0]), 3, 2.0, options=_options(scheme, stages))
+        times = np.linspace(0, 2, 41)
+        exact = np.where(times < 1 / 3, -1 + 3 * times, times - 1 / 3)
+        assert found.at(times)[:, 0] == pytest.approx(exact, abs=1e-12)
+        return
+    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, options=_options(scheme, stages))
+    times = np.linspace(0, 2, 41)
+    exact = np.select([times < ROOT, times < 1.0], [-0.5 + times + times**2 / 2, 0.0], (times - 1) ** 2 / 2)
+    assert found.at(times) == pytest.approx(np.column_stack([exact, times]), abs=1e-12)
+    assert found.at(found.times) == pytest.approx(found.states, abs=1e-14)
+
+
+def test_dense_output_ends_with_the_horizon() -> None:
+    """A time after the end is refused."""
+    found = simulate(scalar("crossing"), np.array([-1.0]), 2, 2.0)
+    with pytest.raises(ModelError, match=r"time 2\.1 is outside the simulation, 0 to 2"):
+        found.at([0.5, 2.1])
+
+
+def test_quadratures_are_integrals() -> None:
+    """The integral of x² over the crossing is (x0³ split at 1/3): 1/9 before and (5/3)³/3 after."""
+    system = scalar("crossing")
+    with_cost = replace(system, quadratures={"square": system.state**2, "time": ca.SX(1)})
+    found = simulate(with_cost, np.array([-1.0]), 4, 2.0)
+    assert found.quadratures["square"][-1] == pytest.approx(1 / 9 + (5 / 3) ** 3 / 3, abs=1e-12)
+    assert found.quadratures["time"] == pytest.approx(found.times, abs=1e-12)
+
+
+def test_reports_follow_the_steps() -> None:
+    """Progress is told once a step, with the method, the switches and a residual at round-off."""
+    told: list[StepReport] = []
+    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, progress=told.append)
+    assert told == found.reports
+    assert [report.step for report in told] == list(range(5)) and {report.steps for report in told} == {5}
+    assert [report.time for report in told] == pytest.approx([0.4, 0.8, 1.2, 1.6, 2.0])
+    assert [report.switches for report in told] == [0, 1, 1, 0, 0]
+    assert {report.method for report in told} == {"modes"}
+    assert max(report.residual for report in told) <= 1e-14
+
+
+def test_complementarity_is_exact() -> None:
+    """Of every pair one side vanishes to round-off at all points of an element, and no side is negative."""
+    system = oscillator()
+    found = simulate(system, np.array([np.exp(-1), 0.0]), 34, np.pi / 2)
+    sides = ca.Function("sides", [system.algebraic], [system.multiplier, system.partner])
+    for element in found.elements:
+        a, b = (
+            np.array([np.asarray(side).ravel() for side in part]) for part in zip(*map(sides, element.z), strict=True)
+        )
+        assert np.minimum(a.sum(axis=0), b.sum(axis=0)).max() <= 1e-13
+        assert min(a.min(), b.min()) >= -1e-13
+
+
+def test_a_failing_step_keeps_what_was_computed() -> None:
+    """The error carries step, time, state and residual, and the elements before it."""
+    with pytest.raises(SimulationError) as caught:
+        simulate(scalar("sliding"), np.array([1.0]), 2, 1.0, state_lower=np.array([0.25]))
+    error = caught.value
+    assert (error.step, error.time, error.state.tolist()) == (1, 0.5, [0.5])
+    assert error.residual > 1e-3
+    assert error.simulation.states.ravel().tolist() == [1.0, 0.5] and error.simulation.times.tolist() == [0.0, 0.5]
+    assert len(error.simulation.elements) == 2 and len(error.simulation.reports) == 1
+    assert "simulation step 1 at time 0.5 was not solved" in str(error) and "state [0.5]" in str(error)
+
+
+def _options(scheme: Scheme = "radau_iia", stages: int | None = 2, **changes: Any) -> FesdOptions:
+    return FesdOptions(**{"tableau": make_tableau(scheme, stages), "elements": 2, **changes})
+
+
+def _simulate(system: ComplementaritySystem, **changes: Any) -> None:
+    arguments: dict[str, Any] = {"initial": np.array([1.0, 0.0]), "controls": np.zeros((1, 3)), "duration": 1.0}
+    arguments |= {"parameters": np.array([0.0]), **changes}
+    simulate(system, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "message"),
+    [
+        ({"initial": np.array([np.nan, 0])}, ModelError, r"initial\[0\] of a is nan, must be finite"),
+        ({"controls": np.array([[0, np.inf]])}, ModelError, r"controls\[0, 1\] of push is inf, must be finite"),
+        ({"parameters": np.array([np.inf])}, ModelError, r"parameters\[0\] is inf, must be finite"),
+        ({"parameters": None}, DimensionError, r"parameters has shape \(0,\), expected \(1,\)"),
+        ({"controls": np.zeros((1, 0))}, ModelError, "empty horizon: 0 steps over a duration of 1"),
+        ({"duration": 0.0}, ModelError, "empty horizon: 3 steps over a duration of 0"),
+        ({"duration": -1.0}, ModelError, "need at least one step and a positive duration"),
+        ({"controls": 3}, DimensionError, r"controls is the number 3, expected an array of shape \(1, steps\)"),
+        ({"options": FesdOptions(elements=(1, 2, 1))}, DimensionError, r"needs one number of elements .* \(1, 2, 1\)"),
+    ],
+)
+def test_bad_input_is_named(changes: dict[str, Any], kind: type[Exception], message: str) -> None:
+    """Every bad argument ends in our own exception with its name and what would be valid."""
+    with pytest.raises(kind, match=message):
+        _simulate(driven(), **changes)
+
+
+def test_bad_options_are_named() -> None:
+    """Forms that a scheme does not have and numbers outside their range are refused."""
+    with pytest.raises(ModelError, match=r"form 'integral' needs a collocation scheme .* lobatto_iiic is not"):
+        _options("lobatto_iiic", 3, form="integral")
+    with pytest.raises(ModelError, match="equilibration_width positive, found 1, 1 and 0"):
+        _options(equilibration_width=0.0)
