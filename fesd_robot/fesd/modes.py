@@ -15,6 +15,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.errors import SolverError
 from fesd_robot.fesd.element import ElementPoints, SystemFunctions, element_equations, read_elements
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.options import FesdOptions
@@ -140,8 +141,8 @@ class ModeEquations:
 
     @cached_property
     def _pattern(self) -> tuple[np.ndarray, np.ndarray]:
-        sparsity = self._evaluate.sparsity_out(1)
-        return np.array(sparsity.row(), dtype=np.int32), np.array(sparsity.colind(), dtype=np.int32)
+        row, column = self._evaluate.sparsity_out(1).get_triplet()
+        return np.array(row, dtype=np.int32), np.array(column, dtype=np.int32)
 
     @cached_property
     def _first(self) -> dict[str, int]:
@@ -178,6 +179,18 @@ class ModeEquations:
 
     def selection(self, modes: Modes, length: float) -> tuple[sparse.csr_matrix, np.ndarray]:
         """Return (C, d): the equations of these modes are C rows - d = 0."""
+        key = modes.tobytes()
+        if key not in self._selections:
+            self._selections[key] = self._select(modes)
+        matrix, target = self._selections[key]
+        return matrix, length * target
+
+    @cached_property
+    def _selections(self) -> dict[bytes, tuple[sparse.csr_matrix, np.ndarray]]:
+        return {}
+
+    def _select(self, modes: Modes) -> tuple[sparse.csr_matrix, np.ndarray]:
+        """(C, d) for a length of 1."""
         first, n_pairs = self._first, self.pairs
         scheme = first["steps"]
         per_point = np.repeat(modes, self.points, axis=0) if self.options.switch_detection else modes
@@ -199,9 +212,9 @@ class ModeEquations:
         steps = list(range(scheme, scheme + self.elements))
         if not self.options.switch_detection:
             for step in steps:
-                add([step], [1.0], length / self.elements)
+                add([step], [1.0], 1.0 / self.elements)
         else:
-            add(steps, [1.0] * self.elements, length)
+            add(steps, [1.0] * self.elements, 1.0)
             for n in range(self.elements - 1):
                 entering = np.flatnonzero(modes[n + 1] & ~modes[n])
                 leaving = np.flatnonzero(modes[n] & ~modes[n + 1])
@@ -215,9 +228,14 @@ class ModeEquations:
         matrix = sparse.csr_matrix((value, (row, column)), shape=(count, first["all"]))
         return matrix, np.array(target)
 
-    def _jacobian(self, nonzeros: np.ndarray) -> sparse.csc_matrix:
-        row, colind = self._pattern
-        return sparse.csc_matrix((nonzeros, row, colind), shape=(self._first["all"], self.layout.size))
+    def _jacobian(self, nonzeros: list[float]) -> np.ndarray | sparse.csc_matrix:
+        """The derivative of all rows by the own variables, a full matrix where that is small."""
+        shape = (self._first["all"], self.layout.size)
+        if self.layout.size > DENSE:
+            return sparse.csc_matrix((nonzeros, self._pattern), shape=shape)
+        full = np.zeros(shape)
+        full[self._pattern] = nonzeros
+        return full
 
     def newton(
         self,
@@ -258,7 +276,7 @@ class ModeEquations:
                 residual, best = size, own
             if not improving or residual == 0.0 or iterations == max_iterations:
                 break
-            reduced = matrix @ self._jacobian(np.array(jacobian.nonzeros()))[:, n_u:]
+            reduced = matrix @ self._jacobian(jacobian.nonzeros())[:, n_u:]
             step = _solve(reduced, value, singular=iterations > 8)
             if step is None:
                 break
@@ -278,33 +296,35 @@ class ModeEquations:
         """
         matrix, _ = self.selection(modes, length)
         n_u = self.layout.n_u
-        inner = matrix @ self._jacobian(np.array(self._evaluate(left, own, p)[1].nonzeros()))
+        inner = matrix @ self._jacobian(self._evaluate(left, own, p)[1].nonzeros())
         by_left, by_p = (np.asarray(part.full()) for part in self._outer(left, own, p))
-        outer = np.hstack([matrix @ by_left, inner[:, :n_u].toarray(), matrix @ by_p])
+        by_u = inner[:, :n_u]
+        outer = np.hstack([matrix @ by_left, by_u.toarray() if sparse.issparse(by_u) else by_u, matrix @ by_p])
         solved = _solve(inner[:, n_u:], outer, singular=False)
         if solved is None:
-            solved = np.linalg.lstsq(inner[:, n_u:].toarray(), outer, rcond=None)[0]
+            raise SolverError("the sensitivities of a step do not exist: its equations are singular and not finite")
         end = self.layout.end(self.elements - 1)[: self.layout.n_x] - n_u
         parts = np.split(-solved[end], [self.layout.n_x, self.layout.n_x + n_u], axis=1)
         return parts[0], parts[1], parts[2]
 
 
-def _solve(matrix: sparse.csr_matrix, right: np.ndarray, *, singular: bool) -> np.ndarray | None:
+def _solve(matrix: np.ndarray | sparse.csr_matrix, right: np.ndarray, *, singular: bool) -> np.ndarray | None:
     """Solve a square system; a singular one by the least-norm solution, which exists when the rows are consistent."""
-    if matrix.shape[0] > DENSE and not singular:
-        try:
-            return np.asarray(splu(sparse.csc_matrix(matrix)).solve(right))
-        except RuntimeError:
-            singular = True
-    dense = matrix.toarray()
-    if not np.isfinite(dense).all():
+    if not isinstance(matrix, np.ndarray):
+        if not singular:
+            try:
+                return np.asarray(splu(sparse.csc_matrix(matrix)).solve(right))
+            except RuntimeError:
+                singular = True
+        matrix = matrix.toarray()
+    if not np.isfinite(matrix).all():
         return None
     if not singular:
         try:
-            return np.asarray(np.linalg.solve(dense, right))
+            return np.asarray(np.linalg.solve(matrix, right))
         except np.linalg.LinAlgError:
             pass
     try:
-        return np.asarray(np.linalg.lstsq(dense, right, rcond=1e-12)[0])
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
     except np.linalg.LinAlgError:
         return None
