@@ -231,7 +231,7 @@ def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:
     return [
         f"MPCC with {problem.size} variables, {problem.constraints} constraints and {problem.pairs} complementarity "
         f"pairs ({count} contact{'s' * (count != 1)}).",
-        f"Solved by IPOPT with {options.linear_solver}, relaxed by sigma from {options.sigma_start:g} to "
+        f"Solved by IPOPT (linear solver {options.linear_solver}), relaxed by sigma from {options.sigma_start:g} to "
         f"{options.tolerance:g}; at most {options.max_iterations} iterations for each sigma, {limit}.",
     ]
 

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, converged, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxation import Relaxation, scholtes
+from fesd_robot.native import kkt_library
 
 SETTLED = 5e-3
 """Below this sigma of rank 1 the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
@@ -36,7 +38,8 @@ class HomotopyOptions:
         rank_ratio: how much larger sigma is for pairs of rank 1 until rank 0 has reached the tolerance.
         max_iterations: IPOPT iterations per NLP.
         time_limit: seconds for the whole homotopy.
-        linear_solver: IPOPT's linear solver.
+        linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
+            else one of IPOPT's.
         feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
 
@@ -189,6 +192,18 @@ def solve(
     )
 
 
+def _linear_solver(name: str) -> dict[str, Any]:
+    """IPOPT's options that choose a linear solver; ours stands in for HSL's MA27."""
+    if name not in ("auto", "fesd"):
+        return {"linear_solver": name}
+    library = kkt_library()
+    if library:
+        return {"linear_solver": "ma27", "hsllib": str(library), "linear_system_scaling": "none"}
+    if name == "fesd":
+        raise SolverError("linear solver 'fesd' needs a C++ compiler (the log says what failed; valid: auto, mumps)")
+    return {"linear_solver": "mumps"}
+
+
 def _ipopt_options(
     options: HomotopyOptions, sigmas: tuple[float, float], remaining: float | None, trial: str
 ) -> dict[str, Any]:
@@ -197,7 +212,7 @@ def _ipopt_options(
     last = sigma_of_rank_1 <= 1.0001 * options.tolerance
     tolerance = max(min(0.1 * sigma, 1e-3), 1e-9)
     settings: dict[str, Any] = {
-        "linear_solver": options.linear_solver,
+        **_linear_solver(options.linear_solver),
         "max_iter": options.max_iterations,
         "tol": tolerance,
         "constr_viol_tol": min(tolerance, 0.1 * options.feasibility if last else 1e-6),

@@ -157,7 +157,11 @@ class Solver(Section):
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
-    linear_solver: Literal["mumps"] = Field(default="mumps", description="Linear solver inside IPOPT.")
+    linear_solver: Literal["auto", "fesd", "mumps"] = Field(
+        default="mumps",
+        description="Linear solver inside IPOPT: fesd, compiled on first use and several times faster than mumps, or "
+        "mumps; auto: fesd where there is a C++ compiler, else mumps.",
+    )
 
     @model_validator(mode="after")
     def _shrinks(self) -> Solver:

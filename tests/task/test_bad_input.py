@@ -76,7 +76,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("type: jumps", "type: jump", 33, "reference.type", ["'jump'", "did you mean 'jumps'?"]),
     ("{type: joint,", "{type: joints,", 7, "robot.actuators.torque.type", ["'joints'", "did you mean 'joint'?"]),
     ("type: mean", "type: median", 48, "method.step_equilibration.type", ["'median'", "'difference'"]),
-    ("  tolerance: 1e-8", "  linear_solver: ma57", 50, "solver.linear_solver", ["'ma57'", "'mumps'"]),
+    ("  tolerance: 1e-8", "  linear_solver: ma57", 50, "solver.linear_solver", ["'ma57'", "'auto', 'fesd' or 'mumps'"]),
     # limits and keys that contradict each other
     ("[0.1, 0.5]", "[0.5, 0.1]", 41, "limits.position.leg", ["[0.5, 0.1]", "lower < upper"]),
     ("[0.1, 0.5]", "[0.1]", 41, "limits.position.leg", ["[0.1]", "two numbers"]),

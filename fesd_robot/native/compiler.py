@@ -1,0 +1,109 @@
+"""Compiling a few source files into a shared library, once a machine."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+from fesd_robot.errors import FesdRobotError
+
+logger = logging.getLogger(__name__)
+
+TIME_LIMIT = 600.0
+"""Seconds after which a compilation is given up."""
+
+
+class CompilationError(FesdRobotError):
+    """A source file that could not be compiled, or no compiler at all; the message has the compiler's last words."""
+
+
+def cache_folder() -> Path:
+    """Return the folder that compiled libraries are kept in, FESD_ROBOT_CACHE or the user's cache folder."""
+    chosen = os.environ.get("FESD_ROBOT_CACHE")
+    return Path(chosen) if chosen else user_cache_path("fesd_robot")
+
+
+def shared_library(name: str, sources: Sequence[Path], flags: Sequence[str], *, headers: Sequence[Path] = ()) -> Path:
+    """Return a shared library compiled from source files, from the cache if it was compiled before.
+
+    The cache knows a library by the contents of its files, the flags, the compiler and the processor. A library appears
+    there in one piece: processes that compile the same one at the same time do not meet.
+
+    Args:
+        name: begins the file's name.
+        sources: C or C++ files, all of one language.
+        flags: of the compiler.
+        headers: files whose change asks for a new compilation.
+
+    Raises:
+        CompilationError: no compiler, or it failed.
+    """
+    compiler = find_compiler("c" if sources[0].suffix == ".c" else "c++")
+    digest = hashlib.sha256()
+    for file in [*sources, *headers]:
+        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    for word in [*compiler, *flags, compiler_version(tuple(compiler)), processor()]:
+        digest.update(word.encode() + b"\0")
+    suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
+    target = cache_folder() / f"{name}-{digest.hexdigest()[:20]}{suffix}"
+    if target.exists():
+        return target
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as folder:
+            made = Path(folder) / target.name
+            command = [*compiler, *flags, "-shared", "-fPIC", *map(str, sources), "-o", str(made)]
+            logger.debug("compiling %s: %s", name, shlex.join(command))
+            done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
+            if done.returncode:
+                words = done.stderr.strip().splitlines()
+                raise CompilationError(
+                    f"{compiler[0]} could not compile {name}: {words[-1] if words else 'no message'}"
+                )
+            os.replace(made, target)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise CompilationError(f"{name} could not be compiled: {error}") from error
+    return target
+
+
+def find_compiler(language: str) -> list[str]:
+    """Return the compiler of a language, ``c`` or ``c++``, as a command: CC or CXX, else the usual names.
+
+    Raises:
+        CompilationError: there is none.
+    """
+    variable, names = {"c": ("CC", ("cc", "gcc", "clang")), "c++": ("CXX", ("c++", "g++", "clang++"))}[language]
+    chosen = shlex.split(os.environ.get(variable, ""))
+    for command in [chosen] if chosen else [[name] for name in names]:
+        if shutil.which(command[0]):
+            return command
+    raise CompilationError(f"no {language.upper()} compiler found (set {variable}, or install one)")
+
+
+@cache
+def compiler_version(command: tuple[str, ...]) -> str:
+    """Return what the compiler says about itself."""
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.split("\n", 1)[0]
+
+
+@cache
+def processor() -> str:
+    """Return what distinguishes this processor: code for one may not run on another that shares the cache."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
+    except OSError:
+        flags = platform.processor()
+    return f"{platform.machine()} {flags}"

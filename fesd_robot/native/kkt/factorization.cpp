@@ -1,0 +1,494 @@
+#include "factorization.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace fesd {
+
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Map = Eigen::Map<Matrix, 0, Eigen::OuterStride<>>;
+
+constexpr int SCALING_ROUNDS = 1;
+constexpr double TINY = 1e-300;
+constexpr double NO_PIVOT = 1e-20;  // of the scaled matrix: below this a column counts as zero
+constexpr int SMALL = 16;           // a front with so few columns joins its parent when that costs little
+constexpr int BLOCK = 48;           // columns per product in the update of what remains of a front
+
+// Elimination tree and column counts of a symmetric matrix whose upper triangle is given by columns.
+void elimination_tree(int n, const std::vector<int>& ptr, const std::vector<int>& ind, std::vector<int>& parent) {
+    std::vector<int> ancestor(n, -1);
+    parent.assign(n, -1);
+    for (int k = 0; k < n; ++k)
+        for (int p = ptr[k]; p < ptr[k + 1]; ++p)
+            for (int i = ind[p]; i != -1 && i < k;) {
+                int next = ancestor[i];
+                ancestor[i] = k;
+                if (next == -1) parent[i] = k;
+                i = next;
+            }
+}
+
+std::vector<int> postorder(const std::vector<int>& parent) {
+    int n = static_cast<int>(parent.size());
+    std::vector<int> head(n, -1), next(n, -1), order, stack;
+    order.reserve(n);
+    for (int i = n - 1; i >= 0; --i)
+        if (parent[i] != -1) next[i] = head[parent[i]], head[parent[i]] = i;
+    for (int root = 0; root < n; ++root) {
+        if (parent[root] != -1) continue;
+        stack.push_back(root);
+        while (!stack.empty()) {
+            int i = stack.back();
+            if (head[i] == -1) {
+                order.push_back(i);
+                stack.pop_back();
+            } else {
+                int child = head[i];
+                head[i] = next[child];
+                stack.push_back(child);
+            }
+        }
+    }
+    return order;
+}
+
+}  // namespace
+
+Factorization::Factorization(int order, int entries, const int* row, const int* column)
+    : order_(order), entries_(entries), row_(row, row + entries), column_(column, column + entries) {
+    for (int e = 0; e < entries; ++e) --row_[e], --column_[e];
+    analyse();
+}
+
+void Factorization::analyse() {
+    const int order = order_, entries = entries_;
+    std::vector<Eigen::Triplet<double, int>> triplets;
+    triplets.reserve(2 * entries + order);
+    for (int e = 0; e < entries; ++e) {
+        triplets.emplace_back(row_[e], column_[e], 1.0);
+        triplets.emplace_back(column_[e], row_[e], 1.0);
+    }
+    for (int i = 0; i < order; ++i) triplets.emplace_back(i, i, 1.0);
+    Eigen::SparseMatrix<double, Eigen::ColMajor, int> pattern(order, order);
+    pattern.setFromTriplets(triplets.begin(), triplets.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> amd;
+    Eigen::AMDOrdering<int>()(pattern, amd);  // variable amd.indices()[k] is eliminated at place k
+
+    std::vector<int> first(amd.indices().data(), amd.indices().data() + order), position(order);
+    auto permuted = [&](std::vector<int>& ptr, std::vector<int>& ind) {
+        for (int k = 0; k < order; ++k) position[first[k]] = k;
+        ptr.assign(order + 1, 0);
+        ind.clear();
+        for (int k = 0; k < order; ++k) {
+            for (Eigen::SparseMatrix<double>::InnerIterator it(pattern, first[k]); it; ++it)
+                ind.push_back(position[it.row()]);
+            std::sort(ind.begin() + ptr[k], ind.end());
+            ptr[k + 1] = static_cast<int>(ind.size());
+        }
+    };
+    std::vector<int> ptr, ind, parent;
+    permuted(ptr, ind);
+    elimination_tree(order, ptr, ind, parent);
+    std::vector<int> post = postorder(parent), combined(order);
+    for (int k = 0; k < order; ++k) combined[k] = first[post[k]];
+    first = combined;
+    permuted(ptr, ind);
+    permutation_ = first;
+    inverse_ = position;
+    build_fronts(ptr, ind);
+
+    place_row_.resize(entries);
+    place_column_.resize(entries);
+    std::vector<int> owner(entries);
+    for (int e = 0; e < entries; ++e) {
+        int i = inverse_[row_[e]], j = inverse_[column_[e]];
+        place_row_[e] = std::max(i, j);
+        place_column_[e] = std::min(i, j);
+        owner[e] = front_of_[place_column_[e]];
+    }
+    front_begin_.assign(fronts_.size() + 1, 0);
+    for (int f : owner) ++front_begin_[f + 1];
+    std::partial_sum(front_begin_.begin(), front_begin_.end(), front_begin_.begin());
+    by_front_.resize(entries);
+    std::vector<int> next(front_begin_.begin(), front_begin_.end() - 1);
+    for (int e = 0; e < entries; ++e) by_front_[next[owner[e]]++] = e;
+
+    factors_.assign(fronts_.size(), Factor());
+    contribution_.assign(fronts_.size(), {});
+    scaling_.assign(order, 1.0);
+    values_.resize(entries);
+    work_.resize(order);
+    local_.assign(order, -1);
+}
+
+void Factorization::build_fronts(const std::vector<int>& ptr, const std::vector<int>& ind) {
+    int n = order_;
+    std::vector<int> parent;
+    elimination_tree(n, ptr, ind, parent);
+    // Row structure of every column of L, merged up the tree; columns with the structure of their child join its front.
+    std::vector<std::vector<int>> structure(n);
+    std::vector<std::vector<int>> children(n);
+    std::vector<int> mark(n, -1);
+    for (int k = 0; k < n; ++k) {
+        auto& rows = structure[k];
+        mark[k] = k;
+        for (int p = ptr[k]; p < ptr[k + 1]; ++p)
+            if (ind[p] > k && mark[ind[p]] != k) mark[ind[p]] = k, rows.push_back(ind[p]);
+        for (int child : children[k])
+            for (int i : structure[child])
+                if (i > k && mark[i] != k) mark[i] = k, rows.push_back(i);
+        std::sort(rows.begin(), rows.end());
+        if (parent[k] != -1) children[parent[k]].push_back(k);
+    }
+    // Fundamental supernodes, then relaxed ones: a last child joins its parent if few zeros come with it.
+    std::vector<int> front(n, -1), begin, width;
+    std::vector<long long> zeros;
+    for (int k = 0; k < n; ++k) {
+        bool joins = k > 0 && parent[k - 1] == k && structure[k - 1].size() == structure[k].size() + 1;
+        bool only = joins && children[k].size() == 1;
+        if (joins && only) {
+            front[k] = front[k - 1];
+            ++width[front[k]];
+        } else {
+            front[k] = static_cast<int>(begin.size());
+            begin.push_back(k);
+            width.push_back(1);
+            zeros.push_back(0);
+        }
+    }
+    // Relaxation works on the last child of a front, whose columns come directly before the front's own.
+    std::vector<int> merged_begin, merged_width;
+    std::vector<long long> merged_zeros;
+    for (size_t f = 0; f < begin.size(); ++f) {
+        int b = begin[f], w = width[f];
+        long long z = 0;
+        while (!merged_begin.empty()) {
+            int cb = merged_begin.back(), cw = merged_width.back(), last = cb + cw - 1;
+            if (cb + cw != b || parent[last] != b) break;
+            long long rows_child = static_cast<long long>(structure[last].size());
+            long long rows_here = static_cast<long long>(structure[b + w - 1].size());
+            long long added = (w + rows_here - rows_child) * cw;
+            long long total = merged_zeros.back() + z + added;
+            long long size = static_cast<long long>(cw + w) * (cw + w + 1) / 2 + (cw + w) * rows_here;
+            bool small = cw <= SMALL && w <= SMALL && total * 2 <= size;
+            if (!(small || total * 8 <= size)) break;
+            b = cb;
+            w += cw;
+            z = total;
+            merged_begin.pop_back();
+            merged_width.pop_back();
+            merged_zeros.pop_back();
+        }
+        merged_begin.push_back(b);
+        merged_width.push_back(w);
+        merged_zeros.push_back(z);
+    }
+    fronts_.assign(merged_begin.size(), Front());
+    front_of_.assign(n, -1);
+    for (size_t f = 0; f < fronts_.size(); ++f) {
+        Front& node = fronts_[f];
+        node.first = merged_begin[f];
+        node.columns = merged_width[f];
+        for (int k = 0; k < node.columns; ++k) front_of_[node.first + k] = static_cast<int>(f);
+        node.rows = structure[node.first + node.columns - 1];
+    }
+    for (size_t f = 0; f < fronts_.size(); ++f) {
+        Front& node = fronts_[f];
+        int up = parent[node.first + node.columns - 1];
+        node.parent = up == -1 ? -1 : front_of_[up];
+        if (node.parent != -1) fronts_[node.parent].children.push_back(static_cast<int>(f));
+    }
+}
+
+void Factorization::scale(const double* value) {
+    std::fill(scaling_.begin(), scaling_.end(), 1.0);
+    for (int round = 0; round < SCALING_ROUNDS; ++round) {
+        std::fill(work_.begin(), work_.end(), 0.0);
+        for (int e = 0; e < entries_; ++e) {
+            int i = place_row_[e], j = place_column_[e];
+            double size = std::abs(value[e]) * scaling_[i] * scaling_[j];
+            work_[i] = std::max(work_[i], size);
+            work_[j] = std::max(work_[j], size);
+        }
+        for (int i = 0; i < order_; ++i)
+            if (work_[i] > TINY) scaling_[i] /= std::sqrt(work_[i]);
+    }
+    // Powers of two, so that scaling costs no round-off.
+    for (double& s : scaling_) s = std::exp2(std::round(std::log2(s)));
+    for (int e = 0; e < entries_; ++e) values_[e] = value[e] * scaling_[place_row_[e]] * scaling_[place_column_[e]];
+}
+
+int Factorization::factorize(const double* value, double threshold) {
+    scale(value);
+    negative_ = two_by_two_ = delayed_ = 0;
+    factor_entries_ = 0;
+    flops_ = 0.0;
+    int rank = 0;
+    for (size_t f = 0; f < fronts_.size(); ++f) {
+        const Front& node = fronts_[f];
+        Factor& factor = factors_[f];
+        auto& index = factor.index;
+        index.clear();
+        for (int child : node.children) {  // columns that found no pivot in a child come first
+            const Factor& below = factors_[child];
+            int left = below.order - below.pivots - static_cast<int>(fronts_[child].rows.size());
+            index.insert(index.end(), below.index.begin() + below.pivots, below.index.begin() + below.pivots + left);
+        }
+        for (int k = 0; k < node.columns; ++k) index.push_back(node.first + k);
+        int summed = static_cast<int>(index.size());
+        index.insert(index.end(), node.rows.begin(), node.rows.end());
+        int m = factor.order = static_cast<int>(index.size());
+        for (int i = 0; i < m; ++i) local_[index[i]] = i;
+
+        front_.assign(static_cast<size_t>(m) * m, 0.0);
+        for (int q = front_begin_[f]; q < front_begin_[f + 1]; ++q) {
+            int e = by_front_[q], i = local_[place_row_[e]], j = local_[place_column_[e]];
+            front_[static_cast<size_t>(std::min(i, j)) * m + std::max(i, j)] += values_[e];
+        }
+        for (int child : node.children) {
+            const Factor& below = factors_[child];
+            int size = below.order - below.pivots;
+            const double* source = contribution_[child].data();
+            const int* where = below.index.data() + below.pivots;
+            for (int j = 0; j < size; ++j) {
+                int lj = local_[where[j]];
+                double* column = front_.data() + static_cast<size_t>(lj) * m;
+                for (int i = j; i < size; ++i) {
+                    int li = local_[where[i]];
+                    if (li >= lj) column[li] += source[static_cast<size_t>(j) * size + i];
+                    else front_[static_cast<size_t>(li) * m + lj] += source[static_cast<size_t>(j) * size + i];
+                }
+            }
+            contribution_[child].clear();
+        }
+
+        int pivots = eliminate(factor, summed, threshold);
+        if (node.parent == -1 && pivots < summed) {
+            // Nothing above takes the rest: these columns vanish, the matrix is singular.
+            pivots = factor.pivots = pivots;
+        }
+        rank += pivots;
+        delayed_ += summed - pivots;
+        int rest = m - pivots;
+        if (node.parent != -1 && rest > 0) {
+            auto& out = contribution_[f];
+            out.resize(static_cast<size_t>(rest) * rest);
+            for (int j = 0; j < rest; ++j)
+                std::copy(front_.begin() + static_cast<size_t>(pivots + j) * m + pivots + j,
+                          front_.begin() + static_cast<size_t>(pivots + j) * m + m,
+                          out.begin() + static_cast<size_t>(j) * rest + j);
+        }
+        factor.lower.assign(front_.begin(), front_.begin() + static_cast<size_t>(pivots) * m);
+        factor_entries_ += static_cast<long long>(pivots) * m - static_cast<long long>(pivots) * (pivots - 1) / 2;
+        for (int k = 0; k < pivots; ++k) flops_ += static_cast<double>(m - k) * (m - k);
+    }
+    return rank;
+}
+
+// Eliminates what can be among the first `summed` columns of front_; the others are moved behind the pivots.
+int Factorization::eliminate(Factor& factor, int summed, double threshold) {
+    const int m = factor.order;
+    double* a = front_.data();
+    auto at = [&](int i, int j) -> double& { return i >= j ? a[static_cast<size_t>(j) * m + i] : a[static_cast<size_t>(i) * m + j]; };
+    factor.diagonal.assign(summed, 0.0);
+    factor.coupling.assign(summed, 0.0);
+
+    auto exchange = [&](int p, int q) {  // symmetric exchange of rows and columns p < q
+        if (p == q) return;
+        for (int j = 0; j < p; ++j) std::swap(a[static_cast<size_t>(j) * m + p], a[static_cast<size_t>(j) * m + q]);
+        for (int i = p + 1; i < q; ++i) std::swap(a[static_cast<size_t>(p) * m + i], a[static_cast<size_t>(i) * m + q]);
+        for (int i = q + 1; i < m; ++i) std::swap(a[static_cast<size_t>(p) * m + i], a[static_cast<size_t>(q) * m + i]);
+        std::swap(a[static_cast<size_t>(p) * m + p], a[static_cast<size_t>(q) * m + q]);
+        std::swap(factor.index[p], factor.index[q]);
+    };
+
+    int k = 0;          // pivots done
+    int limit = summed; // columns that may still become pivots
+    swap_.resize(2 * static_cast<size_t>(m));
+    while (k < limit) {
+        bool found = false;
+        for (int tried = 0, j = k; tried < limit - k && !found; ++tried, ++j) {
+            // Largest entries of column j: among the candidates (r), and in all rows.
+            double largest = 0.0, candidate = 0.0;
+            int r = -1;
+            for (int i = k; i < j; ++i) {
+                double v = std::abs(a[static_cast<size_t>(i) * m + j]);
+                if (v > candidate) candidate = v, r = i;
+            }
+            const double* column = a + static_cast<size_t>(j) * m;
+            for (int i = j + 1; i < limit; ++i) {
+                double v = std::abs(column[i]);
+                if (v > candidate) candidate = v, r = i;
+            }
+            largest = candidate;
+            for (int i = limit; i < m; ++i) largest = std::max(largest, std::abs(column[i]));
+            double d = column[j];
+            if (std::abs(d) > NO_PIVOT && std::abs(d) >= threshold * largest) {
+                // A 2x2 pivot is better where the diagonal is weak and its partner is no better.
+                bool weak = std::abs(d) < 0.1 * candidate;
+                if (!weak || std::abs(d) >= 0.1 * largest) {
+                    exchange(k, j);
+                    found = true;
+                    factor.diagonal[k] = d;
+                    negative_ += d < 0.0;
+                    double* pivot = a + static_cast<size_t>(k) * m;
+                    double inverse = 1.0 / d;
+                    for (int i = k + 1; i < m; ++i) swap_[i] = pivot[i], pivot[i] *= inverse;
+                    for (int c = k + 1; c < summed; ++c) {
+                        double w = swap_[c];
+                        if (w == 0.0) continue;
+                        double* target = a + static_cast<size_t>(c) * m;
+                        for (int i = c; i < m; ++i) target[i] -= w * pivot[i];
+                    }
+                    pivot[k] = 1.0;
+                    k += 1;
+                    break;
+                }
+            }
+            if (r < 0 || candidate <= NO_PIVOT) {
+                if (std::abs(d) > NO_PIVOT && std::abs(d) >= threshold * largest) {}  // handled above
+                continue;
+            }
+            // 2x2 pivot (j, r): |inverse| * largest entries outside must not exceed 1 / threshold.
+            double drr = at(r, r), off = at(r, j), determinant = d * drr - off * off;
+            double size = std::max({std::abs(d), std::abs(drr), std::abs(off)});
+            double outside_j = 0.0, outside_r = 0.0;
+            for (int i = k; i < m; ++i) {
+                if (i == j || i == r) continue;
+                outside_j = std::max(outside_j, std::abs(at(i, j)));
+                outside_r = std::max(outside_r, std::abs(at(i, r)));
+            }
+            bool good = std::abs(determinant) > NO_PIVOT * size &&
+                        threshold * (std::abs(drr) * outside_j + std::abs(off) * outside_r) <= std::abs(determinant) &&
+                        threshold * (std::abs(off) * outside_j + std::abs(d) * outside_r) <= std::abs(determinant);
+            bool single = std::abs(d) > NO_PIVOT && std::abs(d) >= threshold * largest;
+            if (!good && !single) continue;
+            if (!good) {  // the weak diagonal is still acceptable by the threshold
+                exchange(k, j);
+                factor.diagonal[k] = d;
+                negative_ += d < 0.0;
+                double* pivot = a + static_cast<size_t>(k) * m;
+                double inverse = 1.0 / d;
+                for (int i = k + 1; i < m; ++i) swap_[i] = pivot[i], pivot[i] *= inverse;
+                for (int c = k + 1; c < summed; ++c) {
+                    double w = swap_[c];
+                    if (w == 0.0) continue;
+                    double* target = a + static_cast<size_t>(c) * m;
+                    for (int i = c; i < m; ++i) target[i] -= w * pivot[i];
+                }
+                pivot[k] = 1.0;
+                k += 1;
+                found = true;
+                break;
+            }
+            int low = std::min(j, r), high = std::max(j, r);
+            exchange(k, low);
+            exchange(k + 1, high);
+            found = true;
+            two_by_two_ += 1;
+            double* p = a + static_cast<size_t>(k) * m;
+            double* q = p + m;
+            double d0 = p[k], d1 = q[k + 1], e = p[k + 1];
+            double det = d0 * d1 - e * e;
+            factor.diagonal[k] = d0;
+            factor.diagonal[k + 1] = d1;
+            factor.coupling[k] = e;
+            negative_ += det < 0.0 ? 1 : (d0 < 0.0 ? 2 : 0);
+            double* u = swap_.data();
+            double* v = swap_.data() + m;
+            double i00 = d1 / det, i11 = d0 / det, i01 = -e / det;
+            for (int i = k + 2; i < m; ++i) {
+                u[i] = p[i];
+                v[i] = q[i];
+                p[i] = i00 * u[i] + i01 * v[i];
+                q[i] = i01 * u[i] + i11 * v[i];
+            }
+            for (int c = k + 2; c < summed; ++c) {
+                double wu = u[c], wv = v[c];
+                if (wu == 0.0 && wv == 0.0) continue;
+                double* target = a + static_cast<size_t>(c) * m;
+                for (int i = c; i < m; ++i) target[i] -= wu * p[i] + wv * q[i];
+            }
+            p[k] = 1.0;
+            p[k + 1] = 0.0;
+            q[k + 1] = 1.0;
+            k += 2;
+            break;
+        }
+        if (!found) break;
+    }
+    factor.pivots = k;
+    factor.diagonal.resize(k);
+    factor.coupling.resize(k);
+    // What remains: C -= L2 D L2^T for the rows beyond the summed columns; the columns that were passed over are
+    // up to date in all their rows.
+    int rest = m - summed;
+    if (rest > 0 && k > 0) {
+        Map lower(a, m, k, Eigen::OuterStride<>(m));
+        Matrix weighted(rest, k);
+        for (int c = 0; c < k;) {
+            if (factor.coupling[c] != 0.0) {
+                weighted.col(c) = factor.diagonal[c] * lower.col(c).tail(rest) + factor.coupling[c] * lower.col(c + 1).tail(rest);
+                weighted.col(c + 1) = factor.coupling[c] * lower.col(c).tail(rest) + factor.diagonal[c + 1] * lower.col(c + 1).tail(rest);
+                c += 2;
+            } else {
+                weighted.col(c) = factor.diagonal[c] * lower.col(c).tail(rest);
+                c += 1;
+            }
+        }
+        Map target(a + static_cast<size_t>(summed) * m + summed, rest, rest, Eigen::OuterStride<>(m));
+        for (int b = 0; b < rest; b += BLOCK) {
+            int w = std::min(BLOCK, rest - b);
+            target.block(b, b, rest - b, w).noalias() -=
+                lower.block(summed + b, 0, rest - b, k) * weighted.block(b, 0, w, k).transpose();
+        }
+    }
+    return k;
+}
+
+void Factorization::solve(double* x) {
+    std::vector<double>& y = work_;
+    for (int i = 0; i < order_; ++i) y[i] = x[permutation_[i]] * scaling_[i];
+    for (size_t f = 0; f < factors_.size(); ++f) {
+        const Factor& factor = factors_[f];
+        const double* column = factor.lower.data();
+        for (int k = 0; k < factor.pivots; ++k, column += factor.order) {
+            double value = y[factor.index[k]];
+            if (value == 0.0) continue;
+            for (int i = k + 1; i < factor.order; ++i) y[factor.index[i]] -= column[i] * value;
+        }
+    }
+    for (const Factor& factor : factors_)
+        for (int k = 0; k < factor.pivots;) {
+            double& first = y[factor.index[k]];
+            if (factor.coupling[k] != 0.0) {
+                double& second = y[factor.index[k + 1]];
+                double d0 = factor.diagonal[k], d1 = factor.diagonal[k + 1], e = factor.coupling[k];
+                double determinant = d0 * d1 - e * e, old = first;
+                first = (d1 * old - e * second) / determinant;
+                second = (d0 * second - e * old) / determinant;
+                k += 2;
+            } else {
+                first /= factor.diagonal[k];
+                k += 1;
+            }
+        }
+    for (size_t f = factors_.size(); f-- > 0;) {
+        const Factor& factor = factors_[f];
+        for (int k = factor.pivots - 1; k >= 0; --k) {
+            const double* column = factor.lower.data() + static_cast<size_t>(k) * factor.order;
+            double value = y[factor.index[k]];
+            for (int i = k + 1; i < factor.order; ++i) value -= column[i] * y[factor.index[i]];
+            y[factor.index[k]] = value;
+        }
+    }
+    for (int i = 0; i < order_; ++i) x[permutation_[i]] = y[i] * scaling_[i];
+}
+
+}  // namespace fesd
