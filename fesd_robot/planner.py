@@ -91,6 +91,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
         linear_solver=solver.linear_solver,
+        compile=task.method.compile,
     )
 
 

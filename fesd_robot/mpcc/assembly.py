@@ -6,13 +6,24 @@ problem once per colour.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import logging
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxation import Relaxation
+from fesd_robot.native import CompilationError, compile_functions
+
+logger = logging.getLogger(__name__)
+
+Compile = Literal["auto", "never", "always"]
+"""Whether an NLP's functions become machine code; auto: large ones, where there is a C compiler."""
+
+WORTHWHILE = 100_000
+"""Instructions of one evaluation of all derivatives from which on compiling pays for itself within a solve."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +55,19 @@ class _BlockDerivatives:
     lower: np.ndarray
     upper: np.ndarray
 
+    @property
+    def instructions(self) -> int:
+        """Number of operations of one evaluation of all functions."""
+        return sum(int(f.n_instructions()) for f in (self.value, self.gradient, self.jacobian, self.hessian))
 
-def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
+
+def assemble(problem: Mpcc, relaxation: Relaxation, compiled: Compile = "never") -> RelaxedNlp:
     """Return the NLP in which every pair is replaced by G >= 0, H >= 0 and the relaxation's row <= 0.
 
     Rows G >= 0 or H >= 0 that already follow from the bounds on the variables are left out.
+
+    Raises:
+        CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
     """
     x, sigma, weight = ca.MX.sym("x", problem.size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
     derivatives = [_differentiate(block, problem, relaxation) for block in problem.blocks]
@@ -85,7 +104,7 @@ def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
     )
     jacobian = _scatter(*_stack(jacobian_at), (sum(rows), problem.size), jacobians)
     hessian = _scatter(*_stack(hessian_at), (problem.size, problem.size), hessians)
-    return RelaxedNlp(
+    nlp = RelaxedNlp(
         nlp=ca.Function("nlp", [x, sigma], [cost, g], ["x", "p"], ["f", "g"]),
         gradient=ca.Function("nlp_grad_f", [x, sigma], [cost, ca.densify(gradient)], ["x", "p"], ["f", "grad_f_x"]),
         jacobian=ca.Function("nlp_jac_g", [x, sigma], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
@@ -95,6 +114,21 @@ def assemble(problem: Mpcc, relaxation: Relaxation) -> RelaxedNlp:
         lower=np.concatenate([np.tile(d.lower, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
         upper=np.concatenate([np.tile(d.upper, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
     )
+    instructions = sum(d.instructions * block.copies for block, d in zip(problem.blocks, derivatives, strict=True))
+    if compiled == "always" or (compiled == "auto" and instructions >= WORTHWHILE):
+        return _compiled(nlp, required=compiled == "always")
+    return nlp
+
+
+def _compiled(nlp: RelaxedNlp, required: bool) -> RelaxedNlp:
+    try:
+        functions = compile_functions("nlp", [nlp.nlp, nlp.gradient, nlp.jacobian, nlp.hessian])
+    except CompilationError as error:
+        if required:
+            raise
+        logger.warning("the functions of the NLP are not compiled: %s", error)
+        return nlp
+    return replace(nlp, nlp=functions[0], gradient=functions[1], jacobian=functions[2], hessian=functions[3])
 
 
 def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _BlockDerivatives:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
+from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, converged, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxation import Relaxation, scholtes
@@ -40,6 +40,8 @@ class HomotopyOptions:
         time_limit: seconds for the whole homotopy.
         linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
             else one of IPOPT's.
+        compile: whether the NLP's functions become machine code: ``always``, ``never``, or ``auto``: large ones where
+            there is a C compiler.
         feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
 
@@ -54,6 +56,7 @@ class HomotopyOptions:
     max_iterations: int = 1000
     time_limit: float | None = None
     linear_solver: str = "mumps"
+    compile: Compile = "auto"
     feasibility: float = 1e-8
     ipopt: dict[str, Any] = field(default_factory=dict)
 
@@ -140,7 +143,7 @@ def solve(
     """
     options = options or HomotopyOptions()
     begin = time.perf_counter()
-    nlp = nlp or assemble(problem, relaxation)
+    nlp = nlp or assemble(problem, relaxation, options.compile)
     build_seconds = time.perf_counter() - begin
     point = NlpPoint(problem.start, np.zeros(problem.size), np.zeros(len(nlp.lower)))
     reports: list[NlpReport] = []

@@ -110,6 +110,7 @@ def solve_nlp(
         "print_time": False,
         "error_on_fail": False,
         "calc_lam_p": False,
+        "no_nlp_grad": True,
         "grad_f": nlp.gradient,
         "jac_g": nlp.jacobian,
         "hess_lag": nlp.hessian,

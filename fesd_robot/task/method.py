@@ -129,6 +129,12 @@ class Method(Section):
         "times the robot's weight.",
     )
 
+    compile: Literal["auto", "never", "always"] = Field(
+        default="auto",
+        description="Whether the functions of the problem become machine code, which takes seconds once and is kept; "
+        "auto: where the problem is large and there is a C compiler.",
+    )
+
     @model_validator(mode="after")
     def _aggregation_fits(self) -> Method:
         if self.formulation.type == "multipliers" and self.cross_complementarity in ("lambda_sum", "sum_sum"):
