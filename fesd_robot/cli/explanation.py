@@ -149,8 +149,8 @@ def _horizon(motion: MotionProblem) -> list[str]:
     counts = [fesd.elements] if isinstance(fesd.elements, int) else sorted(set(fesd.elements))
     elements = " or ".join(str(count) for count in counts)
     tableau = fesd.tableau
-    longest = " or ".join(f"{(1 + fesd.step_freedom) * length / count:.4g}" for count in counts)
-    steps = f"of free length up to {longest} s" if fesd.step_freedom > 0 else f"of fixed length {longest} s"
+    longest = " or ".join(f"{(1 + fesd.gamma) * length / count:.4g}" for count in counts)
+    steps = f"of free length up to {longest} s" if fesd.gamma > 0 else f"of fixed length {longest} s"
     return [
         f"{horizon.duration:g} s in {horizon.intervals} interval{'s' * (horizon.intervals != 1)} of {length:.4g} s; "
         f"{elements} finite element{'s' * (counts != [1])} each, {steps} (numerical time).",

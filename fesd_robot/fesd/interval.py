@@ -177,5 +177,5 @@ def _labels(ocp: OptimalControlProblem, equations: list[tuple[str, ca.SX]]) -> l
 def step_bounds(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> tuple[float, float]:
     """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps without switch detection."""
     mean = ocp.duration / ocp.intervals / elements
-    free = options.switch_detection and options.step_freedom > 0
-    return (0.0, (1.0 + options.step_freedom) * mean) if free else (mean, mean)
+    free = options.switch_detection and options.gamma > 0
+    return (0.0, (1.0 + options.gamma) * mean) if free else (mean, mean)

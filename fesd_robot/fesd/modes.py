@@ -12,6 +12,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import structural_rank
 from scipy.sparse.linalg import splu
 
 from fesd_robot.dcs import ComplementaritySystem
@@ -25,7 +26,7 @@ Modes = np.ndarray
 """(elements, n_pairs) booleans, or (elements * n_s, n_pairs) without switch detection: True where the partner b_i may
 be positive and the multiplier a_i is zero, False where it is the other way round."""
 
-DENSE = 150
+DENSE = 400
 """Up to this number of unknowns a step is solved with dense matrices."""
 
 
@@ -311,6 +312,8 @@ class ModeEquations:
 def _solve(matrix: np.ndarray | sparse.csr_matrix, right: np.ndarray, *, singular: bool) -> np.ndarray | None:
     """Solve a square system; a singular one by the least-norm solution, which exists when the rows are consistent."""
     if not isinstance(matrix, np.ndarray):
+        # SuperLU reads uninitialised memory on structurally singular matrices (its issue 33).
+        singular = singular or structural_rank(matrix) < matrix.shape[0]
         if not singular:
             try:
                 return np.asarray(splu(sparse.csc_matrix(matrix)).solve(right))

@@ -30,7 +30,8 @@ class FesdOptions:
         step_equilibration: what makes the steps of an interval equal where no switch is, see `equilibrate`.
         equilibration_weight: rho.
         equilibration_width: sigma_se of ``difference_tanh``.
-        step_freedom: gamma_h in 0 <= h_n <= (1 + gamma_h) h_mean; 0 fixes the steps.
+        step_freedom: gamma_h in 0 <= h_n <= (1 + gamma_h) h_mean; 0 fixes the steps. Left out: 1 for optimal control
+            problems; in a simulation as much as an element can need to fill its step.
 
     Raises:
         ModelError: a form that the scheme does not have.
@@ -46,7 +47,7 @@ class FesdOptions:
     step_equilibration: StepEquilibration = "mean"
     equilibration_weight: float = 1.0
     equilibration_width: float = 1.0
-    step_freedom: float = 1.0
+    step_freedom: float | None = None
 
     def __post_init__(self) -> None:
         if self.form == "integral" and not self.tableau.collocation:
@@ -54,11 +55,17 @@ class FesdOptions:
                 f"form 'integral' needs a collocation scheme with distinct nodes above zero, which "
                 f"{self.tableau.scheme} is not (valid: differential, lifted)"
             )
-        if self.step_freedom < 0 or self.equilibration_weight < 0 or self.equilibration_width <= 0:
+        freedom = 1.0 if self.step_freedom is None else self.step_freedom
+        if freedom < 0 or self.equilibration_weight < 0 or self.equilibration_width <= 0:
             raise ModelError(
                 f"step_freedom and equilibration_weight must not be negative and equilibration_width positive, found "
-                f"{self.step_freedom:g}, {self.equilibration_weight:g} and {self.equilibration_width:g}"
+                f"{freedom:g}, {self.equilibration_weight:g} and {self.equilibration_width:g}"
             )
+
+    @property
+    def gamma(self) -> float:
+        """gamma_h."""
+        return 1.0 if self.step_freedom is None else self.step_freedom
 
     def with_form(self, preferred: Form) -> FesdOptions:
         """Return the options with the form chosen, `preferred` where it was left out and the scheme has it."""

@@ -76,6 +76,9 @@ class ModeSearch:
         equations: the interval.
         tolerance: how negative a multiplier, partner or step may be.
         state_lower, state_upper: bounds of the states, (n_x).
+
+    Attributes:
+        reason: what spoke against the modes that were found, if a search ends without a result.
     """
 
     def __init__(
@@ -86,6 +89,7 @@ class ModeSearch:
         self.state_lower, self.state_upper = state_lower, state_upper
         self.point = PointFunctions(equations.system)
         self.switching = equations.options.switch_detection
+        self.reason = ""
 
     def solve(self, step: StepInput, likely: Sequence[np.ndarray]) -> FoundModes | None:
         """Return the solved interval, or None.
@@ -95,6 +99,7 @@ class ModeSearch:
             likely: modes it probably starts in, (n_pairs) each; all others that fit are tried after them.
         """
         self._trials = self._iterations = 0
+        self.reason = ""
         self._seen: set[bytes] = set()
         for mode in self._starts(step, likely):
             found = self._descend(step, _Phases((tuple(mode.tolist()),), (1.0,)), self._constant(step, mode))
@@ -148,7 +153,9 @@ class ModeSearch:
             if (mode != base).any()
             and (mode[violation.entering].any() if violation.entering.size else not mode[violation.leaving].all())
         ]
-        options.sort(key=lambda mode: (int((mode != base).sum()), int(mode.sum())))
+        # Crossing before sliding: a sliding mode can meet a further surface without a wrong sign at a stage.
+        changes, size = (lambda mode: int((mode != base).sum())), (lambda mode: int(mode.sum()))
+        options.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
         if self.switching:
             end = max(violation.time, phases.ends[phase - 1] if phase else 0.0)
         else:
@@ -157,7 +164,9 @@ class ModeSearch:
             new = tuple(mode.tolist())
             if violation.immediate:
                 yield _Phases((new,), (1.0,))
-            if phase + 1 < self.equations.cells:
+            if phase + 1 >= self.equations.cells:
+                self.reason = f"its switches need more than the {self.equations.elements} elements of a step"
+            else:
                 yield _Phases((*phases.modes[: phase + 1], new), (*phases.ends[:phase], end, 1.0))
 
     def _allocate(self, phases: _Phases) -> Modes | None:
@@ -225,10 +234,10 @@ class ModeSearch:
                 if layout.stage_states or j == layout.stages:
                     own[layout.state(n, j)] = x
                 if j < layout.stages or layout.end_algebraic:
-                    cell = n if self.switching else n * layout.stages + j
-                    own[layout.algebraic(n, j)] = algebraic(x, cell)
+                    if not j or not self.switching:  # one value an element is enough to start from
+                        z = algebraic(x, n if self.switching else n * layout.stages + j)
+                    own[layout.algebraic(n, j)] = z
                 if layout.slopes and j < layout.stages:
-                    z = own[layout.algebraic(n, j)]
                     own[layout.slope(n, j)] = np.asarray(self.point.rate(x, step.u, z, step.p)).ravel()
             begin += h
         return own
@@ -295,7 +304,13 @@ class ModeSearch:
         layout, system, slack = self.equations.layout, self.equations.system, self.tolerance
         if self.switching:
             h = self._grid(own)[1] / step.length
-            if h.min() < -1e-9 or h.max() > (1.0 + self.equations.options.step_freedom) / layout.elements + 1e-9:
+            longest = (1.0 + self.equations.options.gamma) / layout.elements
+            if h.max() > longest + 1e-9:
+                self.reason = (
+                    f"its modes need an element of length {h.max() * step.length:.4g}, longer than the "
+                    f"{longest * step.length:.4g} that step_freedom {self.equations.options.gamma:g} allows"
+                )
+            if h.min() < -1e-9 or h.max() > longest + 1e-9:
                 return False
         states = np.asarray(self.states(step.x, own)[0]).T
         judged = np.flatnonzero(self.equations.judged[: layout.stages])

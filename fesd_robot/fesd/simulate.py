@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -66,6 +67,8 @@ def simulate(
     controls, x, p = _checked(system, initial, controls, duration, parameters)
     if not isinstance(options.elements, int):
         raise DimensionError(f"a simulation needs one number of elements for all steps, found {options.elements}")
+    if options.step_freedom is None:
+        options = replace(options, step_freedom=max(options.elements - 1.0, 1.0))
     if sensitivities and system.exclusions:
         raise ModelError("sensitivities need every condition in a complementarity pair; this system has exclusions")
     free = np.full(system.state.numel(), np.inf)

@@ -119,11 +119,12 @@ class Stepper:
             iterations += solution.iterations
             if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in
                 return self._finished(step, solution, trial, iterations)
-        residuals = solution.residuals
+        worst = solution.residuals
+        reason = f"{self.search.reason}; " if self.direct and self.search.reason else ""
         return StepFailure(
-            f"{solution.status}: violation {residuals.constraint_violation:.1e} at {residuals.worst_constraint}, "
-            f"complementarity {residuals.complementarity:.1e} at {residuals.worst_pair}",
-            max(residuals.constraint_violation, residuals.complementarity),
+            f"{reason}{solution.status}: violation {worst.constraint_violation:.1e} at {worst.worst_constraint}, "
+            f"complementarity {worst.complementarity:.1e} at {worst.worst_pair}",
+            max(worst.constraint_violation, worst.complementarity),
         )
 
     def _finished(self, step: StepInput, solution: MpccSolution, trial: int, iterations: int) -> SolvedStep:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,8 @@ class HomotopyOptions:
     Args:
         tolerance: product a b asked for in every pair; the last sigma.
         sigma_start, sigma_factor: first sigma and the factor from one NLP to the next.
-        rank_ratio: how much larger sigma is for pairs of rank 1 until rank 0 has reached the tolerance.
+        rank_ratio: how much larger sigma is for pairs of rank 1, if there are any, until rank 0 has reached the
+            tolerance.
         max_iterations: IPOPT iterations per NLP.
         time_limit: seconds for the whole homotopy.
         linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
@@ -142,6 +143,8 @@ def solve(
     Source: Scholtes 2001; Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022 (comparison of homotopies).
     """
     options = options or HomotopyOptions()
+    if not any(block.pair_ranks.any() for block in problem.blocks):
+        options = replace(options, rank_ratio=1.0)
     begin = time.perf_counter()
     nlp = nlp or assemble(problem, relaxation, options.compile)
     build_seconds = time.perf_counter() - begin

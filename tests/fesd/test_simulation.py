@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd import FesdOptions, SimulationError, StepReport, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
@@ -135,3 +135,35 @@ def test_bad_options_are_named() -> None:
         _options("lobatto_iiic", 3, form="integral")
     with pytest.raises(ModelError, match="equilibration_width positive, found 1, 1 and 0"):
         _options(equilibration_width=0.0)
+
+
+def test_a_bound_on_the_steps_is_named() -> None:
+    """Where the modes need a longer element than the options allow, the error says which bound that is."""
+    options = _options(elements=3, step_freedom=0.0)
+    with pytest.raises(
+        SimulationError, match=r"need an element of length 0\.4333, longer than .* step_freedom 0 allows"
+    ):
+        simulate(scalar("crossing"), np.array([-1.3]), 1, 1.0, options=options)
+
+
+def test_an_impact_is_not_passed_over() -> None:
+    """A mass meets the floor and comes to rest within one step: the end of the impact is found, not slid over."""
+    state = ca.SX.sym("state", 3)  # height, speed, clock
+    flight, floor = ca.vertcat(state[1], -10, 1), ca.vertcat(0, 10, 0)
+    signs = np.array([[1, 0], [-1, 1], [-1, -1]])
+    regions = Subsystem(
+        switching=state[:2], sign_matrix=signs, fields=ca.horzcat(flight, flight, floor), name="contact"
+    )
+    for stages in (1, 2, 3):
+        found = simulate(
+            stewart(state=state, subsystems=regions), np.array([0.0, -1.0, 0.0]), 1, 0.17,
+            options=_options(stages=stages),
+        )  # fmt: skip
+        assert found.switch_times == pytest.approx([0.1], abs=1e-12)
+        assert found.states[-1] == pytest.approx([0.0, 0.0, 0.035], abs=1e-12)
+
+
+def test_too_few_elements_are_named() -> None:
+    """One element cannot hold a switch, and the error says that it is the elements that are missing."""
+    with pytest.raises(SimulationError, match="its switches need more than the 1 elements of a step"):
+        simulate(scalar("crossing"), np.array([-1.0]), 1, 1.0, options=_options(elements=1))

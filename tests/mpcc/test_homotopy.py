@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -97,8 +98,9 @@ def test_known_solutions_are_found(case: Callable[[], Known]) -> None:
     assert solution.residuals == problem.residuals(solution.w)
     assert solution.residuals.complementarity <= 1.01 * TOLERANCE
     assert solution.residuals.constraint_violation <= 1e-8
-    assert [report.status for report in solution.reports] == ["converged"] * len(OPTIONS.sigmas())
-    assert [(report.sigma, report.sigma_of_rank_1) for report in solution.reports] == OPTIONS.sigmas()
+    sigmas = replace(OPTIONS, rank_ratio=1.0).sigmas()  # no pair of these problems has rank 1
+    assert [report.status for report in solution.reports] == ["converged"] * len(sigmas)
+    assert [(report.sigma, report.sigma_of_rank_1) for report in solution.reports] == sigmas
     assert solution.iterations == sum(report.iterations for report in solution.reports) > 0
 
 

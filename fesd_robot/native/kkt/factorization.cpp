@@ -16,6 +16,7 @@ using Map = Eigen::Map<Matrix, 0, Eigen::OuterStride<>>;
 
 constexpr int SCALING_ROUNDS = 1;
 constexpr double TINY = 1e-300;
+constexpr double STRONG = 0.1;      // a diagonal entry this large beside the others is taken as it is
 constexpr double NO_PIVOT = 1e-20;  // of the scaled matrix: below this a column counts as zero
 constexpr int SMALL = 16;           // a front with so few columns joins its parent when that costs little
 constexpr int BLOCK = 48;           // columns per product in the update of what remains of a front
@@ -255,25 +256,26 @@ int Factorization::factorize(const double* value, double threshold) {
             const Factor& below = factors_[child];
             int size = below.order - below.pivots;
             const double* source = contribution_[child].data();
-            const int* where = below.index.data() + below.pivots;
-            for (int j = 0; j < size; ++j) {
-                int lj = local_[where[j]];
+            place_.resize(size);
+            for (int i = 0; i < size; ++i) place_[i] = local_[below.index[below.pivots + i]];
+            const bool sorted = std::is_sorted(place_.begin(), place_.end());  // it is unless columns were delayed
+            for (int j = 0; j < size; ++j, source += size) {
+                const int lj = place_[j];
                 double* column = front_.data() + static_cast<size_t>(lj) * m;
-                for (int i = j; i < size; ++i) {
-                    int li = local_[where[i]];
-                    if (li >= lj) column[li] += source[static_cast<size_t>(j) * size + i];
-                    else front_[static_cast<size_t>(li) * m + lj] += source[static_cast<size_t>(j) * size + i];
+                if (sorted) {
+                    for (int i = j; i < size; ++i) column[place_[i]] += source[i];
+                } else {
+                    for (int i = j; i < size; ++i) {
+                        const int li = place_[i];
+                        if (li >= lj) column[li] += source[i];
+                        else front_[static_cast<size_t>(li) * m + lj] += source[i];
+                    }
                 }
             }
-            contribution_[child].clear();
         }
 
-        int pivots = eliminate(factor, summed, threshold);
-        if (node.parent == -1 && pivots < summed) {
-            // Nothing above takes the rest: these columns vanish, the matrix is singular.
-            pivots = factor.pivots = pivots;
-        }
-        rank += pivots;
+        const int pivots = eliminate(factor, summed, threshold);
+        rank += pivots;  // what a root leaves over has nowhere to go: the matrix is singular
         delayed_ += summed - pivots;
         int rest = m - pivots;
         if (node.parent != -1 && rest > 0) {
@@ -295,133 +297,106 @@ int Factorization::factorize(const double* value, double threshold) {
 int Factorization::eliminate(Factor& factor, int summed, double threshold) {
     const int m = factor.order;
     double* a = front_.data();
-    auto at = [&](int i, int j) -> double& { return i >= j ? a[static_cast<size_t>(j) * m + i] : a[static_cast<size_t>(i) * m + j]; };
+    auto column = [&](int j) { return a + static_cast<size_t>(j) * m; };
+    auto at = [&](int i, int j) -> double { return i >= j ? column(j)[i] : column(i)[j]; };
     factor.diagonal.assign(summed, 0.0);
     factor.coupling.assign(summed, 0.0);
+    scratch_.resize(2 * static_cast<size_t>(m));
+    double* u = scratch_.data();
+    double* v = scratch_.data() + m;
+    int k = 0;  // pivots done
 
-    auto exchange = [&](int p, int q) {  // symmetric exchange of rows and columns p < q
+    auto exchange = [&](int p, int q) {  // rows and columns p <= q
         if (p == q) return;
-        for (int j = 0; j < p; ++j) std::swap(a[static_cast<size_t>(j) * m + p], a[static_cast<size_t>(j) * m + q]);
-        for (int i = p + 1; i < q; ++i) std::swap(a[static_cast<size_t>(p) * m + i], a[static_cast<size_t>(i) * m + q]);
-        for (int i = q + 1; i < m; ++i) std::swap(a[static_cast<size_t>(p) * m + i], a[static_cast<size_t>(q) * m + i]);
-        std::swap(a[static_cast<size_t>(p) * m + p], a[static_cast<size_t>(q) * m + q]);
+        for (int j = 0; j < p; ++j) std::swap(column(j)[p], column(j)[q]);
+        for (int i = p + 1; i < q; ++i) std::swap(column(p)[i], column(i)[q]);
+        for (int i = q + 1; i < m; ++i) std::swap(column(p)[i], column(q)[i]);
+        std::swap(column(p)[p], column(q)[q]);
         std::swap(factor.index[p], factor.index[q]);
     };
-
-    int k = 0;          // pivots done
-    int limit = summed; // columns that may still become pivots
-    swap_.resize(2 * static_cast<size_t>(m));
-    while (k < limit) {
-        bool found = false;
-        for (int tried = 0, j = k; tried < limit - k && !found; ++tried, ++j) {
-            // Largest entries of column j: among the candidates (r), and in all rows.
-            double largest = 0.0, candidate = 0.0;
-            int r = -1;
-            for (int i = k; i < j; ++i) {
-                double v = std::abs(a[static_cast<size_t>(i) * m + j]);
-                if (v > candidate) candidate = v, r = i;
-            }
-            const double* column = a + static_cast<size_t>(j) * m;
-            for (int i = j + 1; i < limit; ++i) {
-                double v = std::abs(column[i]);
-                if (v > candidate) candidate = v, r = i;
-            }
-            largest = candidate;
-            for (int i = limit; i < m; ++i) largest = std::max(largest, std::abs(column[i]));
-            double d = column[j];
-            if (std::abs(d) > NO_PIVOT && std::abs(d) >= threshold * largest) {
-                // A 2x2 pivot is better where the diagonal is weak and its partner is no better.
-                bool weak = std::abs(d) < 0.1 * candidate;
-                if (!weak || std::abs(d) >= 0.1 * largest) {
-                    exchange(k, j);
-                    found = true;
-                    factor.diagonal[k] = d;
-                    negative_ += d < 0.0;
-                    double* pivot = a + static_cast<size_t>(k) * m;
-                    double inverse = 1.0 / d;
-                    for (int i = k + 1; i < m; ++i) swap_[i] = pivot[i], pivot[i] *= inverse;
-                    for (int c = k + 1; c < summed; ++c) {
-                        double w = swap_[c];
-                        if (w == 0.0) continue;
-                        double* target = a + static_cast<size_t>(c) * m;
-                        for (int i = c; i < m; ++i) target[i] -= w * pivot[i];
-                    }
-                    pivot[k] = 1.0;
-                    k += 1;
-                    break;
-                }
-            }
-            if (r < 0 || candidate <= NO_PIVOT) {
-                if (std::abs(d) > NO_PIVOT && std::abs(d) >= threshold * largest) {}  // handled above
-                continue;
-            }
-            // 2x2 pivot (j, r): |inverse| * largest entries outside must not exceed 1 / threshold.
-            double drr = at(r, r), off = at(r, j), determinant = d * drr - off * off;
-            double size = std::max({std::abs(d), std::abs(drr), std::abs(off)});
-            double outside_j = 0.0, outside_r = 0.0;
-            for (int i = k; i < m; ++i) {
-                if (i == j || i == r) continue;
-                outside_j = std::max(outside_j, std::abs(at(i, j)));
-                outside_r = std::max(outside_r, std::abs(at(i, r)));
-            }
-            bool good = std::abs(determinant) > NO_PIVOT * size &&
-                        threshold * (std::abs(drr) * outside_j + std::abs(off) * outside_r) <= std::abs(determinant) &&
-                        threshold * (std::abs(off) * outside_j + std::abs(d) * outside_r) <= std::abs(determinant);
-            bool single = std::abs(d) > NO_PIVOT && std::abs(d) >= threshold * largest;
-            if (!good && !single) continue;
-            if (!good) {  // the weak diagonal is still acceptable by the threshold
-                exchange(k, j);
-                factor.diagonal[k] = d;
-                negative_ += d < 0.0;
-                double* pivot = a + static_cast<size_t>(k) * m;
-                double inverse = 1.0 / d;
-                for (int i = k + 1; i < m; ++i) swap_[i] = pivot[i], pivot[i] *= inverse;
-                for (int c = k + 1; c < summed; ++c) {
-                    double w = swap_[c];
-                    if (w == 0.0) continue;
-                    double* target = a + static_cast<size_t>(c) * m;
-                    for (int i = c; i < m; ++i) target[i] -= w * pivot[i];
-                }
-                pivot[k] = 1.0;
-                k += 1;
-                found = true;
-                break;
-            }
-            int low = std::min(j, r), high = std::max(j, r);
-            exchange(k, low);
-            exchange(k + 1, high);
-            found = true;
-            two_by_two_ += 1;
-            double* p = a + static_cast<size_t>(k) * m;
-            double* q = p + m;
-            double d0 = p[k], d1 = q[k + 1], e = p[k + 1];
-            double det = d0 * d1 - e * e;
-            factor.diagonal[k] = d0;
-            factor.diagonal[k + 1] = d1;
-            factor.coupling[k] = e;
-            negative_ += det < 0.0 ? 1 : (d0 < 0.0 ? 2 : 0);
-            double* u = swap_.data();
-            double* v = swap_.data() + m;
-            double i00 = d1 / det, i11 = d0 / det, i01 = -e / det;
-            for (int i = k + 2; i < m; ++i) {
-                u[i] = p[i];
-                v[i] = q[i];
-                p[i] = i00 * u[i] + i01 * v[i];
-                q[i] = i01 * u[i] + i11 * v[i];
-            }
-            for (int c = k + 2; c < summed; ++c) {
-                double wu = u[c], wv = v[c];
-                if (wu == 0.0 && wv == 0.0) continue;
-                double* target = a + static_cast<size_t>(c) * m;
-                for (int i = c; i < m; ++i) target[i] -= wu * p[i] + wv * q[i];
-            }
-            p[k] = 1.0;
-            p[k + 1] = 0.0;
-            q[k + 1] = 1.0;
-            k += 2;
-            break;
+    auto single = [&](int j) {
+        exchange(k, j);
+        double* pivot = column(k);
+        const double d = pivot[k], inverse = 1.0 / d;
+        factor.diagonal[k] = d;
+        negative_ += d < 0.0;
+        for (int i = k + 1; i < m; ++i) u[i] = pivot[i], pivot[i] *= inverse;
+        for (int c = k + 1; c < summed; ++c) {
+            const double w = u[c];
+            if (w == 0.0) continue;
+            double* target = column(c);
+            for (int i = c; i < m; ++i) target[i] -= w * pivot[i];
         }
-        if (!found) break;
+        pivot[k] = 1.0;
+        k += 1;
+    };
+    auto pair = [&](int j, int r) {
+        exchange(k, std::min(j, r));
+        exchange(k + 1, std::max(j, r));
+        double *p = column(k), *q = column(k + 1);
+        const double d0 = p[k], d1 = q[k + 1], e = p[k + 1], determinant = d0 * d1 - e * e;
+        factor.diagonal[k] = d0;
+        factor.diagonal[k + 1] = d1;
+        factor.coupling[k] = e;
+        negative_ += determinant < 0.0 ? 1 : (d0 < 0.0 ? 2 : 0);
+        two_by_two_ += 1;
+        const double i00 = d1 / determinant, i11 = d0 / determinant, i01 = -e / determinant;
+        for (int i = k + 2; i < m; ++i) {
+            u[i] = p[i];
+            v[i] = q[i];
+            p[i] = i00 * u[i] + i01 * v[i];
+            q[i] = i01 * u[i] + i11 * v[i];
+        }
+        for (int c = k + 2; c < summed; ++c) {
+            const double wu = u[c], wv = v[c];
+            if (wu == 0.0 && wv == 0.0) continue;
+            double* target = column(c);
+            for (int i = c; i < m; ++i) target[i] -= wu * p[i] + wv * q[i];
+        }
+        p[k] = 1.0;
+        p[k + 1] = 0.0;
+        q[k + 1] = 1.0;
+        k += 2;
+    };
+    // Whether the inverse of the pivot times the largest entries beside it stays below 1 / threshold.
+    auto acceptable = [&](int j, int r) {
+        const double d = at(j, j), other = at(r, r), off = at(r, j), determinant = d * other - off * off;
+        const double size = std::max({std::abs(d), std::abs(other), std::abs(off)});
+        double beside_j = 0.0, beside_r = 0.0;
+        for (int i = k; i < m; ++i) {
+            if (i == j || i == r) continue;
+            beside_j = std::max(beside_j, std::abs(at(i, j)));
+            beside_r = std::max(beside_r, std::abs(at(i, r)));
+        }
+        return std::abs(determinant) > NO_PIVOT * size &&
+               threshold * (std::abs(other) * beside_j + std::abs(off) * beside_r) <= std::abs(determinant) &&
+               threshold * (std::abs(off) * beside_j + std::abs(d) * beside_r) <= std::abs(determinant);
+    };
+
+    for (bool found = true; found && k < summed;) {
+        found = false;
+        for (int j = k; j < summed && !found; ++j) {
+            double partner = 0.0;  // the largest entry in a row that could make a pivot of order 2 with j
+            int r = -1;
+            for (int i = k; i < summed; ++i) {
+                const double size = i == j ? 0.0 : std::abs(at(i, j));
+                if (size > partner) partner = size, r = i;
+            }
+            const double* own = column(j);
+            const double d = std::abs(own[j]);
+            double largest = partner;
+            if (m > summed)
+                largest = std::max(largest, Eigen::Map<const Eigen::ArrayXd>(own + summed, m - summed).abs().maxCoeff());
+            const bool enough = d > NO_PIVOT && d >= threshold * largest;
+            const bool strong = enough && (d >= STRONG * partner || d >= STRONG * largest);
+            if (!strong && partner > NO_PIVOT && acceptable(j, r)) {
+                pair(j, r);
+                found = true;
+            } else if (enough) {
+                single(j);
+                found = true;
+            }
+        }
     }
     factor.pivots = k;
     factor.diagonal.resize(k);
@@ -431,7 +406,8 @@ int Factorization::eliminate(Factor& factor, int summed, double threshold) {
     int rest = m - summed;
     if (rest > 0 && k > 0) {
         Map lower(a, m, k, Eigen::OuterStride<>(m));
-        Matrix weighted(rest, k);
+        weighted_.resize(static_cast<size_t>(rest) * k);
+        Map weighted(weighted_.data(), rest, k, Eigen::OuterStride<>(rest));
         for (int c = 0; c < k;) {
             if (factor.coupling[c] != 0.0) {
                 weighted.col(c) = factor.diagonal[c] * lower.col(c).tail(rest) + factor.coupling[c] * lower.col(c + 1).tail(rest);

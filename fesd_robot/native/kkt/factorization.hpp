@@ -59,10 +59,11 @@ private:
     std::vector<Front> fronts_;
     std::vector<int> front_of_;
     std::vector<Factor> factors_;
-    std::vector<double> scaling_, values_, work_, swap_;
+    std::vector<double> scaling_, values_, work_;
+    std::vector<double> scratch_, weighted_;        // of the elimination of a front
     std::vector<double> front_;                     // the matrix of the front being eliminated
     std::vector<std::vector<double>> contribution_; // by front: what is left for its parent
-    std::vector<int> local_;
+    std::vector<int> local_, place_;                // where the rows of a front, and of a child in it, are
     int negative_ = 0, two_by_two_ = 0, delayed_ = 0;
     long long factor_entries_ = 0;
     double flops_ = 0.0;
