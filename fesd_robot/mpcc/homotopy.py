@@ -221,7 +221,7 @@ def _ipopt_options(
         **_linear_solver(options.linear_solver),
         "max_iter": options.max_iterations,
         "tol": tolerance,
-        "constr_viol_tol": min(tolerance, 0.1 * options.feasibility if last else 1e-6),
+        "constr_viol_tol": min(0.1 * options.feasibility, 0.005 * options.tolerance) if last else min(tolerance, 1e-6),
         "acceptable_iter": 0,
         "mu_strategy": "monotone",
         "bound_relax_factor": 0.0,
