@@ -15,8 +15,9 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.physics import ContactPoint, NumericPhysics
-from fesd_robot.plans.plan import Audit, HomotopyStep, Plan, Statistics, Units
+from fesd_robot.plans.plan import Attempt, Audit, HomotopyStep, Plan, Statistics, Units
 from fesd_robot.plans.verdict import status_of
+from fesd_robot.retries import LADDER, Changes, changed
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
 
@@ -26,20 +27,61 @@ def plan(
     *,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
+    retrying: Callable[[Changes, Plan], None] | None = None,
 ) -> Plan:
-    """Plan the motion that a task describes.
+    """Plan the motion that a task describes, on other ways where the first does not solve it (`retries.LADDER`).
 
     Args:
-        task: from `load_task`.
+        task: from `load_task`; `task.solver.retries` is the number of other ways.
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve, and the best iterate is
             returned as not solved.
+        retrying: called before every other way with what it changes and the plan that was not solved.
 
     Returns:
-        The plan; `plan.status.solved` says whether it can be relied on.
+        The first plan that is solved, else the first of all; `plan.status.solved` says whether it can be relied on, and
+        `plan.statistics.attempts` what was tried.
 
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    begin = time.perf_counter()
+    ways: list[Changes] = [{}, *(way(task) for way in LADDER[: task.solver.retries])]
+    attempts: list[Attempt] = []
+    found: list[Plan] = []
+    for changes in ways:
+        if found and retrying:
+            retrying(changes, found[-1])
+        seconds, before = task.solver.time_limit, time.perf_counter()
+        if seconds is not None:
+            changes = {**changes, "solver.time_limit": max(seconds - (before - begin), 1e-3)}
+        result = attempt(changed(task, changes), progress=progress, stop=stop)
+        found.append(result)
+        attempts.append(
+            Attempt(
+                changes={key: value for key, value in changes.items() if key != "solver.time_limit"},
+                solved=result.status.solved,
+                objective=result.statistics.objective,
+                iterations=result.statistics.iterations,
+                seconds=time.perf_counter() - before,
+                message=result.status.message,
+            )
+        )
+        if result.status.solved or result.status.nlp in ("interrupted", "time limit"):
+            break
+    best = next((one for one in found if one.status.solved), found[0])
+    return best.model_copy(update={"statistics": best.statistics.model_copy(update={"attempts": attempts})})
+
+
+def attempt(
+    task: Task,
+    *,
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Callable[[int, float], bool] | None = None,
+) -> Plan:
+    """Plan the motion in one try: formulate, transcribe, solve, return to physical time, audit.
+
+    Args and raises are those of `plan`.
     """
     begin = time.perf_counter()
     motion = formulate(task)

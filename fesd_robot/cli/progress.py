@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fesd_robot.mpcc import NlpReport
+    from fesd_robot.plans import Plan
 
 COLUMNS = {
     "sigma": 7,
@@ -43,6 +45,12 @@ def cells(report: NlpReport) -> list[str]:
     ]
 
 
+def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
+    """Return the sentence before another way."""
+    what = ", ".join(f"{key} = {value:g}" for key, value in changes.items())
+    return f"{failed.status.message} Next try: {what}."
+
+
 class Progress:
     """Shows nothing; base of the kinds that do."""
 
@@ -51,6 +59,9 @@ class Progress:
 
     def iteration(self, iteration: int, objective: float) -> None:
         """Show where the running NLP is."""
+
+    def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
+        """Say why another way is tried, and which."""
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
@@ -82,6 +93,10 @@ class PlainProgress(Progress):
     def iteration(self, iteration: int, objective: float) -> None:
         """Show the header."""
         self._begin()
+
+    def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
+        """Say why another way is tried, and which."""
+        typer.echo(retry_line(changes, failed))
 
     def _begin(self) -> None:
         if not self._begun:
@@ -125,6 +140,10 @@ class LiveProgress(Progress):
         self._shown = now
         text = f"NLP {self._finished + 1}: iteration {iteration}, cost {objective:.6g}, {now - self._begin:.0f} s"
         self._show(text, "dim")
+
+    def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
+        """Say why another way is tried, and which."""
+        self._live.console.print(retry_line(changes, failed), style="yellow", highlight=False)
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""

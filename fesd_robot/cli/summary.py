@@ -32,8 +32,19 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
         *contact_lines(plan),
         f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
         f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
+        *_tries(plan),
         f"written to {shown}: {', '.join(names)}",
     ]
+
+
+def _tries(plan: Plan) -> list[str]:
+    tries = plan.statistics.attempts
+    if len(tries) < 2:
+        return []
+    kept = next((one for one in tries if one.solved), None)
+    how = ", ".join(f"{key} = {value:g}" for key, value in kept.changes.items()) if kept else ""
+    outcome = f"solved with {how}" if kept else "none solved, the first is kept"
+    return [f"{len(tries)} tries in {sum(one.seconds for one in tries):.0f} s: {outcome}"]
 
 
 def contact_lines(plan: Plan) -> list[str]:

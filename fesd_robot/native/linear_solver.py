@@ -12,12 +12,12 @@ import casadi
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.native.compiler import CompilationError, shared_library
+from fesd_robot.native.compiler import CompilationError, processor, shared_library
 
 logger = logging.getLogger(__name__)
 
 SOURCES = Path(__file__).parent / "kkt"
-FLAGS = ("-std=c++17", "-O3", "-march=native", "-DNDEBUG")
+FLAGS = ("-std=c++17", "-O3", "-DNDEBUG")
 SINGULAR = 3
 """INFO(1) of MA27 for a matrix that is rank deficient."""
 
@@ -85,7 +85,7 @@ def kkt_library() -> Path | None:
         library = shared_library(
             "kkt",
             sorted(SOURCES.glob("*.cpp")),
-            [*FLAGS, f"-I{eigen}"],
+            [*FLAGS, instruction_set(), f"-I{eigen}"],
             headers=sorted(SOURCES.glob("*.hpp")),
         )
         self_test(library)
@@ -93,6 +93,15 @@ def kkt_library() -> Path | None:
         logger.warning("IPOPT uses MUMPS, for our own linear solver is not available: %s", error)
         return None
     return library
+
+
+def instruction_set() -> str:
+    """Return the compiler's flag for this processor.
+
+    Where it can be, that is one common level: with the same instructions sums are rounded alike, so that a task ends in
+    the same local optimum on other machines.
+    """
+    return "-march=x86-64-v3" if {"avx2", "fma", "bmi2"} <= set(processor().split()) else "-march=native"
 
 
 def self_test(library: Path) -> None:

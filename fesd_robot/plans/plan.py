@@ -170,8 +170,19 @@ class HomotopyStep(Record):
     seconds: float
 
 
+class Attempt(Record):
+    """One try at the task: what was changed for it, and what came of it."""
+
+    changes: dict[str, Any]
+    solved: bool
+    objective: float
+    iterations: int
+    seconds: float
+    message: str
+
+
 class Statistics(Record):
-    """Sizes, effort and cost of the solve."""
+    """Sizes, effort and cost of the solve; `attempts` are all tries, the others describe the one that was kept."""
 
     variables: int
     constraints: int
@@ -182,6 +193,7 @@ class Statistics(Record):
     objective: float
     cost_terms: dict[str, float]
     homotopy: list[HomotopyStep]
+    attempts: list[Attempt] = []
 
 
 class Provenance(Record):

@@ -110,7 +110,26 @@ def _effort(plan: Plan) -> str:
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs; "
         f"built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
         + _table(header, rows)
+        + _attempts(plan)
     )
+
+
+def _attempts(plan: Plan) -> str:
+    if len(plan.statistics.attempts) < 2:
+        return ""
+    rows = [
+        [
+            ", ".join(f"{key} = {value:g}" for key, value in one.changes.items()) or "as written",
+            "yes" if one.solved else "no",
+            f"{one.objective:.6g}",
+            str(one.iterations),
+            f"{one.seconds:.1f}",
+            one.message,
+        ]
+        for one in plan.statistics.attempts
+    ]
+    header = ["way", "solved", "cost", "iterations", "seconds", "outcome"]
+    return "\n### Tries\n\nThe first that was solved is kept, else the first.\n\n" + _table(header, rows)
 
 
 def _provenance(plan: Plan) -> str:

@@ -163,8 +163,13 @@ class Solver(Section):
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
+    retries: Annotated[int, Field(strict=True, ge=0, le=5)] = Field(
+        default=3,
+        description="How many other ways are tried when a task is not solved, 0 to 5: gentler sigma_factor, smaller "
+        "velocity_relaxation, larger method.step_freedom, larger sigma_start, one more of method.elements.",
+    )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(
-        default="mumps",
+        default="auto",
         description="Linear solver inside IPOPT: fesd, compiled on first use and several times faster than mumps, or "
         "mumps; auto: fesd where there is a C++ compiler, else mumps.",
     )

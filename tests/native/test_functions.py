@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
 from fesd_robot.mpcc.assembly import assemble
-from fesd_robot.mpcc.relaxation import scholtes
+from fesd_robot.mpcc.relaxations import scholtes
 from fesd_robot.native import CompilationError, compile_functions
 from fesd_robot.native.compiler import shared_library
 

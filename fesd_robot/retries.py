@@ -1,0 +1,32 @@
+"""What is changed when a task was not solved: other roads to the same goal, tried in this order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from fesd_robot.task import Task
+
+Changes = dict[str, Any]
+"""``section.key`` of the task -> value."""
+
+LADDER: tuple[Callable[[Task], Changes], ...] = (
+    lambda task: {"solver.sigma_factor": round(task.solver.sigma_factor**0.5, 3)},
+    lambda task: {"solver.velocity_relaxation": max(1.0, task.solver.velocity_relaxation / 10)},
+    lambda task: {"method.step_freedom": task.method.step_freedom + 1.0},
+    lambda task: {"solver.sigma_start": 10 * task.solver.sigma_start},
+    lambda task: {"method.elements": task.method.elements + 1},
+)
+"""A gentler homotopy, velocity conditions that trail less, longer elements, a softer start, more elements.
+
+None changes what is asked for: goal, limits, costs and tolerances stay. A homotopy through a nonconvex problem ends
+where its way leads it; a small change of the way often leads elsewhere.
+"""
+
+
+def changed(task: Task, changes: Changes) -> Task:
+    """Return the task with keys of its sections changed, ``section.key`` each."""
+    for key, value in changes.items():
+        section, name = key.split(".")
+        task = task.model_copy(update={section: getattr(task, section).model_copy(update={name: value})})
+    return task
