@@ -132,6 +132,9 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         rank_ratio=solver.velocity_relaxation,
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
+        relaxation=solver.relaxation,
+        steering=solver.steering,
+        schedule=solver.schedule,
         linear_solver=solver.linear_solver,
         compile=task.method.compile,
     )

@@ -47,7 +47,7 @@ def cells(report: NlpReport) -> list[str]:
 
 def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
     """Return the sentence before another way."""
-    what = ", ".join(f"{key} = {value:g}" for key, value in changes.items())
+    what = ", ".join(f"{key} = {value}" for key, value in changes.items())
     return f"{failed.status.message} Next try: {what}."
 
 

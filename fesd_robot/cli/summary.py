@@ -42,7 +42,7 @@ def _tries(plan: Plan) -> list[str]:
     if len(tries) < 2:
         return []
     kept = next((one for one in tries if one.solved), None)
-    how = ", ".join(f"{key} = {value:g}" for key, value in kept.changes.items()) if kept else ""
+    how = ", ".join(f"{key} = {value}" for key, value in kept.changes.items()) if kept else ""
     outcome = f"solved with {how}" if kept else "none solved, the first is kept"
     return [f"{len(tries)} tries in {sum(one.seconds for one in tries):.0f} s: {outcome}"]
 

@@ -16,6 +16,9 @@ from fesd_robot.fesd.point import PointFunctions, subsets
 MAX_TRIALS = 400
 """Newton solves after which a search gives up."""
 
+ZERO = 1e-8
+"""A multiplier at the left boundary of a step that counts as zero."""
+
 
 @dataclass(frozen=True)
 class StepInput:
@@ -123,6 +126,8 @@ class ModeSearch:
         modes = self._allocate(phases)
         if modes is None or self._trials >= MAX_TRIALS or modes.tobytes() in self._seen:
             return None
+        if self.switching and (np.asarray(self.point.sides(step.z)[0]).ravel()[modes[0]] > ZERO).any():
+            return None  # a pair cannot be active where its multiplier at the left boundary is not zero
         self._seen.add(modes.tobytes())
         self._trials += 1
         result = self.equations.newton(guess, modes, step.x, step.p, step.length)

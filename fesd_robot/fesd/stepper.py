@@ -15,7 +15,7 @@ from fesd_robot.fesd.search import ModeSearch, StepInput
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.relaxation import scholtes
+from fesd_robot.mpcc.relaxations import relaxation_named
 
 STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
 """First sigma, factor and rank ratio of a step's homotopy, and those that are tried when it fails."""
@@ -107,7 +107,8 @@ class Stepper:
     def _homotopy(self, step: StepInput) -> SolvedStep | StepFailure:
         transcription = self._problem(step)
         if not self._built:
-            self._built.append((transcription, assemble(transcription.problem, scholtes)))
+            relaxation, steering = relaxation_named(self.solver.relaxation), self.solver.steering
+            self._built.append((transcription, assemble(transcription.problem, relaxation, steering=steering)))
         template, nlp = self._built[0]
         lower, upper, start = transcription.bounds_and_start()
         problem = replace(template.problem, lower=lower, upper=upper, start=start)

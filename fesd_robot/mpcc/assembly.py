@@ -14,7 +14,8 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.mpcc.problem import Block, Mpcc
-from fesd_robot.mpcc.relaxation import Relaxation
+from fesd_robot.mpcc.relaxations import Relaxation
+from fesd_robot.mpcc.steering import Slacks, Steering, check_one_sided, check_steering, pair_parameters, slacks_of
 from fesd_robot.native import CompilationError, compile_functions
 
 logger = logging.getLogger(__name__)
@@ -34,6 +35,8 @@ class RelaxedNlp:
         nlp: ``x, p -> f, g`` with p = (sigma of rank 0, sigma of rank 1).
         gradient, jacobian, hessian: derivative functions in CasADi's nlpsol signatures.
         lower, upper: bounds of g.
+        relaxation, steering: what it was assembled with.
+        slacks: the steering's slack variables, which end x.
     """
 
     nlp: ca.Function
@@ -42,6 +45,9 @@ class RelaxedNlp:
     hessian: ca.Function
     lower: np.ndarray
     upper: np.ndarray
+    relaxation: Relaxation
+    steering: Steering
+    slacks: Slacks
 
 
 @dataclass(frozen=True)
@@ -61,16 +67,28 @@ class _BlockDerivatives:
         return sum(int(f.n_instructions()) for f in (self.value, self.gradient, self.jacobian, self.hessian))
 
 
-def assemble(problem: Mpcc, relaxation: Relaxation, compiled: Compile = "never") -> RelaxedNlp:
-    """Return the NLP in which every pair is replaced by G >= 0, H >= 0 and the relaxation's row <= 0.
+def assemble(
+    problem: Mpcc, relaxation: Relaxation, compiled: Compile = "never", steering: Steering = "direct"
+) -> RelaxedNlp:
+    """Return the NLP in which every pair is replaced by the relaxation's rows, and G >= 0, H >= 0 if they ask for it.
 
     Rows G >= 0 or H >= 0 that already follow from the bounds on the variables are left out.
 
     Raises:
         CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
+        ModelError: the problem has one-sided pairs and the relaxation cannot hold them.
+        ValueError: there is no such steering.
     """
-    x, sigma, weight = ca.MX.sym("x", problem.size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
-    derivatives = [_differentiate(block, problem, relaxation) for block in problem.blocks]
+    check_steering(steering)
+    check_one_sided(problem, relaxation)
+    slacks = slacks_of(problem, steering, relaxation.power)
+    size = problem.size + slacks.count
+    indices = [np.vstack([b.index, problem.size + own]) for b, own in zip(problem.blocks, slacks.index, strict=True)]
+    x, sigma, weight = ca.MX.sym("x", size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
+    derivatives = [
+        _differentiate(block, problem, relaxation, steering, len(own))
+        for block, own in zip(problem.blocks, slacks.index, strict=True)
+    ]
     rows = [len(d.lower) * block.copies for block, d in zip(problem.blocks, derivatives, strict=True)]
     multiplier = ca.MX.sym("lam_g", sum(rows))
 
@@ -78,32 +96,34 @@ def assemble(problem: Mpcc, relaxation: Relaxation, compiled: Compile = "never")
     constraints, gradients, jacobians, hessians = [], [], [], []
     gradient_at, jacobian_at, hessian_at = [], [], []
     first_row = 0
-    for block, d, count in zip(problem.blocks, derivatives, rows, strict=True):
+    for block, index, d, count in zip(problem.blocks, indices, derivatives, rows, strict=True):
         copies = block.copies
-        local = ca.reshape(x[block.index.ravel(order="F").tolist()], block.index.shape)
+        local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
+        own = local[: block.index.shape[0], :] if len(index) > len(block.index) else local
         arguments = (local, ca.DM(block.parameters), ca.repmat(sigma, 1, copies))
         f, g = d.value.map(copies)(*arguments)
         cost += ca.sum2(f)
         constraints.append(ca.vec(g))
-        gradients.append(ca.vec(d.gradient.map(copies)(local, ca.DM(block.parameters))))
+        gradients.append(ca.vec(d.gradient.map(copies)(own, ca.DM(block.parameters))))
         gradient_at.append(block.index.ravel(order="F"))
         jacobians.append(ca.vec(d.jacobian.map(copies)(*arguments)))
         row, column = (np.array(part, dtype=int) for part in d.jacobian_sparsity.get_triplet())
         offsets = first_row + len(d.lower) * np.arange(copies)
-        jacobian_at.append(((row[:, None] + offsets).ravel(order="F"), block.index[column].ravel(order="F")))
+        jacobian_at.append(((row[:, None] + offsets).ravel(order="F"), index[column].ravel(order="F")))
         local_multiplier = ca.reshape(multiplier[first_row : first_row + count], (len(d.lower), copies))
         hessians.append(ca.vec(d.hessian.map(copies)(*arguments, ca.repmat(weight, 1, copies), local_multiplier)))
         row, column = (np.array(part, dtype=int) for part in d.hessian_sparsity.get_triplet())
-        first, second = block.index[row].ravel(order="F"), block.index[column].ravel(order="F")
+        first, second = index[row].ravel(order="F"), index[column].ravel(order="F")
         hessian_at.append((np.minimum(first, second), np.maximum(first, second)))
         first_row += count
 
     g = ca.vertcat(*constraints)
-    gradient = _scatter(
-        np.concatenate(gradient_at), np.zeros(sum(map(len, gradient_at)), int), (problem.size, 1), gradients
-    )
-    jacobian = _scatter(*_stack(jacobian_at), (sum(rows), problem.size), jacobians)
-    hessian = _scatter(*_stack(hessian_at), (problem.size, problem.size), hessians)
+    gradient = _scatter(np.concatenate(gradient_at), np.zeros(sum(map(len, gradient_at)), int), (size, 1), gradients)
+    jacobian = _scatter(*_stack(jacobian_at), (sum(rows), size), jacobians)
+    hessian = _scatter(*_stack(hessian_at), (size, size), hessians)
+    if slacks.count:
+        prices = ca.vertcat(ca.DM.zeros(problem.size), slacks.prices(sigma))
+        cost, gradient = cost + ca.dot(prices, x), gradient + prices
     nlp = RelaxedNlp(
         nlp=ca.Function("nlp", [x, sigma], [cost, g], ["x", "p"], ["f", "g"]),
         gradient=ca.Function("nlp_grad_f", [x, sigma], [cost, ca.densify(gradient)], ["x", "p"], ["f", "grad_f_x"]),
@@ -113,6 +133,9 @@ def assemble(problem: Mpcc, relaxation: Relaxation, compiled: Compile = "never")
         ),
         lower=np.concatenate([np.tile(d.lower, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
         upper=np.concatenate([np.tile(d.upper, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
+        relaxation=relaxation,
+        steering=steering,
+        slacks=slacks,
     )
     instructions = sum(d.instructions * block.copies for block, d in zip(problem.blocks, derivatives, strict=True))
     if compiled == "always" or (compiled == "auto" and instructions >= WORTHWHILE):
@@ -131,31 +154,36 @@ def _compiled(nlp: RelaxedNlp, required: bool) -> RelaxedNlp:
     return replace(nlp, nlp=functions[0], gradient=functions[1], jacobian=functions[2], hessian=functions[3])
 
 
-def _differentiate(block: Block, problem: Mpcc, relaxation: Relaxation) -> _BlockDerivatives:
+def _differentiate(
+    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int
+) -> _BlockDerivatives:
     w = ca.SX.sym("w", block.function.sparsity_in(0))
     p = ca.SX.sym("p", block.function.sparsity_in(1))
-    sigma = ca.SX.sym("sigma", 2)
+    sigma, slack = ca.SX.sym("sigma", 2), ca.SX.sym("slack", slacks)
+    x = ca.vertcat(w, slack) if slacks else w
     f, g, G, H = (ca.densify(part) for part in block.function(w, p))
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
         part[row]
         for part, free in ((G, block.sign_free), (H, np.zeros(len(block.sign_free), bool)))
         for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
-        if not implied
+        if relaxation.signs and not implied
     ]
-    relaxed = relaxation(G, H, sigma[block.pair_ranks.tolist()])
+    relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))
     rows = ca.vertcat(g, relaxed, *signs)
     multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
-    jacobian = ca.jacobian(rows, w)
-    hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), w)[0])
+    jacobian = ca.jacobian(rows, x)
+    hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])
     return _BlockDerivatives(
-        value=ca.Function("value", [w, p, sigma], [f, rows]),
+        value=ca.Function("value", [x, p, sigma], [f, rows]),
         gradient=ca.Function("gradient", [w, p], [ca.densify(ca.gradient(f, w))]),
-        jacobian=ca.Function("jacobian", [w, p, sigma], [_nonzeros(jacobian)]),
-        hessian=ca.Function("hessian", [w, p, sigma, weight, multiplier], [_nonzeros(hessian)]),
+        jacobian=ca.Function("jacobian", [x, p, sigma], [_nonzeros(jacobian)]),
+        hessian=ca.Function("hessian", [x, p, sigma, weight, multiplier], [_nonzeros(hessian)]),
         jacobian_sparsity=jacobian.sparsity(),
         hessian_sparsity=hessian.sparsity(),
-        lower=np.concatenate([block.lower, np.full(relaxed.numel(), -np.inf), np.zeros(len(signs))]),
+        lower=np.concatenate(
+            [block.lower, np.full(relaxed.numel(), 0.0 if relaxation.equality else -np.inf), np.zeros(len(signs))]
+        ),
         upper=np.concatenate([block.upper, np.zeros(relaxed.numel()), np.full(len(signs), np.inf)]),
     )
 

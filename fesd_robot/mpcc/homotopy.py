@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
+from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, converged, solve_nlp
+from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.problem import Mpcc, Residuals
-from fesd_robot.mpcc.relaxation import Relaxation, scholtes
+from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
+from fesd_robot.mpcc.schedule import SETTLED, Sigmas, chosen_start
 from fesd_robot.native import kkt_library
-
-SETTLED = 5e-3
-"""Below this sigma of rank 1 the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
 
 _TRIALS = ("first", "again")
 """An NLP that fails is tried again from the same point, with the adaptive barrier."""
@@ -26,58 +25,6 @@ _FINAL = ("interrupted", "time limit", "iteration limit")
 """Ends of an NLP after which another trial is pointless."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
-
-
-@dataclass(frozen=True)
-class HomotopyOptions:
-    """How sigma is driven to zero.
-
-    Args:
-        tolerance: product a b asked for in every pair; the last sigma.
-        sigma_start, sigma_factor: first sigma and the factor from one NLP to the next.
-        rank_ratio: how much larger sigma is for pairs of rank 1, if there are any, until rank 0 has reached the
-            tolerance.
-        max_iterations: IPOPT iterations per NLP.
-        time_limit: seconds for the whole homotopy.
-        linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
-            else one of IPOPT's.
-        compile: whether the NLP's functions become machine code: ``always``, ``never``, or ``auto``: large ones where
-            there is a C compiler.
-        feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
-        ipopt: further IPOPT options, by IPOPT's names.
-
-    Raises:
-        ValueError: a tolerance, factor or ratio outside its range.
-    """
-
-    tolerance: float = 1e-8
-    sigma_start: float = 1.0
-    sigma_factor: float = 0.35
-    rank_ratio: float = 1000.0
-    max_iterations: int = 1000
-    time_limit: float | None = None
-    linear_solver: str = "mumps"
-    compile: Compile = "auto"
-    feasibility: float = 1e-8
-    ipopt: dict[str, Any] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not 0 < self.tolerance <= self.sigma_start:
-            raise ValueError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {self.sigma_start:g}")
-        if not 0 < self.sigma_factor < 1:
-            raise ValueError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
-        if not self.rank_ratio >= 1:
-            raise ValueError(f"rank_ratio must be at least 1, found {self.rank_ratio:g}")
-
-    def sigmas(self) -> list[tuple[float, float]]:
-        """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly."""
-        values = [(self.sigma_start, self.sigma_start * self.rank_ratio)]
-        while max(values[-1]) > self.tolerance:
-            factor = self.sigma_factor if values[-1][1] > SETTLED else self.sigma_factor**2
-            smaller = [value * factor for value in values[-1]]
-            first, second = (self.tolerance if value < 1.0001 * self.tolerance else value for value in smaller)
-            values.append((first, second))
-        return values
 
 
 @dataclass(frozen=True)
@@ -125,20 +72,26 @@ def solve(
     problem: Mpcc,
     options: HomotopyOptions | None = None,
     *,
-    relaxation: Relaxation = scholtes,
+    relaxation: Relaxation | None = None,
     nlp: RelaxedNlp | None = None,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
 ) -> MpccSolution:
     """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
 
-    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma. An NLP that fails twice ends the homotopy; the best
-    point so far is returned with its residuals, and `solved` is False.
+    Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma, or what the relaxation says. An NLP that fails twice
+    ends the homotopy; the best point so far is returned with its residuals, and `solved` is False.
 
     Args:
-        nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks).
+        relaxation: instead of the options' one.
+        nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks); its relaxation and
+            steering are the ones it was assembled with.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
+
+    Raises:
+        ModelError: the relaxation cannot hold one-sided pairs, and the problem has some.
+        SolverError: IPOPT could not be started.
 
     Source: Scholtes 2001; Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022 (comparison of homotopies).
     """
@@ -146,14 +99,24 @@ def solve(
     if not any(block.pair_ranks.any() for block in problem.blocks):
         options = replace(options, rank_ratio=1.0)
     begin = time.perf_counter()
-    nlp = nlp or assemble(problem, relaxation, options.compile)
+    nlp = nlp or assemble(
+        problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
+    )
     build_seconds = time.perf_counter() - begin
-    point = NlpPoint(problem.start, np.zeros(problem.size), np.zeros(len(nlp.lower)))
+    size, elastic = problem.size, nlp.slacks.count > 0
+    sigma_start = options.sigma_start or max(chosen_start(problem, options.rank_ratio), options.tolerance)
+    last = options.tolerance if elastic else nlp.relaxation.last_sigma(options.tolerance)
+    steps = options.steps(sigma_start, last)
+    slack_upper = nlp.slacks.upper(sigma_start, options.rank_ratio)
+    lower, upper = np.append(problem.lower, np.zeros(nlp.slacks.count)), np.append(problem.upper, slack_upper)
+    start = np.append(problem.start, 0.5 * slack_upper)
+    point = NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower)))
     reports: list[NlpReport] = []
-    best, status, finished = point, "not started", False
-    violation = problem.residuals(point.x).constraint_violation
+    best, status, finished, exact = point, "not started", False, False
+    violation = problem.residuals(problem.start).constraint_violation
     begin = time.perf_counter()
-    for sigmas in options.sigmas():
+    sigmas = steps.start()
+    while not finished:
         for trial in _TRIALS:
             remaining = None if options.time_limit is None else options.time_limit - (time.perf_counter() - begin)
             if remaining is not None and remaining <= 0:
@@ -163,13 +126,13 @@ def solve(
                 nlp,
                 sigma=sigmas,
                 start=point,
-                lower=problem.lower,
-                upper=problem.upper,
-                options=_ipopt_options(options, sigmas, remaining, trial),
+                lower=lower,
+                upper=upper,
+                options=_ipopt_options(options, sigmas, remaining, trial, elastic or steps.is_last(sigmas)),
                 stop=stop,
             )
             status = result.status
-            residuals = problem.residuals(result.point.x)
+            residuals = problem.residuals(result.point.x[:size])
             reports.append(NlpReport(*sigmas, status, result.iterations, result.seconds, residuals))
             if progress:
                 progress(reports[-1])
@@ -180,14 +143,15 @@ def solve(
         if not converged(status):
             break
         point, violation = result.point, 0.0
-    else:
-        finished = True
-    residuals = problem.residuals(best.x)
-    feasible = (
-        residuals.constraint_violation <= options.feasibility and residuals.complementarity <= 1.01 * options.tolerance
-    )
+        exact = point.x[size:].max(initial=0.0) <= options.tolerance and _is_feasible(residuals, options)
+        finished = steps.is_last(sigmas) or (elastic and exact)
+        sigmas = steps.after(sigmas, result.iterations)
+    residuals = problem.residuals(best.x[:size])
+    feasible = _is_feasible(residuals, options)
+    if finished and elastic and not exact:
+        finished, status = False, "slack left"
     return MpccSolution(
-        w=best.x,
+        w=best.x[:size],
         residuals=residuals,
         feasible=feasible,
         solved=finished and feasible,
@@ -196,6 +160,11 @@ def solve(
         build_seconds=build_seconds,
         solve_seconds=time.perf_counter() - begin,
     )
+
+
+def _is_feasible(residuals: Residuals, options: HomotopyOptions) -> bool:
+    product, violation = residuals.complementarity, residuals.constraint_violation
+    return violation <= options.feasibility and product <= 1.01 * options.tolerance
 
 
 def _linear_solver(name: str) -> dict[str, Any]:
@@ -211,12 +180,11 @@ def _linear_solver(name: str) -> dict[str, Any]:
 
 
 def _ipopt_options(
-    options: HomotopyOptions, sigmas: tuple[float, float], remaining: float | None, trial: str
+    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: str, last: bool
 ) -> dict[str, Any]:
-    """IPOPT's options for one sigma; no NLP is solved more accurately than its sigma deserves."""
+    """IPOPT's options for one sigma; no NLP but one that may be the last is more accurate than its sigma deserves."""
     sigma, sigma_of_rank_1 = sigmas
-    last = sigma_of_rank_1 <= 1.0001 * options.tolerance
-    tolerance = max(min(0.1 * sigma, 1e-3), 1e-9)
+    tolerance = max(min(0.1 * (options.tolerance if last else sigma), 1e-3), 1e-9)
     settings: dict[str, Any] = {
         **_linear_solver(options.linear_solver),
         "max_iter": options.max_iterations,

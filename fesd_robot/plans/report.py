@@ -119,7 +119,7 @@ def _attempts(plan: Plan) -> str:
         return ""
     rows = [
         [
-            ", ".join(f"{key} = {value:g}" for key, value in one.changes.items()) or "as written",
+            ", ".join(f"{key} = {value}" for key, value in one.changes.items()) or "as written",
             "yes" if one.solved else "no",
             f"{one.objective:.6g}",
             str(one.iterations),

@@ -163,10 +163,28 @@ class Solver(Section):
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
-    retries: Annotated[int, Field(strict=True, ge=0, le=5)] = Field(
+    relaxation: Literal[
+        "scholtes",
+        "fischer_burmeister",
+        "natural_residual",
+        "chen_chen_kanzow",
+        "steffensen_ulbrich_sine",
+        "steffensen_ulbrich_polynomial",
+        "kanzow_schwartz",
+    ] = Field(default="scholtes", description="What smooths a complementarity pair by sigma.")
+    steering: Literal["direct", "l1", "linf"] = Field(
+        default="direct",
+        description="What makes sigma small: direct sets it; l1 and linf penalise slacks, one a pair or one for all.",
+    )
+    schedule: Literal["linear", "superlinear", "adaptive"] = Field(
+        default="linear",
+        description="How sigma falls: by sigma_factor; faster and faster; or by how hard the last problem was.",
+    )
+    retries: Annotated[int, Field(strict=True, ge=0, le=6)] = Field(
         default=3,
-        description="How many other ways are tried when a task is not solved, 0 to 5: gentler sigma_factor, smaller "
-        "velocity_relaxation, larger method.step_freedom, larger sigma_start, one more of method.elements.",
+        description="How many other ways are tried when a task is not solved, 0 to 6: gentler sigma_factor, smaller "
+        "velocity_relaxation, larger method.step_freedom, relaxation fischer_burmeister, larger sigma_start, one more "
+        "of method.elements.",
     )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(
         default="auto",

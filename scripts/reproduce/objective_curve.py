@@ -26,7 +26,7 @@ from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.mpcc.assembly import assemble
-from fesd_robot.mpcc.relaxation import scholtes
+from fesd_robot.mpcc.relaxations import scholtes
 
 DURATION, ELEMENTS, TARGET = 2.0, 25, 5 / 3
 LEFT, RIGHT = -2.0, -0.8

@@ -8,7 +8,7 @@ import pytest
 
 from fesd_robot.mpcc import Block, Mpcc
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.relaxation import scholtes
+from fesd_robot.mpcc.relaxations import scholtes
 
 SIZE = 7
 SIGMA = np.array([0.3, 20.0])

@@ -3,95 +3,43 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 
 from fesd_robot.errors import SolverError
-from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, NlpReport, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, NlpReport, solve
 from fesd_robot.mpcc.assembly import assemble
-from fesd_robot.mpcc.relaxation import scholtes
+from fesd_robot.mpcc.relaxations import Relaxation, scholtes
 
-W = ca.SX.sym("w", 3)
-X, Y, Z = W[0], W[1], W[2]
+from .known import KNOWN, X, Y, mpcc, one_sided
+
 TOLERANCE = 1e-8
 OPTIONS = HomotopyOptions(tolerance=TOLERANCE, sigma_factor=0.1, rank_ratio=100.0)
+BY_NAME = {known.name: known.problem for known in KNOWN}
+NEAR_MISS = BY_NAME["near_miss"]
+
+REACHED = {
+    "near_miss": ([0, 2], 1e-8),
+    "equality": ([2, 0], 1e-8),
+    "corner": ([0, 0], 1e-8),
+    "no_strict_complementarity": ([0, 0], 1e-4),
+    "falling_into_the_corner": ([0, 0], 1.01e-4),
+    "moved_pair": ([0.5, 0.5], 1e-7),
+    "no_multipliers": ([0, 0, 0], 5e-4),
+    "b_not_s_stationary": ([0, 0, 0], 2.01e-4),
+    "redundant_pair": ([0, 2], 1e-8),
+}
+"""Which solution the default homotopy finds, and how far from it a product of `TOLERANCE` may leave the point."""
 
 
-def _mpcc(f: ca.SX, G: ca.SX, H: ca.SX, start: list[float], **parts: Any) -> Mpcc:
-    n = len(start)
-    unused = {W[i]: 0.0 for i in range(n, 3)}
-    if unused:
-        f = ca.substitute(f, ca.vertcat(*unused), ca.DM(list(unused.values())))
-    return Mpcc.from_expressions(w=W[:n], f=f, G=G, H=H, start=np.array(start), **parts)
-
-
-class Known(NamedTuple):
-    """A problem, its solution, and how far from it a product of `TOLERANCE` may leave the point."""
-
-    problem: Mpcc
-    solution: list[float]
-    distance: float
-
-
-def _near_miss() -> Known:
-    """min (x-1)² + (y-2)², x ⊥ y: the nearer axis wins."""
-    return Known(_mpcc((X - 1) ** 2 + (Y - 2) ** 2, X, Y, [0, 0]), [0, 2], 1e-8)
-
-
-def _equality() -> Known:
-    """min (x-2)² + (y-1)² on x + y = 2, x ⊥ y: two feasible points."""
-    problem = _mpcc((X - 2) ** 2 + (Y - 1) ** 2, X, Y, [1, 1], g=X + Y - 2)
-    return Known(problem, [2, 0], 1e-8)
-
-
-def _corner() -> Known:
-    """kth1 of MacMPEC: min x + y, both sides zero with positive multipliers."""
-    return Known(_mpcc(X + Y, X, Y, [1, 1]), [0, 0], 1e-8)
-
-
-def _no_strict_complementarity() -> Known:
-    """min x² + y²: both sides zero, both multipliers zero."""
-    return Known(_mpcc(X**2 + Y**2, X, Y, [1, 1]), [0, 0], 1e-4)
-
-
-def _falling_into_the_corner() -> Known:
-    """ralph2 of MacMPEC: min x² + y² - 4xy; relaxed solutions are (√σ, √σ)."""
-    return Known(_mpcc(X**2 + Y**2 - 4 * X * Y, X, Y, [1, 1]), [0, 0], 1.01e-4)
-
-
-def _moved_pair() -> Known:
-    """jr1 of MacMPEC: min (y-1)² + x², y ⊥ y - x: the solution has y = x = 1/2."""
-    return Known(_mpcc((Y - 1) ** 2 + X**2, Y, Y - X, [0, 0]), [0.5, 0.5], 1e-7)
-
-
-def _no_multipliers() -> Known:
-    """scholtes4 of MacMPEC: min x + y - z, z <= 4x, z <= 4y, x ⊥ y: no multipliers exist at its solution."""
-    problem = _mpcc(
-        X + Y - Z, X, Y, [0, 0, 0], g=ca.vertcat(Z - 4 * X, Z - 4 * Y), g_lower=np.full(2, -np.inf), g_upper=np.zeros(2)
-    )
-    return Known(problem, [0, 0, 0], 5e-4)
-
-
-CASES = [
-    _near_miss,
-    _equality,
-    _corner,
-    _no_strict_complementarity,
-    _falling_into_the_corner,
-    _moved_pair,
-    _no_multipliers,
-]
-
-
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__.strip("_"))
-def test_known_solutions_are_found(case: Callable[[], Known]) -> None:
+@pytest.mark.parametrize("name", REACHED)
+def test_known_solutions_are_found(name: str) -> None:
     """The returned point is the known solution as far as the tolerance determines it, and its residuals say so."""
-    problem, expected, distance = case()
+    problem, (expected, distance) = BY_NAME[name], REACHED[name]
     solution = solve(problem, OPTIONS)
     assert solution.solved and solution.feasible and solution.status == "converged"
     assert np.abs(solution.w - expected).max() <= distance
@@ -106,30 +54,11 @@ def test_known_solutions_are_found(case: Callable[[], Known]) -> None:
 
 def test_distance_shrinks_with_the_tolerance() -> None:
     """On min (x-1)² + (y-2)² the error of x is tolerance / 2, at every tolerance asked for."""
-    problem = _near_miss().problem
+    problem = NEAR_MISS
     for tolerance in (1e-3, 1e-5, 1e-7):
         solution = solve(problem, HomotopyOptions(tolerance=tolerance, sigma_factor=0.1))
         assert solution.solved
         assert solution.w[0] == pytest.approx(tolerance / 2, rel=0.1)
-
-
-def _one_sided(f: ca.SX, start: list[float], rank: int = 0) -> Mpcc:
-    """H >= 0, G H <= 0 with (G, H) = (x, y)."""
-    function = ca.Function("vanishing", [W[:2], ca.SX(0, 1)], [f, ca.SX(0, 1), X, Y])
-    block = Block(
-        copy_names=["only"],
-        function=function,
-        index=np.array([[0], [1]]),
-        parameters=np.zeros((0, 1)),
-        lower=np.zeros(0),
-        upper=np.zeros(0),
-        constraint_names=[],
-        pair_names=["pair"],
-        one_sided=np.array([True]),
-        ranks=np.array([rank]),
-    )
-    free = np.full(2, np.inf)
-    return Mpcc(lower=-free, upper=free, start=np.array(start), blocks=[block])
 
 
 @pytest.mark.parametrize("rank", [0, 1])
@@ -144,14 +73,14 @@ def _one_sided(f: ca.SX, start: list[float], rank: int = 0) -> Mpcc:
 )
 def test_one_sided_pairs(f: ca.SX, solution: list[float], rank: int) -> None:
     """A pair with G of any sign leaves G < 0 < H alone and still excludes G H > 0, whatever its rank."""
-    found = solve(_one_sided(f, [0.5, 0.5], rank), OPTIONS)
+    found = solve(one_sided(mpcc(f, X, Y, [0.5, 0.5]), rank), OPTIONS)
     assert found.solved
     assert found.w == pytest.approx(solution, abs=2e-8)
 
 
 def test_an_infeasible_problem_is_not_solved() -> None:
     """x, y >= 1 excludes x ⊥ y: the status says infeasible, and the returned point is one that was seen."""
-    problem = _mpcc(X**2 + Y**2, X, Y, [1, 1], lower=np.ones(2))
+    problem = BY_NAME["infeasible"]
     solution = solve(problem, OPTIONS)
     assert not solution.solved
     assert solution.status == "infeasible"
@@ -163,7 +92,7 @@ def test_an_infeasible_problem_is_not_solved() -> None:
 
 def _contradiction(start: list[float]) -> Mpcc:
     """x + y = 1 and x + y = 3."""
-    return _mpcc(X**2 + Y**2, X, Y, start, g=ca.vertcat(X + Y - 1, X + Y - 3))
+    return mpcc(X**2 + Y**2, X, Y, start, g=ca.vertcat(X + Y - 1, X + Y - 3))
 
 
 def test_contradicting_equalities_are_not_solved() -> None:
@@ -186,7 +115,7 @@ def test_a_failed_first_nlp_returns_the_better_point() -> None:
 
 def test_the_iteration_limit_is_a_status() -> None:
     """An NLP that runs out of iterations ends the homotopy with its point and status."""
-    solution = solve(_near_miss().problem, HomotopyOptions(max_iterations=2))
+    solution = solve(NEAR_MISS, HomotopyOptions(max_iterations=2))
     assert (solution.solved, solution.status, len(solution.reports)) == (False, "iteration limit", 1)
     assert solution.iterations == 2
     assert np.isfinite(solution.w).all()
@@ -199,7 +128,7 @@ def test_the_time_limit_is_obeyed() -> None:
         time.sleep(0.05)
         return False
 
-    solution = solve(_near_miss().problem, HomotopyOptions(time_limit=0.3), stop=slow)
+    solution = solve(NEAR_MISS, HomotopyOptions(time_limit=0.3), stop=slow)
     assert (solution.solved, solution.status) == (False, "time limit")
     assert 0.25 <= solution.solve_seconds <= 1.0
     assert np.isfinite(solution.w).all()
@@ -207,7 +136,7 @@ def test_the_time_limit_is_obeyed() -> None:
 
 def test_no_time_at_all_returns_the_start() -> None:
     """With no time left not even the first NLP runs."""
-    problem = _equality().problem
+    problem = BY_NAME["equality"]
     solution = solve(problem, HomotopyOptions(time_limit=1e-9))
     assert (solution.solved, solution.status, solution.reports) == (False, "time limit", [])
     assert solution.w.tolist() == problem.start.tolist()
@@ -222,7 +151,7 @@ def test_stop_ends_with_a_point(calls: int) -> None:
         seen.append((iteration, objective))
         return len(seen) >= calls
 
-    solution = solve(_near_miss().problem, OPTIONS, stop=stop)
+    solution = solve(NEAR_MISS, OPTIONS, stop=stop)
     assert len(seen) == calls
     assert (solution.solved, solution.status) == (False, "interrupted")
     assert solution.reports[-1].status == "interrupted"
@@ -236,7 +165,7 @@ def test_stop_ends_with_a_point(calls: int) -> None:
 def test_progress_is_told_of_every_nlp() -> None:
     """`progress` gets the reports that the solution keeps, in order, each with residuals of its own point."""
     told: list[NlpReport] = []
-    solution = solve(_near_miss().problem, OPTIONS, progress=told.append)
+    solution = solve(NEAR_MISS, OPTIONS, progress=told.append)
     assert told == solution.reports
     products = [report.residuals.complementarity for report in told]
     assert products == sorted(products, reverse=True)
@@ -245,7 +174,7 @@ def test_progress_is_told_of_every_nlp() -> None:
 
 def test_an_assembled_problem_can_be_reused() -> None:
     """The same blocks with other bounds and start need no new derivatives."""
-    problem = _near_miss().problem
+    problem = NEAR_MISS
     nlp = assemble(problem, scholtes)
     moved = Mpcc(lower=np.array([0.5, -np.inf]), upper=problem.upper, start=np.array([2.0, 0.0]), blocks=problem.blocks)
     assert solve(problem, OPTIONS, nlp=nlp).w == pytest.approx([0, 2], abs=1e-7)
@@ -258,17 +187,16 @@ def test_another_relaxation_can_be_given() -> None:
     def smoothed_minimum(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
         return a + b - ca.sqrt((a - b) ** 2 + 4 * sigma)
 
-    problem, expected, _ = _near_miss()
-    solution = solve(problem, OPTIONS, relaxation=smoothed_minimum)
+    solution = solve(NEAR_MISS, OPTIONS, relaxation=Relaxation("smoothed minimum", smoothed_minimum))
     assert solution.solved
-    assert solution.w == pytest.approx(expected, abs=1e-7)
+    assert solution.w == pytest.approx([0, 2], abs=1e-7)
 
 
 @pytest.mark.parametrize("options", [{"linear_solver": "abacus"}, {"ipopt": {"no_such_option": 1}}], ids=str)
 def test_a_solver_that_cannot_run_is_an_error(options: dict[str, Any]) -> None:
     """What IPOPT cannot start with is an exception, not a status."""
     with pytest.raises(SolverError, match="IPOPT could not be run"):
-        solve(_near_miss().problem, HomotopyOptions(**options))
+        solve(NEAR_MISS, HomotopyOptions(**options))
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-8, 1.0])

@@ -1,0 +1,83 @@
+"""How a homotopy runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from fesd_robot.mpcc.assembly import Compile
+from fesd_robot.mpcc.relaxations import relaxation_named
+from fesd_robot.mpcc.schedule import USUAL, Rule, Schedule, Sigmas, check_rule
+from fesd_robot.mpcc.steering import Steering, check_steering
+
+
+@dataclass(frozen=True)
+class HomotopyOptions:
+    """How sigma is driven to zero.
+
+    Args:
+        tolerance: product a b asked for in every pair; the last sigma (of most relaxations).
+        sigma_start, sigma_factor: first sigma (None: `schedule.chosen_start`) and the factor from one NLP to the next.
+        rank_ratio: how much larger sigma is for pairs of rank 1, if there are any, until rank 0 has reached the
+            tolerance.
+        max_iterations: IPOPT iterations per NLP.
+        time_limit: seconds for the whole homotopy.
+        linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
+            else one of IPOPT's.
+        compile: whether the NLP's functions become machine code: ``always``, ``never``, or ``auto``: large ones where
+            there is a C compiler.
+        feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
+        ipopt: further IPOPT options, by IPOPT's names.
+        relaxation: name of what stands for a pair, from `relaxations.RELAXATIONS`.
+        steering: who drives sigma to zero: ``direct`` this homotopy, ``l1``, ``linf`` a penalty rho = 1/sigma on slack
+            variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
+        schedule: how sigma shrinks, ``linear``, ``superlinear`` or ``adaptive`` (`schedule.Rule`).
+        sigma_power: power of the superlinear schedule.
+
+    Raises:
+        ValueError: a tolerance, factor, power or ratio outside its range, or an unknown name.
+    """
+
+    tolerance: float = 1e-8
+    sigma_start: float | None = 1.0
+    sigma_factor: float = 0.35
+    rank_ratio: float = 1000.0
+    max_iterations: int = 1000
+    time_limit: float | None = None
+    linear_solver: str = "mumps"
+    compile: Compile = "auto"
+    feasibility: float = 1e-8
+    ipopt: dict[str, Any] = field(default_factory=dict)
+    relaxation: str = "scholtes"
+    steering: Steering = "direct"
+    schedule: Rule = "linear"
+    sigma_power: float = 1.5
+
+    def __post_init__(self) -> None:
+        relaxation_named(self.relaxation)
+        check_steering(self.steering)
+        check_rule(self.schedule)
+        if not 0 < self.tolerance <= (1.0 if self.sigma_start is None else self.sigma_start):
+            first = "chosen" if self.sigma_start is None else f"{self.sigma_start:g}"
+            raise ValueError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {first}")
+        if not 0 < self.sigma_factor < 1:
+            raise ValueError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
+        if not self.sigma_power > 1:
+            raise ValueError(f"sigma_power must be greater than 1, found {self.sigma_power:g}")
+        if not self.rank_ratio >= 1:
+            raise ValueError(f"rank_ratio must be at least 1, found {self.rank_ratio:g}")
+
+    def steps(self, sigma_start: float, last: float) -> Schedule:
+        """Return the schedule from one sigma to another."""
+        return Schedule(self.schedule, sigma_start, last, self.sigma_factor, self.sigma_power, self.rank_ratio)
+
+    def sigmas(self) -> list[Sigmas]:
+        """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly.
+
+        A first sigma that a problem would choose is 1 here, and every NLP takes `schedule.USUAL` iterations.
+        """
+        steps = self.steps(1.0 if self.sigma_start is None else self.sigma_start, self.tolerance)
+        values = [steps.start()]
+        while not steps.is_last(values[-1]):
+            values.append(steps.after(values[-1], USUAL))
+        return values
