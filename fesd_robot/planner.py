@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, certify, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
@@ -104,7 +104,12 @@ def attempt(
     values = transcription.controls(solution.w)[: len(controls)]
     return Plan(
         name=task.name,
-        status=status_of(solution, found, task.solver.tolerance),
+        status=status_of(
+            solution,
+            found,
+            task.solver.tolerance,
+            certify(problem, solution.w, tolerance=task.solver.tolerance) if solution.solved else None,
+        ),
         audit=found,
         units=Units(
             configuration=configuration_units(motion.robot),

@@ -1,6 +1,17 @@
 """Mathematical programs with complementarity constraints: the value, its relaxation, its solution by homotopy."""
 
+from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.homotopy import HomotopyOptions, MpccSolution, NlpReport, solve
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
 
-__all__ = ["Block", "HomotopyOptions", "Mpcc", "MpccSolution", "NlpReport", "Residuals", "solve"]
+__all__ = [
+    "Block",
+    "Certificate",
+    "HomotopyOptions",
+    "Mpcc",
+    "MpccSolution",
+    "NlpReport",
+    "Residuals",
+    "certify",
+    "solve",
+]

@@ -91,7 +91,10 @@ class Status(Record):
         complementarity: largest product a b over all pairs, recomputed from the returned point.
         natural_residual: largest min(a, b) over all pairs, recomputed from the returned point.
         constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
-        stationarity: ``S``, ``M``, ``C`` or ``unknown``.
+        stationarity: ``S``, ``M``, ``C``, ``W`` or ``none`` of a solved problem, else ``unknown``.
+        b_stationary: ``certified`` if no feasible direction descends to first order, ``refuted`` if one does.
+        biactive: complementarity pairs of which both sides are zero.
+        unresolved: pairs of which neither side is small enough to count as zero for the two answers above.
         audit_passed: every entry of `Audit.violations` is empty.
         message: one sentence for the reader.
     """
@@ -101,7 +104,10 @@ class Status(Record):
     complementarity: float
     natural_residual: float
     constraint_violation: float
-    stationarity: Literal["S", "M", "C", "unknown"]
+    stationarity: Literal["S", "M", "C", "W", "none", "unknown"]
+    b_stationary: Literal["certified", "refuted", "unknown"] = "unknown"
+    biactive: int = 0
+    unresolved: int = 0
     audit_passed: bool
     message: str
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fesd_robot.plans.plan import Plan
+from fesd_robot.plans.plan import Plan, Status
 
 _AUDIT_UNITS = {
     "min_gap": "m",
@@ -46,10 +46,17 @@ def _answers(plan: Plan) -> str:
         ["complementarity, largest a b", f"{status.complementarity:.2e} (asked for {asked:.0e})"],
         ["natural residual, largest min(a, b)", f"{status.natural_residual:.2e}"],
         ["constraint violation", f"{status.constraint_violation:.2e}"],
-        ["stationarity", status.stationarity],
+        ["kind of stationary point", _stationarity(status)],
         ["physics audit", "passed" if status.audit_passed else "failed: " + ", ".join(plan.audit.violations)],
     ]
     return "## Status\n\n" + _table(["question", "answer"], rows)
+
+
+def _stationarity(status: Status) -> str:
+    if status.stationarity == "unknown":
+        return "unknown"
+    pairs = f"{status.biactive} biactive pairs, {status.unresolved} not told apart"
+    return f"{status.stationarity}; B-stationarity {status.b_stationary} ({pairs})"
 
 
 def _contacts(plan: Plan) -> str:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from fesd_robot.mpcc import MpccSolution
+from fesd_robot.mpcc import Certificate, MpccSolution
 from fesd_robot.plans.plan import Audit, Status
 
 _HELP = {
     "iteration limit": "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",
     "time limit": "try a longer solver.time_limit",
     "infeasible": "try a longer horizon.duration, more method.elements, wider limits or another reference",
+    "slack left": "try solver.steering: direct",
     "interrupted": "this is the best iterate so far",
 }
 _DEFAULT_HELP = "try another reference, solver.sigma_start or more method.elements"
 
 
-def status_of(solution: MpccSolution, found: Audit, tolerance: float) -> Status:
-    """Return the status of a solved MPCC and its audit; solved only if every answer is good."""
+def status_of(solution: MpccSolution, found: Audit, tolerance: float, certificate: Certificate | None = None) -> Status:
+    """Return the status of a solved MPCC and its audit; solved only if every answer is good.
+
+    The kind of stationary point is told beside them: whether another motion nearby is cheaper does not make this one
+    wrong.
+    """
     residuals = solution.residuals
     audit_passed = not found.violations
     if solution.solved and audit_passed:
@@ -42,7 +47,10 @@ def status_of(solution: MpccSolution, found: Audit, tolerance: float) -> Status:
         complementarity=residuals.complementarity,
         natural_residual=residuals.natural_residual,
         constraint_violation=residuals.constraint_violation,
-        stationarity="unknown",
+        stationarity=certificate.kind if certificate else "unknown",
+        b_stationary=certificate.b_stationary if certificate else "unknown",
+        biactive=certificate.biactive if certificate else 0,
+        unresolved=certificate.unresolved if certificate else 0,
         audit_passed=audit_passed,
         message=message,
     )

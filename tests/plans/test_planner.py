@@ -58,6 +58,7 @@ def test_it_is_solved(found: Plan) -> None:
     """NLP, complementarity, feasibility and physics agree that the plan can be relied on."""
     status = found.status
     assert status.solved and status.audit_passed and status.nlp == "converged", status.message
+    assert status.stationarity != "unknown" and status.b_stationary in ("certified", "refuted")
     assert status.complementarity <= 1.01e-6
     assert status.constraint_violation <= 1e-8
     assert found.audit.violations == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fesd_robot.mpcc import MpccSolution, NlpReport
+from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
 from fesd_robot.plans.plan import Audit
@@ -88,3 +88,13 @@ def test_no_nlp_was_run(clean: Audit) -> None:
     """A time limit that leaves no time for a single NLP is a status too."""
     status = status_of(solution("time limit", steps=0), clean, 1e-8)
     assert not status.solved and "time limit" in status.message
+
+
+def test_the_kind_of_point_stands_beside_the_verdict(clean: Audit) -> None:
+    """A certificate is told as it is, and does not decide whether a plan is solved."""
+    found = Certificate(kind="M", b_stationary="refuted", biactive=7, unresolved=2, residual=1e-7)
+    status = status_of(solution("converged", solved=True), clean, 1e-8, found)
+    assert status.solved
+    assert (status.stationarity, status.b_stationary, status.biactive, status.unresolved) == ("M", "refuted", 7, 2)
+    unknown = status_of(solution("time limit"), clean, 1e-8)
+    assert (unknown.stationarity, unknown.b_stationary) == ("unknown", "unknown")

@@ -1,0 +1,55 @@
+"""What kind of point a solution is, in one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fesd_robot.mpcc.lpcc import b_stationary
+from fesd_robot.mpcc.problem import Mpcc
+from fesd_robot.mpcc.stationarity import stationarity
+
+ACTIVITY = 0.1
+"""A side of a pair counts as zero up to this times the root of the largest product."""
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The kind of a stationary point.
+
+    Attributes:
+        kind: ``S``, ``M``, ``C``, ``W`` or ``none``, the strongest that holds.
+        b_stationary: ``certified`` if no feasible direction descends to first order, ``refuted`` if one does, else
+            ``unknown`` (time limit).
+        biactive: pairs with both sides zero.
+        unresolved: pairs of which no side is small enough to count as zero; their smaller side is taken for it.
+        residual: of the stationarity equation, relative to the gradient.
+    """
+
+    kind: Literal["S", "M", "C", "W", "none"]
+    b_stationary: Literal["certified", "refuted", "unknown"]
+    biactive: int
+    unresolved: int
+    residual: float
+
+
+def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
+    """Return what kind of stationary point w is, by linear programs (`stationarity`, `b_stationary`).
+
+    Args:
+        problem: the MPCC.
+        w: a solution, (n).
+        tolerance: largest product of a pair at w.
+        time_limit: seconds for each of the two answers.
+
+    Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
+    """
+    activity = ACTIVITY * tolerance**0.5
+    kind = stationarity(problem, w, activity=activity, time_limit=time_limit)
+    if kind.kind == "S":  # multipliers of the right sign leave no branch a way down
+        return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
+    verdict = b_stationary(problem, w, activity=activity, time_limit=time_limit).verdict
+    words: dict[str, Literal["certified", "refuted", "unknown"]] = {"B-stationary": "certified", "descent": "refuted"}
+    return Certificate(kind.kind, words.get(verdict, "unknown"), kind.biactive, kind.unresolved, kind.residual)
