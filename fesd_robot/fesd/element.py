@@ -128,6 +128,11 @@ def element_equations(
     return rows
 
 
+def rate_function(system: ComplementaritySystem) -> ca.Function:
+    """Return (x, u, z, p) -> dx/dt = E^-1 f."""
+    return ca.Function("rate", system.arguments, [ca.solve(system.mass_matrix, system.right_hand_side)])
+
+
 def states_function(layout: IntervalLayout, tableau: Tableau) -> ca.Function:
     """Return (x_left, own) -> (states, slopes) of an interval, (n_x, points) and (n_x, stages) of all elements.
 

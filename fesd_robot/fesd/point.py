@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd.element import rate_function
 
 POOL = 10
 """Pairs among which modes are combined; more would be 2^n candidates."""
@@ -46,8 +47,7 @@ class PointFunctions:
     @cached_property
     def rate(self) -> ca.Function:
         """(x, u, z, p) -> dx/dt."""
-        system = self.system
-        return ca.Function("rate", system.arguments, [ca.solve(system.mass_matrix, system.right_hand_side)])
+        return rate_function(self.system)
 
     @cached_property
     def _rows(self) -> ca.Function:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.fesd.element import states_function
+from fesd_robot.fesd.element import rate_function, states_function
 from fesd_robot.fesd.interval import IntervalFunctions, build_interval, step_bounds
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
@@ -182,8 +182,7 @@ class Transcription:
 
     @cached_property
     def _rate(self) -> ca.Function:
-        system = self.ocp.system
-        return ca.Function("rate", system.arguments, [ca.solve(system.mass_matrix, system.right_hand_side)])
+        return rate_function(self.ocp.system)
 
     def unpack(self, w: np.ndarray) -> list[Element]:
         """Return the finite elements in time order from a point of the MPCC."""
