@@ -104,11 +104,22 @@ void Factorization::analyse() {
     inverse_ = position;
     build_fronts(ptr, ind);
 
-    place_row_.resize(entries);
-    place_column_.resize(entries);
-    std::vector<int> owner(entries);
-    for (int e = 0; e < entries; ++e) {
-        int i = inverse_[row_[e]], j = inverse_[column_[e]];
+    place_entries();
+
+    factors_.assign(fronts_.size(), Factor());
+    contribution_.assign(fronts_.size(), {});
+    scaling_.assign(order, 1.0);
+    values_.resize(entries);
+    work_.resize(order);
+}
+
+// Where every entry, and every row of a child, sits in its front, not counting columns that come delayed from children.
+void Factorization::place_entries() {
+    place_row_.resize(entries_);
+    place_column_.resize(entries_);
+    std::vector<int> owner(entries_), local(order_, -1);
+    for (int e = 0; e < entries_; ++e) {
+        const int i = inverse_[row_[e]], j = inverse_[column_[e]];
         place_row_[e] = std::max(i, j);
         place_column_[e] = std::min(i, j);
         owner[e] = front_of_[place_column_[e]];
@@ -116,16 +127,24 @@ void Factorization::analyse() {
     front_begin_.assign(fronts_.size() + 1, 0);
     for (int f : owner) ++front_begin_[f + 1];
     std::partial_sum(front_begin_.begin(), front_begin_.end(), front_begin_.begin());
-    by_front_.resize(entries);
+    by_front_.resize(entries_);
     std::vector<int> next(front_begin_.begin(), front_begin_.end() - 1);
-    for (int e = 0; e < entries; ++e) by_front_[next[owner[e]]++] = e;
-
-    factors_.assign(fronts_.size(), Factor());
-    contribution_.assign(fronts_.size(), {});
-    scaling_.assign(order, 1.0);
-    values_.resize(entries);
-    work_.resize(order);
-    local_.assign(order, -1);
+    for (int e = 0; e < entries_; ++e) by_front_[next[owner[e]]++] = e;
+    local_row_.resize(entries_);
+    local_column_.resize(entries_);
+    for (size_t f = 0; f < fronts_.size(); ++f) {
+        Front& node = fronts_[f];
+        for (int k = 0; k < node.columns; ++k) local[node.first + k] = k;
+        for (size_t i = 0; i < node.rows.size(); ++i) local[node.rows[i]] = node.columns + static_cast<int>(i);
+        for (int q = front_begin_[f]; q < front_begin_[f + 1]; ++q) {
+            local_row_[q] = local[place_row_[by_front_[q]]];
+            local_column_[q] = local[place_column_[by_front_[q]]];
+        }
+        for (int child : node.children) {
+            fronts_[child].in_parent.clear();
+            for (int row : fronts_[child].rows) fronts_[child].in_parent.push_back(local[row]);
+        }
+    }
 }
 
 void Factorization::build_fronts(const std::vector<int>& ptr, const std::vector<int>& ind) {
@@ -222,7 +241,10 @@ void Factorization::scale(const double* value) {
     }
     // Powers of two, so that scaling costs no round-off.
     for (double& s : scaling_) s = std::exp2(std::round(std::log2(s)));
-    for (int e = 0; e < entries_; ++e) values_[e] = value[e] * scaling_[place_row_[e]] * scaling_[place_column_[e]];
+    for (int q = 0; q < entries_; ++q) {
+        const int e = by_front_[q];
+        values_[q] = value[e] * scaling_[place_row_[e]] * scaling_[place_column_[e]];
+    }
 }
 
 int Factorization::factorize(const double* value, double threshold) {
@@ -242,35 +264,26 @@ int Factorization::factorize(const double* value, double threshold) {
             index.insert(index.end(), below.index.begin() + below.pivots, below.index.begin() + below.pivots + left);
         }
         for (int k = 0; k < node.columns; ++k) index.push_back(node.first + k);
-        int summed = static_cast<int>(index.size());
+        const int summed = static_cast<int>(index.size()), late = summed - node.columns;
         index.insert(index.end(), node.rows.begin(), node.rows.end());
-        int m = factor.order = static_cast<int>(index.size());
-        for (int i = 0; i < m; ++i) local_[index[i]] = i;
+        const int m = factor.order = static_cast<int>(index.size());
 
         front_.assign(static_cast<size_t>(m) * m, 0.0);
-        for (int q = front_begin_[f]; q < front_begin_[f + 1]; ++q) {
-            int e = by_front_[q], i = local_[place_row_[e]], j = local_[place_column_[e]];
-            front_[static_cast<size_t>(std::min(i, j)) * m + std::max(i, j)] += values_[e];
-        }
+        double* own = front_.data() + static_cast<size_t>(late) * m + late;
+        for (int q = front_begin_[f]; q < front_begin_[f + 1]; ++q)
+            own[static_cast<size_t>(local_column_[q]) * m + local_row_[q]] += values_[q];
+        int arrived = 0;  // delayed columns of the children so far
         for (int child : node.children) {
             const Factor& below = factors_[child];
             int size = below.order - below.pivots;
             const double* source = contribution_[child].data();
-            place_.resize(size);
-            for (int i = 0; i < size; ++i) place_[i] = local_[below.index[below.pivots + i]];
-            const bool sorted = std::is_sorted(place_.begin(), place_.end());  // it is unless columns were delayed
+            place_.clear();  // rising: delayed columns come first, the other rows keep their order
+            const auto& in_parent = fronts_[child].in_parent;
+            for (int left = size - static_cast<int>(in_parent.size()); left > 0; --left) place_.push_back(arrived++);
+            for (int row : in_parent) place_.push_back(late + row);
             for (int j = 0; j < size; ++j, source += size) {
-                const int lj = place_[j];
-                double* column = front_.data() + static_cast<size_t>(lj) * m;
-                if (sorted) {
-                    for (int i = j; i < size; ++i) column[place_[i]] += source[i];
-                } else {
-                    for (int i = j; i < size; ++i) {
-                        const int li = place_[i];
-                        if (li >= lj) column[li] += source[i];
-                        else front_[static_cast<size_t>(li) * m + lj] += source[i];
-                    }
-                }
+                double* column = front_.data() + static_cast<size_t>(place_[j]) * m;
+                for (int i = j; i < size; ++i) column[place_[i]] += source[i];
             }
         }
 

@@ -13,6 +13,7 @@ struct Front {
     int columns = 0;                // number of its own columns
     int parent = -1;
     std::vector<int> rows;          // rows below its own columns, in elimination order
+    std::vector<int> in_parent;     // where these rows are in the parent
     std::vector<int> children;
 };
 
@@ -47,6 +48,7 @@ public:
 
 private:
     void analyse();
+    void place_entries();
     void build_fronts(const std::vector<int>& colptr, const std::vector<int>& rowind);
     void scale(const double* value);
     int eliminate(Factor& factor, int summed, double threshold);
@@ -56,6 +58,7 @@ private:
     std::vector<int> permutation_, inverse_;        // elimination order -> variable, variable -> elimination order
     std::vector<int> place_row_, place_column_;     // of every entry, in elimination order, row >= column
     std::vector<int> by_front_, front_begin_;       // entries sorted by the front that takes them
+    std::vector<int> local_row_, local_column_;     // where they go in it, in this order
     std::vector<Front> fronts_;
     std::vector<int> front_of_;
     std::vector<Factor> factors_;
@@ -63,7 +66,7 @@ private:
     std::vector<double> scratch_, weighted_;        // of the elimination of a front
     std::vector<double> front_;                     // the matrix of the front being eliminated
     std::vector<std::vector<double>> contribution_; // by front: what is left for its parent
-    std::vector<int> local_, place_;                // where the rows of a front, and of a child in it, are
+    std::vector<int> place_;                        // where the rows of a child are in its parent
     int negative_ = 0, two_by_two_ = 0, delayed_ = 0;
     long long factor_entries_ = 0;
     double flops_ = 0.0;
