@@ -96,7 +96,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     equal = equilibrate(options, steps, sums, mean_step, own[layout.auxiliaries])
     equations += equal.equations
     exclusions += [(where, a, b, 0) for where, a, b in equal.one_sided]
-    bounded = _stage_bounds(ocp, options, layout, [x for part in parts for x, _ in part.stages])
+    bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
 
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
     if not system.selection.is_zero():
@@ -143,9 +143,7 @@ class _Bounded:
     names: list[str]
 
 
-def _stage_bounds(
-    ocp: OptimalControlProblem, options: FesdOptions, layout: IntervalLayout, stages: list[ca.SX]
-) -> _Bounded:
+def _stage_bounds(ocp: OptimalControlProblem, layout: IntervalLayout, stages: list[ca.SX]) -> _Bounded:
     """Bounds on stage states that are expressions instead of variables."""
     finite = np.isfinite(ocp.state_lower) | np.isfinite(ocp.state_upper)
     if layout.stage_states or not finite.any():

@@ -161,10 +161,7 @@ class ModeEquations:
 
     def values(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the multipliers a and the partners b at all points, (elements, points, n_pairs) each."""
-        return self.split(np.asarray(self._evaluate(left, own, p)[0]).ravel())
-
-    def split(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return a and b of a value of all rows."""
+        rows = np.asarray(self._evaluate(left, own, p)[0]).ravel()
         shape, first = (self.elements, self.points, self.pairs), self._first
         a, b = rows[first["multiplier"] : first["partner"]], rows[first["partner"] : first["end"]]
         return a.reshape(shape), b.reshape(shape)
@@ -196,11 +193,9 @@ class ModeEquations:
         scheme = first["steps"]
         per_point = np.repeat(modes, self.points, axis=0) if self.options.switch_detection else modes
         zero = np.where(per_point.ravel(), first["multiplier"], first["partner"]) + np.arange(per_point.size)
-        row = list(range(scheme)) + list(range(scheme, scheme + per_point.size))
-        column = list(range(scheme)) + zero.tolist()
-        value = [1.0] * len(row)
-        count = len(row)
-        target = [0.0] * count
+        count = scheme + per_point.size
+        row, column = list(range(count)), list(range(scheme)) + zero.tolist()
+        value, target = [1.0] * count, [0.0] * count
 
         def add(columns: list[int], weights: list[float], to: float = 0.0) -> None:
             nonlocal count

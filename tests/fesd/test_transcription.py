@@ -273,3 +273,18 @@ def test_pack_is_the_inverse_of_unpack(form: Any, scheme: Any, stages: int) -> N
     assert transcription.pack(transcription.unpack(w)) == pytest.approx(w, abs=1e-14)
     with pytest.raises(DimensionError, match="2 elements for a problem with"):
         transcription.pack(transcription.unpack(w)[:2])
+
+
+def test_bounds_of_states_that_are_no_variables() -> None:
+    """In the differential form the bounds of the stage states are rows, and name what they bound."""
+    transcription = _transcription()
+    transcription = replace(transcription, options=replace(transcription.options, form="differential"))
+    problem, plain = transcription.problem, _transcription(form="lifted").problem
+    stages, elements = 2, sum(ELEMENTS)
+    assert problem.constraints == plain.constraints - elements * stages * N_X + elements * (stages + 1) * N_X
+    w = problem.start.copy()
+    w[transcription.interval_variables(np.arange(problem.size), 0)[0][2 : 2 + N_X]] = 1e3  # K_1 of the first element
+    residuals = problem.residuals(w)
+    names = [name for block in problem.blocks for name in block.constraint_names]
+    assert any(name == "bound of a, element 0, stage 1" for name in names)
+    assert residuals.constraint_violation > 1
