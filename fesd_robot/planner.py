@@ -53,13 +53,12 @@ def plan(
         if found and retrying:
             retrying(changes, found[-1])
         seconds, before = task.solver.time_limit, time.perf_counter()
-        if seconds is not None:
-            changes = {**changes, "solver.time_limit": max(seconds - (before - begin), 1e-3)}
-        result = attempt(changed(task, changes), progress=progress, stop=stop)
+        left = {} if seconds is None else {"solver.time_limit": max(seconds - (before - begin), 1e-3)}
+        result = attempt(changed(task, {**changes, **left}), progress=progress, stop=stop)
         found.append(result)
         attempts.append(
             Attempt(
-                changes={key: value for key, value in changes.items() if key != "solver.time_limit"},
+                changes=changes,
                 solved=result.status.solved,
                 objective=result.statistics.objective,
                 iterations=result.statistics.iterations,

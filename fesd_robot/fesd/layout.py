@@ -36,6 +36,11 @@ class IntervalLayout:
     auxiliary: int = 0
 
     @property
+    def own_end(self) -> bool:
+        """Whether the right end has any variables of its own."""
+        return self.end_state or self.end_algebraic
+
+    @property
     def _stage_size(self) -> int:
         return (self.slopes + self.stage_states) * self.n_x + self.n_z
 

@@ -136,6 +136,14 @@ class ModeEquations:
         return ca.Function("rows", [left, own, p], [self._rows, ca.jacobian(self._rows, own)])
 
     @cached_property
+    def _sides(self) -> ca.Function:
+        """Multipliers and partners alone, without the derivative that Newton's method needs."""
+        left, own, p, _ = self._symbols
+        first = self._first
+        a = self._rows[first["multiplier"] : first["partner"]]
+        return ca.Function("sides", [left, own, p], [a, self._rows[first["partner"] : first["end"]]])
+
+    @cached_property
     def _outer(self) -> ca.Function:
         left, own, p, _ = self._symbols
         return ca.Function("outer", [left, own, p], [ca.jacobian(self._rows, left), ca.jacobian(self._rows, p)])
@@ -161,10 +169,9 @@ class ModeEquations:
 
     def values(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the multipliers a and the partners b at all points, (elements, points, n_pairs) each."""
-        rows = np.asarray(self._evaluate(left, own, p)[0]).ravel()
-        shape, first = (self.elements, self.points, self.pairs), self._first
-        a, b = rows[first["multiplier"] : first["partner"]], rows[first["partner"] : first["end"]]
-        return a.reshape(shape), b.reshape(shape)
+        a, b = self._sides(left, own, p)
+        shape = (self.elements, self.points, self.pairs)
+        return np.asarray(a).reshape(shape), np.asarray(b).reshape(shape)
 
     def read_modes(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> Modes:
         """Return the modes of a relaxed solution: of each pair the larger side is taken for the positive one."""

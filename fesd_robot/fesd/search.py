@@ -233,7 +233,7 @@ class ModeSearch:
         begin = 0.0
         for n, h in enumerate(steps):
             own[layout.step(n)] = h
-            for j in range(layout.stages + (layout.end_state or layout.end_algebraic)):
+            for j in range(layout.stages + layout.own_end):
                 fraction = 1.0 if j == layout.stages else c[j]
                 x = np.array([np.interp(begin + fraction * h, times, row) for row in states.T])
                 if layout.stage_states or j == layout.stages:

@@ -160,18 +160,18 @@ def _checked(
             f"empty horizon: {controls.shape[1]} steps over a duration of {duration:g}, need at least one step and a "
             "positive duration"
         )
+    u, x = np.asarray(controls, dtype=float), np.asarray(initial, dtype=float)
     p = np.zeros(0) if parameters is None else np.asarray(parameters, dtype=float)
     if p.size != n_p:
         raise DimensionError(f"parameters has shape {p.shape}, expected ({n_p},)")
-    values = (
-        ("initial", np.asarray(initial, dtype=float), system.state_names),
-        ("controls", np.asarray(controls, dtype=float), system.control_names),
+    for what, value, names in (
+        ("initial", x, system.state_names),
+        ("controls", u, system.control_names),
         ("parameters", p, None),
-    )
-    for what, value, names in values:
+    ):
         bad = np.argwhere(~np.isfinite(value))
         if bad.size:
             entry = f" of {names[bad[0][0]]}" if names is not None else ""
             where = f"[{', '.join(str(i) for i in bad[0])}]"
             raise ModelError(f"{what}{where}{entry} is {value[tuple(bad[0])]}, must be finite")
-    return values[1][1], values[0][1], values[2][1].ravel()
+    return u, x, p.ravel()

@@ -160,8 +160,7 @@ class Transcription:
             at = layout.step(n)
             low[at], high[at] = step_bounds(ocp, self.options, count)
             start[at] = step
-            own_end = [layout.stages] if layout.end_state or layout.end_algebraic else []
-            for j in [*range(layout.stages), *own_end]:
+            for j in range(layout.stages + layout.own_end):
                 fraction = 1.0 if j == layout.stages else tableau.c[j]
                 x = ocp.state_guess(k * length + (n + fraction) * step)
                 z = system.guess(x, u, p)
@@ -210,7 +209,7 @@ class Transcription:
         w[self._left(0)] = np.concatenate([first.x_left, first.z_left])
         remaining = iter(elements)
         for k, count in enumerate(self.elements):
-            own = w[self.offsets[k] : self.offsets[k] + self.layouts[count].size]  # a view
+            own, _ = self.interval_variables(w, k)  # a view
             for n in range(count):
                 self._pack_element(own, n, next(remaining), self.layouts[count])
             if self.layouts[count].auxiliary:
@@ -219,7 +218,6 @@ class Transcription:
         return w
 
     def _pack_element(self, own: np.ndarray, n: int, element: Element, layout: IntervalLayout) -> None:
-        ends = layout.end_state or layout.end_algebraic
         own[: layout.n_u], own[layout.step(n)] = element.u, element.step
         if len(element.slopes) != layout.stages:
             raise DimensionError(f"an element with {len(element.slopes)} stages for a scheme with {layout.stages}")
@@ -227,7 +225,7 @@ class Transcription:
             own[layout.algebraic(n, j)] = element.z[j]
             own[layout.slope(n, j)] = element.slopes[j] if layout.slopes else []
             own[layout.state(n, j)] = element.x[j] if layout.stage_states else []
-        if ends:
+        if layout.own_end:
             own[layout.end(n)] = np.concatenate([element.x[-1], element.z[-1]])
 
     def interval_variables(self, w: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:

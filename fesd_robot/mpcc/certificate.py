@@ -7,9 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from fesd_robot.mpcc.lpcc import b_stationary
 from fesd_robot.mpcc.problem import Mpcc
-from fesd_robot.mpcc.stationarity import stationarity
 
 ACTIVITY = 0.1
 """A side of a pair counts as zero up to this times the root of the largest product."""
@@ -46,6 +44,9 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
 
     Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
     """
+    from fesd_robot.mpcc.lpcc import b_stationary  # the linear programs take long to import and few runs need them
+    from fesd_robot.mpcc.stationarity import stationarity
+
     activity = ACTIVITY * tolerance**0.5
     kind = stationarity(problem, w, activity=activity, time_limit=time_limit)
     if kind.kind == "S":  # multipliers of the right sign leave no branch a way down
