@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, certify, solve
+from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, NlpReport, certify, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
@@ -20,6 +20,9 @@ from fesd_robot.plans.verdict import status_of
 from fesd_robot.retries import LADDER, Changes, changed
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
+
+CERTIFICATE_SECONDS = 30.0
+"""Longest time for each answer about the kind of a solution."""
 
 
 def plan(
@@ -107,7 +110,7 @@ def attempt(
             solution,
             found,
             task.solver.tolerance,
-            certify(problem, solution.w, tolerance=task.solver.tolerance) if solution.solved else None,
+            _certificate(task, problem, solution, begin),
         ),
         audit=found,
         units=Units(
@@ -153,6 +156,16 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     ]
     matrix = motion.actuation.matrix
     return NumericPhysics(motion.robot, motion.ground, points, lambda q: np.asarray(matrix(q).full()))
+
+
+def _certificate(task: Task, problem: Mpcc, solution: MpccSolution, begin: float) -> Certificate | None:
+    """What kind of point a solution is, within what is left of the task's time."""
+    limit, seconds = task.solver.time_limit, CERTIFICATE_SECONDS
+    if limit is not None:
+        seconds = min(seconds, 0.5 * (limit - (time.perf_counter() - begin)))  # for each of its two answers
+    if not solution.solved or seconds <= 0:
+        return None
+    return certify(problem, solution.w, tolerance=task.solver.tolerance, time_limit=seconds)
 
 
 def _audit(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Audit:
