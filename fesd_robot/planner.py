@@ -10,6 +10,7 @@ import numpy as np
 
 from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.finish import SmoothTranscription
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, NlpReport, certify, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import assemble
@@ -90,7 +91,13 @@ def attempt(
     transcription = Transcription(motion.ocp, motion.fesd)
     problem = transcription.problem
     build_seconds = time.perf_counter() - begin
-    solution = solve(problem, homotopy_options(task), progress=progress, stop=stop)
+    solution = solve(
+        problem,
+        homotopy_options(task),
+        finisher=SmoothTranscription(transcription) if task.solver.finish else None,
+        progress=progress,
+        stop=stop,
+    )
     elements = transcription.unpack(solution.w)
     physical = recover(
         elements,
@@ -144,6 +151,8 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         schedule=solver.schedule,
         linear_solver=solver.linear_solver,
         compile=task.method.compile,
+        finish=solver.finish,
+        sketch_iterations=solver.sketch_iterations,
     )
 
 

@@ -48,7 +48,7 @@ def multiplier_contact_system(
         plus = ca.SX.sym(f"theta_plus{i}")
         minus = ca.SX.sym(f"theta_minus{i}") if contact.friction > 0 else ca.SX(0)
         beta = plus + minus
-        exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta))
+        exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta, kept=True))
         exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, (plus, minus))
         variables.append(plus)
         names.append(f"theta_+[{contact.name}]")

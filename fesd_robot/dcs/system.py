@@ -23,6 +23,8 @@ class Exclusion:
         level, share, rest: SX in x, z, z; no `rest` means 1.
         boundary_only: hold the condition for the left boundary of each element only.
         rank: 0 decides where contact is, 1 what happens there; a homotopy may relax rank 1 further than rank 0.
+        kept: the level is one of the states, and where it is zero and the share is not, the other conditions keep it
+            there: its rate vanishes. A smooth problem then asks for it once, where the share begins.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Exclusion:
     rest: ca.SX | None = None
     boundary_only: bool = False
     rank: int = 0
+    kept: bool = False
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.ipopt import NlpPoint, converged, solve_nlp
+from fesd_robot.mpcc.finish import Finisher, FinishReport, SmoothNlp
+from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, converged, solve_nlp
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
@@ -24,12 +25,15 @@ _TRIALS = ("first", "again")
 _FINAL = ("interrupted", "time limit", "iteration limit")
 """Ends of an NLP after which another trial is pointless."""
 
+SKETCH_TOLERANCE = 1e-2
+"""IPOPT's tolerance while sketching."""
+
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
 
 @dataclass(frozen=True)
 class NlpReport:
-    """One NLP of the homotopy as it is shown in the progress table."""
+    """One NLP as it is shown in the progress table; both sigmas are zero in an NLP of the finish."""
 
     sigma: float
     sigma_of_rank_1: float
@@ -47,7 +51,8 @@ class MpccSolution:
         w: the returned point.
         residuals: recomputed at w.
         feasible: constraints and complementarity within the tolerances.
-        solved: feasible, and the last NLP converged at the last sigma.
+        solved: feasible, and the last NLP converged at the last sigma or in the finish.
+        exact: the finish found a point whose products are zero to round-off.
         status: the last NLP's status in words.
         reports: every NLP.
         build_seconds, solve_seconds: derivatives and the NLPs.
@@ -57,6 +62,7 @@ class MpccSolution:
     residuals: Residuals
     feasible: bool
     solved: bool
+    exact: bool
     status: str
     reports: list[NlpReport]
     build_seconds: float
@@ -74,6 +80,7 @@ def solve(
     *,
     relaxation: Relaxation | None = None,
     nlp: RelaxedNlp | None = None,
+    finisher: Finisher[Any] | None = None,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
 ) -> MpccSolution:
@@ -82,10 +89,16 @@ def solve(
     Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma, or what the relaxation says. An NLP that fails twice
     ends the homotopy; the best point so far is returned with its residuals, and `solved` is False.
 
+    With a finisher the homotopy is a sketch first: NLPs of a few iterations (`options.sketch_iterations`), converged or
+    not, down to `options.finish_at`. What vanishes where is read off there, and the smooth problem on that structure is
+    solved; its end is exact. Where no structure fits, the homotopy goes on with NLPs that converge, and the finish is
+    tried again at its end.
+
     Args:
         relaxation: instead of the options' one.
         nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks); its relaxation and
             steering are the ones it was assembled with.
+        finisher: reads structures of this problem, see `finish`.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
 
@@ -102,69 +115,134 @@ def solve(
     nlp = nlp or assemble(
         problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
     )
-    build_seconds = time.perf_counter() - begin
-    size, elastic = problem.size, nlp.slacks.count > 0
-    sigma_start = options.sigma_start or max(chosen_start(problem, options.rank_ratio), options.tolerance)
-    last = options.tolerance if elastic else nlp.relaxation.last_sigma(options.tolerance)
-    steps = options.steps(sigma_start, last)
-    slack_upper = nlp.slacks.upper(sigma_start, options.rank_ratio)
-    lower, upper = np.append(problem.lower, np.zeros(nlp.slacks.count)), np.append(problem.upper, slack_upper)
-    start = np.append(problem.start, 0.5 * slack_upper)
-    point = NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower)))
-    reports: list[NlpReport] = []
-    best, status, finished, exact = point, "not started", False, False
-    violation = problem.residuals(problem.start).constraint_violation
-    begin = time.perf_counter()
-    sigmas = steps.start()
-    while not finished:
+    smooth = SmoothNlp.of(finisher, options.compile) if finisher and options.finish else None
+    return _Run(problem, options, nlp, smooth, progress, stop).solved(time.perf_counter() - begin)
+
+
+class _Run:
+    """One homotopy: where it is, and what it has seen."""
+
+    def __init__(
+        self,
+        problem: Mpcc,
+        options: HomotopyOptions,
+        nlp: RelaxedNlp,
+        smooth: SmoothNlp | None,
+        progress: Callable[[NlpReport], None] | None,
+        stop: Callable[[int, float], bool] | None,
+    ) -> None:
+        self._problem, self._options, self._nlp, self._smooth = problem, options, nlp, smooth
+        self._progress, self._stop = progress, stop
+        self._elastic = nlp.slacks.count > 0
+        sigma_start = options.sigma_start or max(chosen_start(problem, options.rank_ratio), options.tolerance)
+        last = options.tolerance if self._elastic else nlp.relaxation.last_sigma(options.tolerance)
+        self._steps = options.steps(sigma_start, last)
+        slack_upper = nlp.slacks.upper(sigma_start, options.rank_ratio)
+        self._lower = np.append(problem.lower, np.zeros(nlp.slacks.count))
+        self._upper = np.append(problem.upper, slack_upper)
+        start = np.append(problem.start, 0.5 * slack_upper)
+        self._point = self._best = NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower)))
+        self._violation = problem.residuals(problem.start).constraint_violation
+        self._reports: list[NlpReport] = []
+        self._status = "not started"
+        self._begin = time.perf_counter()
+
+    def solved(self, build_seconds: float) -> MpccSolution:
+        """Run to the end."""
+        size, sigmas, exact = self._problem.size, self._steps.start(), None
+        sketching, finished = self._smooth is not None and not self._elastic, False
+        while not finished:
+            sketching = sketching and not self._steps.is_last(sigmas)
+            result = self._nlp_at(sigmas, sketching)
+            if result is None or not (result.converged or (sketching and result.status == "iteration limit")):
+                break
+            self._point = result.point
+            slack = self._point.x[size:].max(initial=0.0)
+            settled = slack <= self._options.tolerance and self._is_feasible(self._reports[-1].residuals)
+            finished = self._steps.is_last(sigmas) or (self._elastic and settled)
+            if self._smooth and (finished or (sketching and sigmas[0] <= self._options.finish_at)):
+                exact, sketching = self._finish(), False
+                if exact or self._status in _FINAL:
+                    break
+            if finished and self._elastic and not settled:
+                finished, self._status = False, "slack left"
+                break
+            sigmas = self._steps.after(sigmas, result.iterations)
+        w = exact.w if exact else self._best.x[:size]
+        residuals = self._problem.residuals(w)
+        feasible = self._is_feasible(residuals)
+        return MpccSolution(
+            w=w,
+            residuals=residuals,
+            feasible=feasible,
+            solved=(finished or exact is not None) and feasible,
+            exact=exact is not None,
+            status=exact.status if exact else self._status,
+            reports=self._reports,
+            build_seconds=build_seconds,
+            solve_seconds=time.perf_counter() - self._begin,
+        )
+
+    def _nlp_at(self, sigmas: Sigmas, sketching: bool) -> NlpResult | None:
+        """Solve the NLP at these sigmas, twice if it fails; None when the time is over."""
         for trial in _TRIALS:
-            remaining = None if options.time_limit is None else options.time_limit - (time.perf_counter() - begin)
+            remaining = self._remaining()
             if remaining is not None and remaining <= 0:
-                status = "time limit"
-                break
+                self._status = "time limit"
+                return None
+            last = self._elastic or self._steps.is_last(sigmas)
+            settings = _ipopt_options(self._options, sigmas, remaining, trial, last, sketching)
             result = solve_nlp(
-                nlp,
+                self._nlp,
                 sigma=sigmas,
-                start=point,
-                lower=lower,
-                upper=upper,
-                options=_ipopt_options(options, sigmas, remaining, trial, elastic or steps.is_last(sigmas)),
-                stop=stop,
+                start=self._point,
+                lower=self._lower,
+                upper=self._upper,
+                options=settings,
+                stop=self._stop,
             )
-            status = result.status
-            residuals = problem.residuals(result.point.x[:size])
-            reports.append(NlpReport(*sigmas, status, result.iterations, result.seconds, residuals))
-            if progress:
-                progress(reports[-1])
-            if result.converged or residuals.constraint_violation < max(violation, options.feasibility):
-                best, violation = result.point, residuals.constraint_violation
-            if result.converged or status in _FINAL:
+            residuals = self._problem.residuals(result.point.x[: self._problem.size])
+            self._report(NlpReport(*sigmas, result.status, result.iterations, result.seconds, residuals))
+            better = residuals.constraint_violation < max(self._violation, self._options.feasibility)
+            if sketching or result.converged or better:
+                self._best = result.point
+                self._violation = 0.0 if result.converged else residuals.constraint_violation
+            if result.converged or result.status in _FINAL:
                 break
-        if not converged(status):
-            break
-        point, violation = result.point, 0.0
-        exact = point.x[size:].max(initial=0.0) <= options.tolerance and _is_feasible(residuals, options)
-        finished = steps.is_last(sigmas) or (elastic and exact)
-        sigmas = steps.after(sigmas, result.iterations)
-    residuals = problem.residuals(best.x[:size])
-    feasible = _is_feasible(residuals, options)
-    if finished and elastic and not exact:
-        finished, status = False, "slack left"
-    return MpccSolution(
-        w=best.x[:size],
-        residuals=residuals,
-        feasible=feasible,
-        solved=finished and feasible,
-        status=status,
-        reports=reports,
-        build_seconds=build_seconds,
-        solve_seconds=time.perf_counter() - begin,
-    )
+        return result
 
+    def _finish(self) -> FinishReport | None:
+        def report(found: FinishReport) -> None:
+            self._report(NlpReport(0.0, 0.0, found.status, found.iterations, found.seconds, found.residuals))
 
-def _is_feasible(residuals: Residuals, options: HomotopyOptions) -> bool:
-    product, violation = residuals.complementarity, residuals.constraint_violation
-    return violation <= options.feasibility and product <= 1.01 * options.tolerance
+        before = self._status
+        assert self._smooth is not None
+        exact = self._smooth.solve(
+            self._problem,
+            self._point.x[: self._problem.size],
+            options={**_linear_solver(self._options.linear_solver), **self._options.ipopt},
+            feasibility=self._options.feasibility,
+            remaining=self._remaining,
+            report=report,
+            stop=self._stop,
+        )
+        if exact is None and self._status not in ("interrupted", "time limit"):
+            self._status = before
+        return exact
+
+    def _report(self, report: NlpReport) -> None:
+        self._reports.append(report)
+        self._status = report.status
+        if self._progress:
+            self._progress(report)
+
+    def _remaining(self) -> float | None:
+        limit = self._options.time_limit
+        return None if limit is None else limit - (time.perf_counter() - self._begin)
+
+    def _is_feasible(self, residuals: Residuals) -> bool:
+        product, violation = residuals.complementarity, residuals.constraint_violation
+        return violation <= self._options.feasibility and product <= 1.01 * self._options.tolerance
 
 
 def _linear_solver(name: str) -> dict[str, Any]:
@@ -180,7 +258,7 @@ def _linear_solver(name: str) -> dict[str, Any]:
 
 
 def _ipopt_options(
-    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: str, last: bool
+    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: str, last: bool, sketching: bool
 ) -> dict[str, Any]:
     """IPOPT's options for one sigma; no NLP but one that may be the last is more accurate than its sigma deserves."""
     sigma, sigma_of_rank_1 = sigmas
@@ -199,6 +277,8 @@ def _ipopt_options(
         settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
     if trial == "again":
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
+    if sketching:
+        settings |= {"max_iter": options.sketch_iterations, "tol": SKETCH_TOLERANCE, "constr_viol_tol": SKETCH_TOLERANCE}
     if remaining is not None:
         settings["max_wall_time"] = remaining
     return {**settings, **options.ipopt}

@@ -33,6 +33,9 @@ class HomotopyOptions:
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
         schedule: how sigma shrinks, ``linear``, ``superlinear`` or ``adaptive`` (`schedule.Rule`).
         sigma_power: power of the superlinear schedule.
+        finish: whether a finisher that is given to `solve` is used.
+        finish_at: sigma of rank 0 at which the finish is first tried; the NLPs down to it are sketches.
+        sketch_iterations: IPOPT iterations of a sketch.
 
     Raises:
         ValueError: a tolerance, factor, power or ratio outside its range, or an unknown name.
@@ -52,6 +55,9 @@ class HomotopyOptions:
     steering: Steering = "direct"
     schedule: Rule = "linear"
     sigma_power: float = 1.5
+    finish: bool = True
+    finish_at: float = 1e-5
+    sketch_iterations: int = 50
 
     def __post_init__(self) -> None:
         relaxation_named(self.relaxation)

@@ -162,6 +162,15 @@ class Solver(Section):
         "reached the tolerance, at least 1: where contact is gets decided before what happens there.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
+    finish: bool = Field(
+        default=True,
+        description="Whether the relaxation is only sketched, until it shows what touches when, and the smooth problem "
+        "on that sequence of contacts is then solved exactly. Where that fails, and without it, relaxed problems are "
+        "solved down to the tolerance.",
+    )
+    sketch_iterations: Count = Field(
+        default=50, description="Largest number of iterations of each relaxed problem of the sketch before the finish."
+    )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
         "scholtes",
