@@ -35,9 +35,15 @@ def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
         coupled: name of a joint that follows -> name of the joint it moves with.
 
     Raises:
-        JointError: for an unknown name, a leader that follows itself, position limits without a common value, and two
-            joints whose bodies move against each other, naming the follower.
+        JointError: for an unknown name, a leader that follows itself, position limits without a common value, two
+            joints whose bodies move against each other, and a model with <mimic> joints; naming the follower.
     """
+    if any(joint.shortname() == "JointModelMimic" for joint in model.joints):
+        raise JointError(
+            "found a model file with <mimic> joints, expected one without; couple these joints by <mimic>, too",
+            option="coupled",
+            joint=next(iter(coupled)),
+        )
     followers = {find_joint(model, name, "coupled"): _leader(model, name, leader) for name, leader in coupled.items()}
     for follower, leader in followers.items():
         if leader in followers:
@@ -121,7 +127,8 @@ class _Builder:
             model.names[index],
             model.lowerEffortLimit[v],
             model.upperEffortLimit[v],
-            model.lowerVelocityLimit[v],
+            # Pinocchio 4.1 gives the upper limit under the name of the lower one, too.
+            -model.upperVelocityLimit[v],
             model.upperVelocityLimit[v],
             model.lowerPositionLimit[q],
             model.upperPositionLimit[q],
@@ -160,10 +167,11 @@ class _Builder:
         v, own = follower.idx_v, led.idx_v
         for name in ("armature", "damping", "lowerDryFrictionLimit", "upperDryFrictionLimit"):
             _set_entries(result, name, own, [getattr(result, name)[own] + getattr(model, name)[v]])
-        for what, add in (("EffortLimit", np.add), ("VelocityLimit", None)):
-            low, high = sorted([sign * getattr(model, f"{side}{what}")[v] for side in ("lower", "upper")])
-            for name, combine, value in ((f"lower{what}", add or max, low), (f"upper{what}", add or min, high)):
-                _set_entries(result, name, own, [combine(getattr(result, name)[own], value)])
+        efforts = sorted([sign * model.lowerEffortLimit[v], sign * model.upperEffortLimit[v]])
+        _set_entries(result, "lowerEffortLimit", own, [result.lowerEffortLimit[own] + efforts[0]])
+        _set_entries(result, "upperEffortLimit", own, [result.upperEffortLimit[own] + efforts[1]])
+        slower = min(result.upperVelocityLimit[own], model.upperVelocityLimit[v])
+        _set_entries(result, "upperVelocityLimit", own, [slower])
         if follower.nq == 1:
             q, own = follower.idx_q, led.idx_q
             low, high = sorted([sign * model.lowerPositionLimit[q], sign * model.upperPositionLimit[q]])
