@@ -107,11 +107,12 @@ def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -
     low = actuator.lower if actuator.lower is not None else low
     high = actuator.upper if actuator.upper is not None else high
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        limited = actuator.joint in task.limits.effort
         raise task.error(
-            ("limits", "effort", actuator.joint) if actuator.joint in task.limits.effort else key,
+            ("limits", "effort", actuator.joint) if limited else key,
             f"found joint '{actuator.joint}' with effort limits [{low:g}, {high:g}], expected finite bounds with "
-            "lower < upper; write 'lower' and 'upper' beside it"
-        )  # fmt: skip
+            "lower < upper" + ("" if limited else "; write 'lower' and 'upper' beside it"),
+        )
     return row, low, high
 
 
