@@ -93,7 +93,8 @@ class Robot:
         if not self.model.existJointName(ROOT_JOINT):
             return []
         joint = self.model.joints[self.model.getJointId(ROOT_JOINT)]
-        return self.velocity_names[joint.idx_v : joint.idx_v + joint.nv]
+        # A joint of the file that happens to have this name has one degree of freedom.
+        return self.velocity_names[joint.idx_v : joint.idx_v + joint.nv] if joint.nv > 1 else []
 
     @cached_property
     def visual_model(self) -> pin.GeometryModel:

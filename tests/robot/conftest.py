@@ -37,20 +37,22 @@ LEGS: dict[str, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     "go2": ("{}_hip_joint", "{}_thigh_joint {}_calf_joint", ("FL", "RL"), ("FR", "RR")),
     "bolt": ("{}_HAA", "{}_HFE {}_KFE", ("FR",), ("FL",)),
     "hyq": ("{}_haa_joint", "{}_hfe_joint {}_kfe_joint", ("lf", "lh"), ("rf", "rh")),
+    "biped.xml": ("", "{}_hip {}_knee", ("left",), ("right",)),
 }
 """Robots with legs: joints that step sideways, joints that swing, leading and following legs."""
 
 
-def planar_legs(name: str) -> tuple[str, str, dict[str, float], dict[str, float], dict[str, str]]:
+def planar_legs(name: str) -> tuple[str | Path, str, dict[str, float], dict[str, float], dict[str, str]]:
     """Return how to load a robot with legs in the plane, left and right doing the same."""
     sideways, swinging, leaders, followers = LEGS[name]
-    locked = {sideways.format(leg): 0.0 for leg in (*leaders, *followers)}
+    source = MODELS / name if name.endswith(".xml") else f"example-robot-data:{name}"
+    locked = {sideways.format(leg): 0.0 for leg in (*leaders, *followers) if sideways}
     coupled = {
         joint.format(follower): joint.format(leader)
         for leader, follower in zip(leaders, followers, strict=True)
         for joint in swinging.split()
     }
-    return (f"example-robot-data:{name}", "sagittal", {}, locked, coupled)
+    return source, "sagittal", {}, locked, coupled
 
 
 ROBOTS: dict[str, tuple[Any, ...]] = {

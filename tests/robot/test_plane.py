@@ -104,7 +104,8 @@ def test_coordinates_of_the_root(legs):
     plane, _, coupled = legs
     assert plane.root_names == plane.velocity_names[:3] == ["root_x", "root_z", "root_pitch"]
     assert list(configuration_units(plane).values())[:4] == ["m", "m", "rad", "rad"]
-    for limit in (-plane.lower_position, plane.upper_position, plane.velocity_limit, plane.effort_limit):
+    assert (plane.velocity_limit[:3] == np.inf).all()
+    for limit in (-plane.lower_position, plane.upper_position, plane.effort_limit):
         assert (limit[:3] == np.inf).all() and np.isfinite(limit[3:]).all()
     assert not set(coupled) & set(plane.joint_names)
 
