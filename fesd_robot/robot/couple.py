@@ -35,8 +35,9 @@ def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
         coupled: name of a joint that follows -> name of the joint it moves with.
 
     Raises:
-        JointError: for an unknown name, a leader that follows itself, position limits without a common value, two
-            joints whose bodies move against each other, and a model with <mimic> joints; naming the follower.
+        JointError: for an unknown name, a leader that follows itself, position limits that share no value or that the
+            leader cannot have, two joints whose bodies move against each other, and a model with <mimic> joints;
+            naming the follower.
     """
     if any(joint.shortname() == "JointModelMimic" for joint in model.joints):
         raise JointError(
@@ -173,6 +174,13 @@ class _Builder:
         slower = min(result.upperVelocityLimit[own], model.upperVelocityLimit[v])
         _set_entries(result, "upperVelocityLimit", own, [slower])
         if follower.nq == 1:
+            if led.nq != 1:
+                raise JointError(
+                    f"found joint '{model.names[leader]}' without limits leading '{model.names[index]}' with limits, "
+                    "expected them the other way round",
+                    option="coupled",
+                    joint=model.names[index],
+                )
             q, own = follower.idx_q, led.idx_q
             low, high = sorted([sign * model.lowerPositionLimit[q], sign * model.upperPositionLimit[q]])
             low, high = max(low, result.lowerPositionLimit[own]), min(high, result.upperPositionLimit[own])

@@ -29,11 +29,19 @@ JOINT = (
 def pair(tmp_path: Path):
     """Write a robot of two arms on one shaft whose axes may be opposite, and load it."""
 
-    def load(other_axis: str, *, kind: str = "revolute", offset: str = "0 0.3 0", lower: float = -1.0, **options):
+    def load(
+        other_axis: str,
+        *,
+        kind: str = "revolute",
+        other_kind: str = "",
+        offset: str = "0 0.3 0",
+        lower: float = -1.0,
+        **options,
+    ):
         parts = [
             *(LINK.format(name) for name in ("base", "left", "right", "hand")),
             JOINT.format("a", kind, "0 0 0", "base", "left", "0 1 0", -0.5, 2.0, 3.0, 4.0, 0.1),
-            JOINT.format("b", kind, offset, "base", "right", other_axis, lower, 0.8, 2.0, 1.5, 0.2),
+            JOINT.format("b", other_kind or kind, offset, "base", "right", other_axis, lower, 0.8, 2.0, 1.5, 0.2),
             JOINT.format("grip", "prismatic", "0 0 -0.2", "right", "hand", "0 0 1", -1, 1, 1, 1, 0),
         ]
         file = tmp_path / "pair.urdf"
@@ -139,6 +147,16 @@ def test_limits_without_a_common_value_are_refused(pair):
     """Two joints that can never stand at equal angles cannot be one."""
     with pytest.raises(JointError, match="share no value"):
         pair("0 -1 0", offset=ALONG, lower=0.6, coupled={"b": "a"})
+
+
+def test_a_joint_without_limits_follows_but_does_not_lead_one_that_has_some(pair):
+    """The (cos, sin) of a continuous joint cannot hold the other one's limits."""
+    assert (
+        pair("0 1 0", kind="continuous", other_kind="revolute", offset=ALONG, coupled={"a": "b"}).upper_position[0]
+        == 0.8
+    )
+    with pytest.raises(JointError, match="other way round"):
+        pair("0 1 0", kind="continuous", other_kind="revolute", offset=ALONG, coupled={"b": "a"})
 
 
 def test_coupling_a_model_with_mimic_joints_is_refused():
