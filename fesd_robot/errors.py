@@ -36,6 +36,21 @@ class RobotError(FesdRobotError):
     """A robot model that cannot be loaded or used."""
 
 
+class JointError(RobotError):
+    """A joint that cannot be treated as asked.
+
+    Args:
+        message: what was found and what would be valid.
+        option: which treatment, ``locked`` or ``coupled``.
+        joint: name of the joint.
+    """
+
+    def __init__(self, message: str, *, option: str, joint: str) -> None:
+        self.option = option
+        self.joint = joint
+        super().__init__(message)
+
+
 class DimensionError(FesdRobotError):
     """An array or expression of the wrong shape; the message names it with its shape and the expected one."""
 

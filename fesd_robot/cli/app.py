@@ -12,6 +12,7 @@ from fesd_robot.cli.group import CommandGroup
 from fesd_robot.cli.logs import set_up_logging
 from fesd_robot.cli.plan import plan
 from fesd_robot.cli.report import report
+from fesd_robot.cli.robots import robots
 from fesd_robot.cli.schema import schema
 
 app = typer.Typer(
@@ -44,5 +45,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, check, report, schema):
+for command in (plan, check, report, robots, schema):
     app.command()(command)

@@ -8,12 +8,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.cli.table import aligned
 from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.planner import homotopy_options, numeric_physics
+from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Jumps
+from fesd_robot.task import Robot as RobotSection
 
 WIDTH = 100
 LABEL = 12
@@ -92,7 +95,29 @@ def _robot(motion: MotionProblem) -> list[str]:
             ]
         )
     armature = [f"Armature: {_values(task.robot.armature)} (kg or kg m2)."] if task.robot.armature else []
-    return [first, *_table(rows), *_table(velocity_rows), *armature, *_shapes(motion)]
+    return [
+        first,
+        *_reduction(task.robot),
+        *_table(rows),
+        *_table(velocity_rows),
+        *armature,
+        *_damping(robot),
+        *_shapes(motion),
+    ]
+
+
+def _reduction(section: RobotSection) -> list[str]:
+    """Say which joints of the model are no coordinates."""
+    pairs = ", ".join(f"{name} with {leader}" for name, leader in section.coupled.items())
+    return [
+        *([f"Locked: {_values(section.locked)} (rad or m)."] if section.locked else []),
+        *([f"Coupled, as one body each: {pairs}."] if pairs else []),
+    ]
+
+
+def _damping(robot: Robot) -> list[str]:
+    values = {name: d for name, d in zip(robot.velocity_names, robot.model.damping, strict=True) if d > 0}
+    return [f"Damping: {_values(values)} (N s/m or N m s/rad)."] if values else []
 
 
 def _shapes(motion: MotionProblem) -> list[str]:
@@ -117,7 +142,16 @@ def _controls(motion: MotionProblem) -> list[str]:
         f"{count} control{'s' * (count != 1)}, constant on every interval, and the speed of time in "
         f"{_interval(speed.lower, speed.upper)}:",
         *_table(rows),
+        *_passive(motion),
     ]
+
+
+def _passive(motion: MotionProblem) -> list[str]:
+    """Name the coordinates that no control ever pushes."""
+    robot = motion.robot
+    rows = set(motion.actuation.matrix.sparsity_out(0).get_triplet()[0])
+    free = [name for row, name in enumerate(robot.velocity_names) if row not in rows]
+    return [f"Not driven: {', '.join(free)}."] if free else []
 
 
 def _ground(motion: MotionProblem) -> str:
@@ -249,8 +283,5 @@ def _values(values: Mapping[str, float]) -> str:
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the rows with their columns aligned, the first to the left, indented by two."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  " + "  ".join(f"{entry:<{width}}" for entry, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    ]
+    """Return the rows with their columns aligned, indented by two."""
+    return ["  " + row for row in aligned(rows)]

@@ -46,13 +46,14 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         task: the task that was planned, with the file it was loaded from.
 
     Raises:
-        RobotError: the model or its shapes cannot be read any more.
+        TaskError: the model cannot be read any more.
+        RobotError: its shapes cannot be read.
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
+    from fesd_robot.ocp import load_task_robot
     from fesd_robot.render import GroundVisual, render_page
-    from fesd_robot.robot import load_robot
 
-    robot = load_robot(task.locate_model(), root=task.robot.root, armature=task.robot.armature)
+    robot = load_task_robot(task)
     trajectory = plan.trajectory
     configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
     # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.

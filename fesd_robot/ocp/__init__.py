@@ -2,5 +2,6 @@
 
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.motion import MotionProblem, formulate
+from fesd_robot.ocp.robot import load_task_robot
 
-__all__ = ["Actuation", "MotionProblem", "formulate"]
+__all__ = ["Actuation", "MotionProblem", "formulate", "load_task_robot"]

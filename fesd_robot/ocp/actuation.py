@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.errors import nearest
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import velocity_units
 from fesd_robot.task import GeneralizedForceActuator, JointActuator, Task, evaluate_expression
@@ -34,13 +36,20 @@ class Actuation:
 
 
 def actuators_of(task: Task, robot: Robot) -> dict[str, JointActuator | GeneralizedForceActuator]:
-    """Return the task's actuators; by default one for every joint with a positive effort limit."""
+    """Return the task's actuators; by default one for every joint with an effort limit that is not said to be passive.
+
+    Joints of the root move nothing by themselves, and joints without an effort limit may well have no motor.
+    """
     if task.robot.actuators is not None:
         return dict(task.robot.actuators)
+    efforts = dict(zip(robot.velocity_names, robot.effort_limit, strict=True))
     return {
         name: JointActuator(type="joint", joint=name)
-        for name, effort in zip(robot.velocity_names, robot.effort_limit, strict=True)
-        if effort > 0 and name in robot.model.names
+        for name in robot.joint_names
+        if name in efforts
+        and name not in robot.root_names
+        and name not in task.robot.passive
+        and (0 < efforts[name] < math.inf or name in task.limits.effort)
     }
 
 
@@ -48,14 +57,18 @@ def build_actuation(task: Task, robot: Robot) -> Actuation:
     """Return the control directions and bounds of a task.
 
     Raises:
-        TaskError: no control at all, or a joint actuator that has neither bounds in the task nor in the model, or that
-            drives a joint with more than one degree of freedom.
+        TaskError: no control at all, a joint actuator that has neither bounds in the task nor in the model, that has
+            them twice in the task, or that drives a joint with more than one degree of freedom, or an effort limit of a
+            joint that no actuator drives.
     """
     actuators = actuators_of(task, robot)
     if not actuators:
         raise task.error(
-            "robot", "found no actuators and no joint with an effort limit in the model, expected an entry 'actuators'"
+            "robot",
+            "found no actuators and no joint with an effort limit that is not passive, expected an entry 'actuators' "
+            "or one in limits.effort",
         )
+    _check_effort_limits(task, actuators)
     q = ca.SX.sym("q", len(robot.configuration_names))
     values = dict(zip(robot.configuration_names, ca.vertsplit(q), strict=True))
     speed_units = velocity_units(robot)
@@ -90,11 +103,31 @@ def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -
         )  # fmt: skip
     row = robot.velocity_names.index(actuator.joint)
     effort = float(robot.effort_limit[row])
-    low = actuator.lower if actuator.lower is not None else -effort
-    high = actuator.upper if actuator.upper is not None else effort
+    low, high = task.limits.effort.get(actuator.joint, (-effort, effort))
+    low = actuator.lower if actuator.lower is not None else low
+    high = actuator.upper if actuator.upper is not None else high
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        limited = actuator.joint in task.limits.effort
         raise task.error(
-            key, f"found joint '{actuator.joint}' with effort limits [{low:g}, {high:g}], expected finite bounds with "
-            "lower < upper; write 'lower' and 'upper' beside it"
-        )  # fmt: skip
+            ("limits", "effort", actuator.joint) if limited else key,
+            f"found joint '{actuator.joint}' with effort limits [{low:g}, {high:g}], expected finite bounds with "
+            "lower < upper" + ("" if limited else "; write 'lower' and 'upper' beside it"),
+        )
     return row, low, high
+
+
+def _check_effort_limits(task: Task, actuators: Mapping[str, JointActuator | GeneralizedForceActuator]) -> None:
+    """Refuse effort limits of joints that are not driven, or that have bounds in their actuator already."""
+    drives = {each.joint: name for name, each in actuators.items() if isinstance(each, JointActuator)}
+    for joint in task.limits.effort:
+        key = ("limits", "effort", joint)
+        if joint not in drives:
+            raise task.error(
+                key, f"found joint '{joint}', expected one that an actuator drives{nearest(joint, drives)}"
+            )
+        actuator = actuators[drives[joint]]
+        if actuator.lower is not None or actuator.upper is not None:
+            raise task.error(
+                key, f"found limits of joint '{joint}', whose actuator '{drives[joint]}' has its own, expected them in "
+                "one place"
+            )  # fmt: skip

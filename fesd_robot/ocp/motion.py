@@ -20,17 +20,18 @@ from fesd_robot.contact import (
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
-from fesd_robot.ocp.actuation import Actuation, actuators_of, build_actuation
+from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.reference import ReferenceMotion, reference_of
+from fesd_robot.ocp.robot import load_task_robot
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of, vector
 from fesd_robot.robot import (
     Robot,
     configuration_derivative,
-    load_robot,
+    damping_force,
     mass_matrix,
     nonlinear_effects,
 )
-from fesd_robot.task import Task, check_names, check_values
+from fesd_robot.task import Task
 
 AUTOMATIC_STRENGTH = 10.0
 """Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
@@ -64,7 +65,7 @@ def formulate(task: Task) -> MotionProblem:
     Raises:
         TaskError: a name, value or combination that this robot cannot satisfy, with file, line and key.
     """
-    robot = _load(task)
+    robot = load_task_robot(task)
     actuation = build_actuation(task, robot)
     endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
     ground = Plane(task.ground.height, task.ground.slope)
@@ -123,31 +124,6 @@ def _aggregation(task: Task) -> CrossComplementarity:
     return "theta_sum" if task.method.formulation.type == "multipliers" else "lambda_sum"
 
 
-def _load(task: Task) -> Robot:
-    """Load the robot and check every name and value of the task against it."""
-    source = task.locate_model()
-    try:
-        bare = load_robot(source, root=task.robot.root)
-    except RobotError as error:
-        raise task.error("robot.model", str(error)) from error
-    check_names(
-        task,
-        bare.configuration_names,
-        bare.velocity_names,
-        list(bare.model.names)[1:],
-        bare.frame_names,
-        list(actuators_of(task, bare)),
-    )
-    robot = load_robot(source, root=task.robot.root, armature=task.robot.armature)
-    positions = zip(robot.lower_position, robot.upper_position, strict=True)
-    check_values(
-        task,
-        dict(zip(robot.configuration_names, positions, strict=True)),
-        {name: (-v, v) for name, v in zip(robot.velocity_names, robot.velocity_limit, strict=True)},
-    )
-    return robot
-
-
 def _mechanics(robot: Robot, actuation: Actuation) -> Mechanics:
     q = ca.SX.sym("q", len(robot.configuration_names))
     v = ca.SX.sym("v", len(robot.velocity_names))
@@ -158,7 +134,7 @@ def _mechanics(robot: Robot, actuation: Actuation) -> Mechanics:
         control=u,
         configuration_derivative=configuration_derivative(robot, q, v),
         mass_matrix=mass_matrix(robot, q),
-        force=ca.mtimes(actuation.matrix(q), u) - nonlinear_effects(robot, q, v),
+        force=ca.mtimes(actuation.matrix(q), u) - nonlinear_effects(robot, q, v) - damping_force(robot, v),
         configuration_names=robot.configuration_names,
         velocity_names=robot.velocity_names,
         control_names=actuation.names,

@@ -151,7 +151,7 @@ def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
         if motion.weight[k] > 0:
             q, v = motion.configuration[k], motion.velocity[k]
-            force = physics.generalized_force(q, motion.control[k])
+            force = physics.generalized_force(q, motion.control[k]) - physics.damping * v
             force = force + physics.contact_jacobian(q).T @ motion.force[k].ravel()
             balance -= motion.weight[k] * float(force @ v)
         if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:

@@ -25,10 +25,14 @@ class NumericPhysics:
     """Dynamics and contact kinematics by Pinocchio's own algorithms, independent of the planner's expressions.
 
     Args:
-        robot: the robot with its armature.
+        robot: the robot with its armature and damping.
         ground: signed distance.
         contacts: points that may touch.
         control_matrix: q -> B, (n_v, n_u).
+
+    Attributes:
+        friction: coefficient of every contact, (n_c).
+        damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
     """
 
     def __init__(
@@ -43,6 +47,7 @@ class NumericPhysics:
         self._frames = [robot.frame_id(contact.frame) for contact in contacts]
         self._ground = ground
         self._control_matrix = control_matrix
+        self.damping = np.array(robot.model.damping)
         self.friction = np.array([contact.friction for contact in contacts])
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -71,8 +76,8 @@ class NumericPhysics:
         return np.asarray(self._control_matrix(q)) @ u
 
     def required_force(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """M a + h - B u, what the contacts must supply, (n_v)."""
-        return np.asarray(pin.rnea(self._model, self._data, q, v, a)) - self.generalized_force(q, u)
+        """M a + h + D v - B u, what the contacts must supply, (n_v)."""
+        return np.asarray(pin.rnea(self._model, self._data, q, v, a)) + self.damping * v - self.generalized_force(q, u)
 
     def difference(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """The displacement from one configuration to another, (n_v)."""
@@ -80,7 +85,10 @@ class NumericPhysics:
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> float:
         """Kinetic energy (with armature) plus potential energy, J."""
-        return float(0.5 * v @ self.mass_matrix(q) @ v + pin.computePotentialEnergy(self._model, self._data, q))
+        # Pinocchio computes the potential energy of no model with mimic joints, but the centre of mass of all.
+        weight = pin.computeTotalMass(self._model) * self._model.gravity.linear
+        potential = -weight @ pin.centerOfMass(self._model, self._data, q)
+        return float(0.5 * v @ self.mass_matrix(q) @ v + potential)
 
 
 def split_contact_force(

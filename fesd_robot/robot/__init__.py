@@ -8,6 +8,7 @@ __all__ = [
     "Robot",
     "center_of_mass",
     "configuration_derivative",
+    "damping_force",
     "difference",
     "example_robots",
     "frame_jacobian",
@@ -33,6 +34,7 @@ _HOME = {
     "frame_velocity": "kinematics",
     "frame_jacobian": "kinematics",
     "center_of_mass": "kinematics",
+    "damping_force": "dynamics",
     "rnea": "dynamics",
     "nonlinear_effects": "dynamics",
     "mass_matrix": "dynamics",
@@ -41,7 +43,14 @@ _HOME = {
 }
 
 if TYPE_CHECKING:
-    from fesd_robot.robot.dynamics import kinetic_energy, mass_matrix, nonlinear_effects, potential_energy, rnea
+    from fesd_robot.robot.dynamics import (
+        damping_force,
+        kinetic_energy,
+        mass_matrix,
+        nonlinear_effects,
+        potential_energy,
+        rnea,
+    )
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import example_robots
     from fesd_robot.robot.load import load_robot

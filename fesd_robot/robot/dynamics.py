@@ -1,6 +1,6 @@
-"""The equations of motion M(q) dv/dt + h(q, v) = τ and the energies as CasADi expressions.
+"""The equations of motion M(q) dv/dt + h(q, v) + D v = τ and the energies as CasADi expressions.
 
-Joint friction, damping and springs are not part of them, as in Pinocchio.
+The damping D v is an expression of its own, as in Pinocchio; dry joint friction and springs are not part of them.
 """
 
 from __future__ import annotations
@@ -68,6 +68,24 @@ def nonlinear_effects(robot: Robot, q: ca.SX, v: ca.SX) -> ca.SX:
     Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3.
     """
     return ca.sparsify(_inverse_dynamics(robot, q, v, ca.SX(robot.model.nv, 1)))
+
+
+def damping_force(robot: Robot, v: ca.SX) -> ca.SX:
+    """Return the joint forces that overcome viscous damping.
+
+        D v with the diagonal D of ``model.damping``
+
+    Args:
+        robot: the robot.
+        v: velocity, shape (nv, 1), m/s and rad/s.
+
+    Returns:
+        shape (nv, 1), N and N m.
+
+    Raises:
+        DimensionError: if v has the wrong shape.
+    """
+    return ca.sparsify(ca.sparsify(ca.DM(robot.model.damping)) * column("v", v, robot.model.nv))
 
 
 def mass_matrix(robot: Robot, q: ca.SX) -> ca.SX:

@@ -49,7 +49,7 @@ def example_robots() -> dict[str, Path]:
     Raises:
         RobotError: if the package example-robot-data is not installed.
     """
-    folder = _folder()
+    folder = examples_folder()
     names = {stem: paths[0] for stem, paths in _files_by_stem(folder).items() if len(paths) == 1}
     names |= {name: folder / path for name, path in _FILES.items() if (folder / path).is_file()}
     return dict(sorted(names.items()))
@@ -64,7 +64,7 @@ def resolve_example(name: str) -> Path:
     robots = example_robots()
     if name in robots:
         return robots[name]
-    folder = _folder()
+    folder = examples_folder()
     choices = [path.relative_to(folder).as_posix() for path in _files_by_stem(folder).get(name, [])]
     if choices:
         raise RobotError(f"Robot '{name}' of example-robot-data is ambiguous; write one of {', '.join(choices)}.")
@@ -73,15 +73,12 @@ def resolve_example(name: str) -> Path:
     raise RobotError(f"There is no robot '{name}' in example-robot-data{nearest(name, robots)}.")
 
 
-def _files_by_stem(folder: Path) -> dict[str, list[Path]]:
-    files: dict[str, list[Path]] = {}
-    for path in sorted([*folder.glob("*/*/*.urdf"), *folder.glob("*/*/*.sdf")]):
-        files.setdefault(path.stem, []).append(path)
-    return files
+def examples_folder() -> Path:
+    """Return the folder that holds the robots, as installed by a wheel or by a conda package.
 
-
-def _folder() -> Path:
-    """Return the folder that holds the robots, as installed by a wheel or by a conda package."""
+    Raises:
+        RobotError: if the package example-robot-data is not installed.
+    """
     candidates = [Path(sys.prefix) / _FOLDER]
     try:
         distribution = metadata.distribution("example-robot-data")
@@ -92,3 +89,10 @@ def _folder() -> Path:
         if candidate.is_dir():
             return candidate
     raise RobotError("The robots of example-robot-data are not installed; run: pip install example-robot-data.")
+
+
+def _files_by_stem(folder: Path) -> dict[str, list[Path]]:
+    files: dict[str, list[Path]] = {}
+    for path in sorted([*folder.glob("*/*/*.urdf"), *folder.glob("*/*/*.sdf")]):
+        files.setdefault(path.stem, []).append(path)
+    return files

@@ -8,55 +8,65 @@ import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
-from fesd_robot.robot.library import PREFIX, resolve_example
+from fesd_robot.robot.couple import couple_joints
+from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.mjcf import check_mjcf, composite_names, correct_mjcf_model, mjcf_notes
+from fesd_robot.robot.paths import locate_robot, package_directories
 from fesd_robot.robot.robot import Format, Robot
+from fesd_robot.robot.root import (
+    ROOT_JOINT,
+    ROOTS,
+    SAGITTAL_NAMES,
+    Root,
+    make_root_joint,
+    refuse_second_root,
+    square_placements,
+)
 from fesd_robot.robot.tree import Tree, build_tree
-from fesd_robot.robot.urdf import check_leaders, check_urdf
+from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
 
-Root = Literal["fixed", "planar", "free_flyer"]
-
-_ROOTS: dict[str, Callable[[], pin.JointModel] | None] = {
-    "fixed": None,
-    "planar": pin.JointModelPlanar,
-    "free_flyer": pin.JointModelFreeFlyer,
-}
 _FORMATS: dict[str, Format] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
-_ROOT_JOINT = "root_joint"
 _NO_LIMIT = 1e19
-_PACKAGE_LEVELS = 6
 
 
 def load_robot(
     source: str | Path,
     *,
     root: Root = "fixed",
+    locked: Mapping[str, float] | None = None,
+    coupled: Mapping[str, str] | None = None,
     armature: Mapping[str, float] | None = None,
+    damping: Mapping[str, float] | None = None,
     search_path: Path | None = None,
 ) -> Robot:
     """Return the robot described by a URDF, MJCF or SDF file.
 
     Args:
-        source: a file, or ``example-robot-data:NAME`` for a robot of that package.
-        root: joint between the world and the first link: none, planar (x, y, turn about z) or free.
+        source: a file, ``package://NAME/PATH``, or ``example-robot-data:NAME`` for a robot of that package.
+        root: joint between the world and the first link: none, sagittal (x, z, pitch), planar (x, y, turn about z) or
+            free.
+        locked: name of a joint -> value it is held at, m or rad; it is no coordinate of the robot.
+        coupled: name of a joint -> name of the joint it moves with, see `couple_joints`; only the latter is a
+            coordinate of the robot.
         armature: name of a joint, or of one of its velocity coordinates -> inertia added to the diagonal of the mass
             matrix, kg or kg m²; replaces what the file says. A joint's armature goes to all of its coordinates.
+        damping: the same for the viscous damping d of the force -d v, N s/m or N m s/rad.
         search_path: folder that relative paths start from; the working directory if absent. ``package://`` addresses
             are looked up there, too.
 
     Raises:
-        RobotError: if the file is missing or cannot be read as it was meant, if a name is unknown, or if the armature
-            is negative.
+        RobotError: if the file is missing or cannot be read as it was meant, if a name is unknown, or if armature or
+            damping is negative.
+        JointError: if a joint cannot be locked or coupled.
     """
-    if root not in _ROOTS:
-        raise RobotError(f"There is no root joint '{root}'{nearest(root, _ROOTS)}.")
-    path = _locate(source, search_path)
+    if root not in ROOTS:
+        raise RobotError(f"There is no root joint '{root}'{nearest(root, ROOTS)}.")
+    path = locate_robot(source, search_path)
     document = _parse_xml(path)
     file_format = _FORMATS[document.tag]
     composites: dict[str, list[str]] = {}
@@ -73,18 +83,28 @@ def load_robot(
         model = _build(path, lambda joint: _build_sdf(path, joint), root)
     else:
         leaders = check_urdf(path, document)
+        notes += urdf_notes(document, leaders)
         model = _build(path, lambda joint: _build_urdf(path, joint, leaders), root)
     if model.nv == 0:
         raise RobotError(f"{path}: the robot has no moving joint; if it floats, set root to 'free_flyer'.")
-    directories = [path.parent, *path.parent.parents][:_PACKAGE_LEVELS]
+    if locked:
+        model = lock_joints(model, locked)
+    if root == "sagittal":
+        composites[ROOT_JOINT] = list(SAGITTAL_NAMES)
+        notes += _note(
+            "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
+        )
+    if coupled:
+        model = couple_joints(model, coupled)
     return robot_from_model(
         model,
         source=path,
         file_format=file_format,
-        package_directories=(*([search_path.resolve()] if search_path else []), *directories),
+        package_directories=package_directories(path, search_path),
         composites=composites,
         notes=notes,
         armature=armature or {},
+        damping=damping or {},
     )
 
 
@@ -97,8 +117,9 @@ def robot_from_model(
     composites: Mapping[str, Sequence[str]],
     notes: Sequence[str],
     armature: Mapping[str, float],
+    damping: Mapping[str, float],
 ) -> Robot:
-    """Return the robot of a Pinocchio model; `model.armature` is set in place.
+    """Return the robot of a Pinocchio model; `model.armature` and `model.damping` are set in place.
 
     Args:
         model: the model.
@@ -108,14 +129,18 @@ def robot_from_model(
         composites: name of a composite joint -> names of the joints it is made of.
         notes: what the file says that the equations of motion leave out.
         armature: name of a joint or of a velocity coordinate -> inertia, kg or kg m².
+        damping: the same for the viscous damping, N s/m or N m s/rad.
 
     Raises:
-        RobotError: for a joint type that is not supported, a body without a proper mass, or a wrong armature.
+        RobotError: for a joint type that is not supported, a body without a proper mass, or a wrong armature or
+            damping.
     """
     tree = build_tree(model, composites)
     _check_masses(source, model)
     configuration_names, velocity_names = _coordinate_names(tree, model)
-    _set_armature(model, tree, velocity_names, armature)
+    targets = _coordinates_by_name(tree, velocity_names)
+    model.armature = _replaced("armature", model.armature, targets, armature)
+    model.damping = _replaced("damping", model.damping, targets, damping)
     lower_position, upper_position = _position_limits(model, tree)
     return Robot(
         name=model.name,
@@ -136,16 +161,6 @@ def robot_from_model(
     )
 
 
-def _locate(source: str | Path, search_path: Path | None) -> Path:
-    if isinstance(source, str) and source.startswith(PREFIX):
-        return resolve_example(source.removeprefix(PREFIX))
-    path = Path(source).expanduser()
-    path = (path if search_path is None else search_path / path).resolve()
-    if not path.is_file():
-        raise RobotError(f"There is no robot file {path}.")
-    return path
-
-
 def _parse_xml(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(path).getroot()
@@ -158,30 +173,18 @@ def _parse_xml(path: Path) -> ElementTree.Element:
 
 def _build(path: Path, build: Callable[[pin.JointModel | None], pin.Model], root: Root) -> pin.Model:
     """Return the model that Pinocchio builds, its complaints turned into a RobotError."""
-    root_joint = _ROOTS[root]
+    root_joint = make_root_joint(root)
     with _captured_errors() as complaints:
         try:
-            model = build(None if root_joint is None else root_joint())
+            model = build(root_joint)
         except RobotError:
             raise
         except Exception as error:
             said = " ".join([*complaints(), _last_sentence(str(error))])
             raise RobotError(f"{path} cannot be read: {said.removesuffix('.')}.") from error
     if root != "fixed":
-        _refuse_second_root(path, model, root)
+        refuse_second_root(path, model, root)
     return model
-
-
-def _refuse_second_root(path: Path, model: pin.Model, root: Root) -> None:
-    """Raise if the file floats already: a free joint on the world, or on a root that carries nothing itself."""
-    for index in range(1, model.njoints):
-        parent = model.parents[index]
-        on_root = parent == 0 or (model.names[parent] == _ROOT_JOINT and model.inertias[parent].mass == 0.0)
-        is_free = model.joints[index].shortname() == "JointModelFreeFlyer"
-        if is_free and on_root and model.names[index] != _ROOT_JOINT:
-            raise RobotError(
-                f"{path} has its own free root joint '{model.names[index]}'; set root to 'fixed' instead of '{root}'."
-            )
 
 
 def _build_urdf(path: Path, root_joint: pin.JointModel | None, leaders: Mapping[str, str]) -> pin.Model:
@@ -190,18 +193,18 @@ def _build_urdf(path: Path, root_joint: pin.JointModel | None, leaders: Mapping[
     options = {"mimic": True} if leaders else {}
     if root_joint is None:
         return pin.buildModelFromUrdf(str(path), **options)
-    return pin.buildModelFromUrdf(str(path), root_joint, _ROOT_JOINT, **options)
+    return pin.buildModelFromUrdf(str(path), root_joint, ROOT_JOINT, **options)
 
 
 def _build_mjcf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
     if root_joint is None:
         return pin.buildModelFromMJCF(str(path))
-    return pin.buildModelFromMJCFAndRootJoint(str(path), root_joint, _ROOT_JOINT)
+    return pin.buildModelFromMJCFAndRootJoint(str(path), root_joint, ROOT_JOINT)
 
 
 def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
     model, loops = pin.buildModelsFromSdf(
-        str(path), root_joint=root_joint, root_joint_name=_ROOT_JOINT, geometry_types=[]
+        str(path), root_joint=root_joint, root_joint_name=ROOT_JOINT, geometry_types=[]
     )
     if len(loops) > 0:
         raise RobotError(f"{path}: closed loops are not supported; the robot must be a tree.")
@@ -254,17 +257,24 @@ def _coordinate_names(tree: Tree, model: pin.Model) -> tuple[list[str], list[str
     return positions, velocities
 
 
-def _set_armature(model: pin.Model, tree: Tree, velocity_names: list[str], armature: Mapping[str, float]) -> None:
-    targets: dict[str, slice] = {name: slice(k, k + 1) for k, name in enumerate(velocity_names)}
-    targets |= {link.name: link.v_indices for link in tree.links if not link.mimics}
-    values = np.array(model.armature)
-    for name, value in armature.items():
+def _coordinates_by_name(tree: Tree, velocity_names: list[str]) -> dict[str, slice]:
+    """Return the entries of v that the name of a joint or of a coordinate stands for."""
+    single = {name: slice(k, k + 1) for k, name in enumerate(velocity_names)}
+    return single | {link.name: link.v_indices for link in tree.links if not link.mimics}
+
+
+def _replaced(
+    what: str, values: np.ndarray, targets: Mapping[str, slice], replacements: Mapping[str, float]
+) -> np.ndarray:
+    """Return values by coordinate with those of some names replaced."""
+    result = np.array(values)
+    for name, value in replacements.items():
         if name not in targets:
-            raise RobotError(f"There is no joint '{name}' to give an armature to{nearest(name, targets)}.")
+            raise RobotError(f"There is no joint '{name}' to set the {what} of{nearest(name, targets)}.")
         if not (np.isfinite(value) and value >= 0.0):
-            raise RobotError(f"The armature of joint '{name}' must be finite and not negative, but is {value}.")
-        values[targets[name]] = value
-    model.armature = values
+            raise RobotError(f"The {what} of joint '{name}' must be finite and not negative, but is {value}.")
+        result[targets[name]] = value
+    return result
 
 
 def _position_limits(model: pin.Model, tree: Tree) -> tuple[np.ndarray, np.ndarray]:
@@ -292,14 +302,17 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 def _model_notes(model: pin.Model, velocity_names: list[str]) -> list[str]:
     lower, upper = np.abs(model.lowerEffortLimit), np.abs(model.upperEffortLimit)
     findings = {
-        "Joint damping ({}) is not part of the equations of motion.": model.damping != 0.0,
         "Dry joint friction ({}) is not part of the equations of motion.": model.upperDryFrictionLimit != 0.0,
         "Asymmetric effort limits ({}) are replaced by their smaller side.": lower != upper,
     }
-    notes = []
-    for sentence, concerned in findings.items():
-        names = [name for name, yes in zip(velocity_names, concerned, strict=True) if yes]
-        if names:
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            notes.append(sentence.format(", ".join(names[:3]) + more))
-    return notes
+    return [
+        note
+        for sentence, concerned in findings.items()
+        for note in _note(sentence, [name for name, yes in zip(velocity_names, concerned, strict=True) if yes])
+    ]
+
+
+def _note(sentence: str, names: Sequence[str]) -> list[str]:
+    """Return the sentence with the first names in it, nothing if there are none."""
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return [sentence.format(", ".join(names[:3]) + more)] if names else []

@@ -101,6 +101,9 @@ def mjcf_notes(root: ElementTree.Element) -> list[str]:
         notes.append("Joint springs (stiffness) are not part of the equations of motion.")
     if any(joint.get("type") == "ball" and joint.get("range") for joint in root.iter("joint")):
         notes.append("The range of ball joints is not read.")
+    balls = root.find(".//joint[@type='ball']") is not None
+    if balls and root.find(".//joint[@damping]") is not None:
+        notes.append("The damping of ball joints is not read.")
     for body in root.findall("./worldbody//body"):
         if body.find("site") is not None and body.find("joint") is None and body.find("freejoint") is None:
             notes.append(f"The sites of body '{body.get('name')}', which has no joint, are not read.")

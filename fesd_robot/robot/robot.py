@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
 
 Format = Literal["urdf", "mjcf", "sdf"]
@@ -25,7 +26,8 @@ class Robot:
         source: the file.
         format: how the file is written.
         package_directories: where ``package://`` addresses of meshes are looked up.
-        model: Pinocchio's model, with ``model.armature`` set.
+        model: Pinocchio's model, with ``model.armature`` and ``model.damping`` set, without locked joints and with
+            coupled ones merged.
         tree: the same model as links, for the CasADi expressions.
         configuration_names: a name for every entry of q: the joint's name, or for joints with several entries
             ``joint.x .y .z .qx .qy .qz .qw`` (free flyer), ``joint.x .y .cos .sin`` (planar), ``joint.cos .sin``
@@ -37,7 +39,7 @@ class Robot:
             that are cosines, sines or quaternion components.
         velocity_limit: limit of |v|, m/s or rad/s, shape (nv,); inf where there is none.
         effort_limit: limit of |τ|, N or N m, shape (nv,); inf where there is none; of an asymmetric
-            one the smaller side.
+            one the smaller side; of coupled joints the sum.
         frame_names: names of all frames, each once.
         neutral: the configuration with every joint at zero, shape (nq,).
         notes: what the file says that the equations of motion leave out, one sentence each.
@@ -79,6 +81,20 @@ class Robot:
                     f"Robot '{self.name}' has several frames called '{name}' at different places; rename one of them."
                 )
         return found[0]
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints that have coordinates of their own; those of a MuJoCo body with several one by one."""
+        return [link.name for link in self.tree.links if not link.mimics]
+
+    @property
+    def root_names(self) -> list[str]:
+        """Names of the entries of v that belong to the joint under the first link, none if it is fixed."""
+        if not self.model.existJointName(ROOT_JOINT):
+            return []
+        joint = self.model.joints[self.model.getJointId(ROOT_JOINT)]
+        # A joint of the file that happens to have this name has one degree of freedom.
+        return self.velocity_names[joint.idx_v : joint.idx_v + joint.nv] if joint.nv > 1 else []
 
     @cached_property
     def visual_model(self) -> pin.GeometryModel:

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fesd_robot.errors import RobotError, nearest
 
+_XACRO = re.compile(r"\{https?://(www\.)?ros\.org/wiki/xacro.*\}")
+
 
 def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
     """Return the mimic joints of a file, each with the joint it follows, after refusing what Pinocchio misreads.
 
     Raises:
-        RobotError: for a planar joint whose plane is not x-y, which Pinocchio takes as x-y all the same, and for a
-            continuous joint that follows or leads, whose (cos, sin) does not scale.
+        RobotError: for a file that xacro has still to expand, for a planar joint whose plane is not x-y, which
+            Pinocchio takes as x-y all the same, and for a continuous joint that follows or leads, whose (cos, sin)
+            does not scale.
     """
+    if any(_XACRO.match(element.tag) for element in root.iter() if isinstance(element.tag, str)):
+        raise RobotError(
+            f"{path} is written in xacro; expand it first: xacro {path.name} > {path.name.split('.')[0]}.urdf."
+        )
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
     leaders: dict[str, str] = {}
     for name, joint in joints.items():
@@ -34,6 +42,15 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
                 "make both revolute."
             )
     return leaders
+
+
+def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
+    """Return what of the file does not enter the robot, one sentence each."""
+    return [
+        f"The damping of joint '{joint.get('name')}', which follows '{leaders[joint.get('name', '')]}', is not read."
+        for joint in root.findall("joint")
+        if joint.get("name") in leaders and joint.find("dynamics[@damping]") is not None
+    ]
 
 
 def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) -> None:

@@ -23,7 +23,8 @@ from fesd_robot.task.motion import (
     Tolerance,
 )
 from fesd_robot.task.names import check_names, check_values
-from fesd_robot.task.scene import Actuator, GeneralizedForceActuator, JointActuator, Plane, PointContact, Robot
+from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot
+from fesd_robot.task.scene import Plane, PointContact
 from fesd_robot.task.schema import Task
 
 __all__ = [

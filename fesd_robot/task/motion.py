@@ -146,7 +146,7 @@ class SpeedOfTime(Section):
 
 
 class Limits(Section):
-    """Limits of positions, velocities and the speed of time."""
+    """Limits of positions, velocities, efforts and the speed of time."""
 
     position: dict[Name, Bounds] = Field(
         default_factory=dict,
@@ -157,5 +157,10 @@ class Limits(Section):
         default_factory=dict,
         description="Name of a velocity coordinate -> [lower, upper] or one number for plus or minus it, m/s or rad/s; "
         "names not listed: the model's limits.",
+    )
+    effort: dict[Name, SymmetricBounds] = Field(
+        default_factory=dict,
+        description="Name of a driven joint -> [lower, upper] torque, N m, or force, N, or one number for plus or "
+        "minus it; names not listed: the model's limits.",
     )
     speed_of_time: SpeedOfTime = Field(default_factory=SpeedOfTime, description="Limits of the speed of time.")

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from fesd_robot.errors import nearest
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.origins import KeyPath
-from fesd_robot.task.scene import JointActuator
+from fesd_robot.task.robot import JointActuator
 from fesd_robot.task.schema import Jumps, Task
 
 _SLACK = 1e-9
@@ -105,6 +105,8 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
     """Yield (key path, kind, name) of every name in a task that must exist on the robot."""
     for path, kind, names in (
         (("robot", "armature"), _JOINT, task.robot.armature),
+        (("robot", "damping"), _JOINT, task.robot.damping),
+        (("limits", "effort"), _JOINT, task.limits.effort),
         (("initial", "configuration"), _CONFIGURATION, task.initial.configuration),
         (("initial", "velocity"), _VELOCITY, task.initial.velocity),
         (("goal", "configuration"), _CONFIGURATION, task.goal.configuration),
@@ -122,6 +124,8 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
     ):
         for name in names or ():
             yield (*path, name), kind, name
+    for name in task.robot.passive:
+        yield ("robot", "passive"), _JOINT, name
     for contact, point in task.contacts.items():
         yield ("contacts", contact, "frame"), _FRAME, point.frame
     for control, actuator in (task.robot.actuators or {}).items():

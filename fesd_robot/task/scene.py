@@ -1,123 +1,13 @@
-"""The things in a task: robot, ground, contacts."""
+"""The things in a task beside the robot: ground, contacts."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field
 
-from fesd_robot.task.expression import expression_names
-from fesd_robot.task.fields import Name, NonNegative, Number, Section, conflict, expected, is_number
-
-EXAMPLE_ROBOT_PREFIX = "example-robot-data:"
-"""Start of a `robot.model` that names a robot of the package example-robot-data instead of a file."""
-
-
-def _check_model(value: str) -> str:
-    if not value.strip() or not value.removeprefix(EXAMPLE_ROBOT_PREFIX).strip():
-        raise expected(f"a path relative to the task file, or {EXAMPLE_ROBOT_PREFIX}NAME")
-    return value
-
-
-def _check_force(value: Any) -> Any:
-    if is_number(value) and not math.isinf(value):
-        return float(value)
-    if not isinstance(value, str):
-        raise expected("a finite number or an expression in text")
-    try:
-        expression_names(value)
-    except ValueError as error:
-        raise expected(f"an arithmetic expression in configuration names, but {error}") from error
-    return value
-
-
-Force = Annotated[str | float, BeforeValidator(_check_force), WithJsonSchema({"type": ["number", "string"]})]
-"""A number, or an arithmetic expression in configuration names, see `fesd_robot.task.expression`."""
-
-
-class JointActuator(Section):
-    """A torque or force on one joint."""
-
-    type: Literal["joint"] = Field(description="One joint is driven directly.")
-    joint: Name = Field(description="Name of the driven joint.")
-    lower: Number | None = Field(
-        default=None, description="Smallest torque, N m, or force, N; default: minus the model's effort limit."
-    )
-    upper: Number | None = Field(
-        default=None, description="Largest torque, N m, or force, N; default: the model's effort limit."
-    )
-
-    @model_validator(mode="after")
-    def _ordered(self) -> JointActuator:
-        _check_order(self.lower, self.upper)
-        return self
-
-
-class GeneralizedForceActuator(Section):
-    """A force that acts on several velocity coordinates at once."""
-
-    type: Literal["generalized_force"] = Field(description="Several velocity coordinates are driven by one control.")
-    force: dict[Name, Force] = Field(
-        min_length=1,
-        description="Name of a velocity coordinate -> generalized force on it per unit of the control: a number, or an "
-        "expression in configuration names (m, rad) with + - * / **, pi, sin, cos, tan, sqrt and exp.",
-    )
-    lower: Number = Field(description="Smallest value of the control, in its own unit (N or N m).")
-    upper: Number = Field(description="Largest value of the control, in its own unit (N or N m).")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> GeneralizedForceActuator:
-        _check_order(self.lower, self.upper)
-        return self
-
-
-Actuator = Annotated[JointActuator | GeneralizedForceActuator, Field(discriminator="type")]
-
-
-def _check_order(lower: float | None, upper: float | None) -> None:
-    if lower is not None and upper is not None and not lower < upper:
-        raise conflict(("lower",), f"found lower {lower:g} and upper {upper:g}, expected lower < upper")
-
-
-class Robot(Section):
-    """The robot: where its model is, how its root moves, what drives it."""
-
-    model: Annotated[str, AfterValidator(_check_model)] = Field(
-        description=f"Path of the model file (URDF, MJCF or SDF) relative to the task file, or {EXAMPLE_ROBOT_PREFIX}"
-        "NAME for a robot of that package."
-    )
-    root: Literal["fixed", "planar", "free_flyer"] = Field(
-        default="fixed",
-        description="How the model's root link moves: not at all beyond the joints in the file (fixed), in the "
-        "x-y plane, turning about z, as Pinocchio's planar joint does (planar), or freely (free_flyer).",
-    )
-    armature: dict[Name, NonNegative] = Field(
-        default_factory=dict,
-        description="Name of a joint -> inertia added to its diagonal entry of the mass matrix, kg or kg m2; "
-        "default: none.",
-    )
-    actuators: dict[Name, Actuator] | None = Field(
-        default=None,
-        description="Name of a control -> what it drives; default: every joint with a positive effort limit is driven "
-        "by a control named like the joint.",
-    )
-
-    @model_validator(mode="after")
-    def _distinct(self) -> Robot:
-        driven: dict[str, str] = {}
-        for name, actuator in (self.actuators or {}).items():
-            if name == "time":
-                raise conflict(("actuators", name), "an actuator cannot be called 'time', choose another name")
-            if isinstance(actuator, JointActuator):
-                first = driven.setdefault(actuator.joint, name)
-                if first != name:
-                    raise conflict(
-                        ("actuators", name, "joint"),
-                        f"found joint '{actuator.joint}', which actuator '{first}' drives already, expected another "
-                        "joint",
-                    )
-        return self
+from fesd_robot.task.fields import Name, NonNegative, Number, Section, expected
 
 
 def _check_slope(value: float) -> float:

@@ -13,7 +13,8 @@ from fesd_robot.task.fields import Name, Section, conflict
 from fesd_robot.task.method import Method, Output, Solver
 from fesd_robot.task.motion import Costs, Goal, Horizon, Initial, Jumps, Limits, Line, Reference
 from fesd_robot.task.origins import Origins
-from fesd_robot.task.scene import EXAMPLE_ROBOT_PREFIX, Plane, PointContact, Robot
+from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot
+from fesd_robot.task.scene import Plane, PointContact
 
 
 class Task(Section):
@@ -22,7 +23,7 @@ class Task(Section):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = Field(
         description="Name of the task; files are named after it, so letters, digits, '_', '-' and '.' only."
     )
-    robot: Robot = Field(description="The robot: its model, root, armature and actuators.")
+    robot: Robot = Field(description="The robot: its model, its root, which joints move and which are driven.")
     ground: Plane = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
     contacts: dict[Name, PointContact] = Field(
         min_length=1, description="Name of a contact -> the point of the robot that may touch the ground."
@@ -61,6 +62,11 @@ class Task(Section):
         return self._origins.file
 
     @property
+    def folder(self) -> Path:
+        """Where relative paths start: the folder of the task file, the working directory for a task made in Python."""
+        return Path() if self.source_path is None else self.source_path.parent
+
+    @property
     def origins(self) -> Origins:
         """Where each key came from."""
         return self._origins
@@ -82,15 +88,16 @@ class Task(Section):
         return self._origins.error(path, message)
 
     def locate_model(self) -> Path | str:
-        """Return the path of the robot's model file, or the text ``example-robot-data:NAME`` unchanged.
+        """Return the absolute path of the robot's model file, or its address in a package unchanged.
 
         Raises:
             TaskError: there is no such file.
         """
-        if self.robot.model.startswith(EXAMPLE_ROBOT_PREFIX):
-            return self.robot.model
-        folder = self.source_path.parent if self.source_path is not None else Path()
-        path = folder / self.robot.model
+        model = self.robot.model
+        if model.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)):
+            return model
+        path = self.folder / model
         if not path.is_file():
-            raise self.error("robot.model", f"found '{self.robot.model}', but there is no file {path}")
-        return path
+            hint = " ('~' and '$' are taken literally)" if model.startswith(("~", "$")) else ""
+            raise self.error("robot.model", f"found '{model}', but there is no file {path}{hint}")
+        return path.absolute()

@@ -78,3 +78,26 @@ def test_check_sees_the_overrides(run: Callable[..., Any], task: Path) -> None:
 def test_an_impact_takes_an_element_of_its_own(elements: int, words: str) -> None:
     """Three elements hold one impact inside an interval, five hold two."""
     assert words in capacity(elements)
+
+
+def test_check_shows_which_joints_are_left(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Root, locked and coupled joints, damping and what nothing drives are told before the coordinates."""
+    path = tmp_path / "bolt.yaml"
+    path.write_text(
+        "name: bolt\nrobot:\n  model: example-robot-data:bolt\n  root: sagittal\n  locked: {FL_HAA: 0, FR_HAA: 0}\n"
+        "  coupled: {FR_HFE: FL_HFE, FR_KFE: FL_KFE}\n  damping: {FL_KFE: 0.1}\n  passive: [FL_KFE]\n"
+        "contacts: {foot: {frame: FL_FOOT}}\nhorizon: {duration: 0.1, intervals: 1}\n"
+        "initial: {configuration: {root_z: 1}}\noutput: {page: false}\n",
+        encoding="utf-8",
+    )
+    outcome = run("check", path)
+    assert outcome.code == 0, outcome.err
+    text = " ".join(outcome.out.split())
+    for words in (
+        "root sagittal; ",
+        "Locked: FL_HAA 0, FR_HAA 0 (rad or m). Coupled, as one body each: FR_HFE with FL_HFE, FR_KFE with FL_KFE.",
+        "Damping: FL_KFE 0.1 (N s/m or N m s/rad).",
+        "1 control, constant",
+        "Not driven: root_x, root_z, root_pitch, FL_KFE.",
+    ):
+        assert words in text

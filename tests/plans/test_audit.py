@@ -6,16 +6,21 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.contact import PhysicalMotion
-from fesd_robot.ocp import MotionProblem
+from fesd_robot.contact import PhysicalMotion, Plane
+from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.planner import numeric_physics
 from fesd_robot.plans.audit import TOLERANCES, audit
 from fesd_robot.plans.physics import NumericPhysics, split_contact_force
 from fesd_robot.plans.plan import Audit
+from fesd_robot.robot import kinetic_energy, load_robot, potential_energy
+from fesd_robot.task import load_task
 
+from .conftest import TASK
 from .motions import FRICTION, MASS, STOP, collision, drop, jacobian, stance, tumble
 
 ENDS = {"tumble": [0.1, 0.2], "drop": [0.15, 0.3], "stance": [0.05, 0.1]}
@@ -271,3 +276,26 @@ def test_open_contacts_carry_nothing() -> None:
     np.testing.assert_allclose(rows[2:] @ rest, 0, atol=1e-12)
     found, rest = split_contact_force(np.ones(6), rows, np.array([False, False]))
     assert not found.any() and (rest == 1).all()
+
+
+def test_damping_is_a_force_that_takes_energy() -> None:
+    """A torque that overcomes the damping of the pitch is exact where there is damping, and too much where not."""
+    changes = ["horizon.duration=0.3", "horizon.intervals=2", "reference.count=1"]
+    motion, ends = tumble(), np.array(ENDS["tumble"])
+    control = motion.control + 0.3 * motion.velocity[:, [2]] * [1.0, 0.0]
+    damped = numeric_physics(formulate(load_task(TASK, [*changes, "robot.damping={root_pitch: 0.3}"])))
+    found = audit_of(replace(motion, control=control), damped, interval_ends=ends)
+    assert found.violations == [] and max(found.max_dynamics_error, found.max_energy_error) < 1e-9
+    undamped = numeric_physics(formulate(load_task(TASK, changes)))
+    found = audit_of(replace(motion, control=control), undamped, interval_ends=ends)
+    assert set(found.violations) == {"max_dynamics_error", "max_energy_error"}
+
+
+def test_energy_of_a_robot_with_mimic_joints() -> None:
+    """The energy of the panda, whose fingers follow each other, is that of its expressions."""
+    robot = load_robot("example-robot-data:panda")
+    physics = NumericPhysics(robot, Plane(0.0, 0.0), [], lambda q: np.zeros((robot.model.nv, 0)))
+    at, speed = np.full(robot.model.nq, 0.3), np.linspace(-1, 1, robot.model.nv)
+    q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
+    energy = ca.Function("energy", [q, v], [kinetic_energy(robot, q, v) + potential_energy(robot, q)])
+    assert physics.energy(at, speed) == pytest.approx(float(energy(at, speed)), rel=1e-12)

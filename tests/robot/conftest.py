@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -30,7 +31,31 @@ from fesd_robot.robot import (
 MODELS = Path(__file__).parent / "models"
 HOPPER = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
 
-ROBOTS = {
+LEGS: dict[str, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
+    "solo12": ("{}_HAA", "{}_HFE {}_KFE", ("FL", "HL"), ("FR", "HR")),
+    "a1": ("{}_hip_joint", "{}_thigh_joint {}_calf_joint", ("FL", "RL"), ("FR", "RR")),
+    "go2": ("{}_hip_joint", "{}_thigh_joint {}_calf_joint", ("FL", "RL"), ("FR", "RR")),
+    "bolt": ("{}_HAA", "{}_HFE {}_KFE", ("FR",), ("FL",)),
+    "hyq": ("{}_haa_joint", "{}_hfe_joint {}_kfe_joint", ("lf", "lh"), ("rf", "rh")),
+    "biped.xml": ("", "{}_hip {}_knee", ("left",), ("right",)),
+}
+"""Robots with legs: joints that step sideways, joints that swing, leading and following legs."""
+
+
+def planar_legs(name: str) -> tuple[str | Path, str, dict[str, float], dict[str, float], dict[str, str]]:
+    """Return how to load a robot with legs in the plane, left and right doing the same."""
+    sideways, swinging, leaders, followers = LEGS[name]
+    source = MODELS / name if name.endswith(".xml") else f"example-robot-data:{name}"
+    locked = {sideways.format(leg): 0.0 for leg in (*leaders, *followers) if sideways}
+    coupled = {
+        joint.format(follower): joint.format(leader)
+        for leader, follower in zip(leaders, followers, strict=True)
+        for joint in swinging.split()
+    }
+    return source, "sagittal", {}, locked, coupled
+
+
+ROBOTS: dict[str, tuple[Any, ...]] = {
     "hopper": (HOPPER, "fixed", {"leg": 0.1}),
     "ur5": ("example-robot-data:ur5", "fixed", {"shoulder_pan_joint": 0.3}),
     "panda (mimic)": ("example-robot-data:panda", "fixed", {}),
@@ -46,6 +71,16 @@ ROBOTS = {
     "crawler (MJCF)": (MODELS / "crawler.xml", "fixed", {}),
     "walker (MJCF)": (MODELS / "walker.xml", "fixed", {}),
     "zoo (every URDF joint)": (MODELS / "zoo.urdf", "fixed", {"finger": 0.05}),
+    "walker (MJCF, locked)": (MODELS / "walker.xml", "fixed", {}, {"foot_joint": 0.3}),
+    "panda (mimic, locked)": ("example-robot-data:panda", "fixed", {}, {"panda_joint1": 0.3, "panda_joint4": -1.0}),
+    "kinova (sagittal, unbounded locked)": (
+        "example-robot-data:kinova",
+        "sagittal",
+        {"root_pitch": 0.1},
+        {"j2s6s200_joint_1": 4.0},
+    ),
+    "talos (sagittal)": ("example-robot-data:talos", "sagittal", {}),
+    **{f"{name} (sagittal, coupled)": planar_legs(name) for name in LEGS},
 }
 
 
@@ -88,8 +123,8 @@ def hopper() -> Robot:
 @pytest.fixture(scope="session", params=ROBOTS.values(), ids=ROBOTS.keys())
 def case(request: pytest.FixtureRequest) -> Case:
     """One robot after the other."""
-    source, root, armature = request.param
-    robot = load_robot(source, root=root, armature=armature)
+    source, root, armature, locked, coupled = (*request.param, {}, {})[:5]
+    robot = load_robot(source, root=root, armature=armature, locked=locked, coupled=coupled)
     names = robot.frame_names
     frames = list(dict.fromkeys([names[0], names[1], names[len(names) // 2], names[-1]]))
     q, v, a = (
@@ -130,3 +165,10 @@ def assert_close(actual: np.ndarray, expected: np.ndarray | float, tolerance: fl
 def assert_close_fixture():
     """The comparison that all tests share."""
     return assert_close
+
+
+@pytest.fixture(scope="session", params=LEGS)
+def legs(request: pytest.FixtureRequest) -> tuple[Robot, Robot, dict[str, str]]:
+    """A robot with legs in the plane: as planned, in space with all its joints, and which joints are coupled."""
+    source, root, _, locked, coupled = planar_legs(request.param)
+    return load_robot(source, root=root, locked=locked, coupled=coupled), load_robot(source, root="free_flyer"), coupled

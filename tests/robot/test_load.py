@@ -195,7 +195,14 @@ def test_translation_joints():
 
 def _from_model(model: pin.Model):
     return robot_from_model(
-        model, source=HOPPER, file_format="urdf", package_directories=(), composites={}, notes=(), armature={}
+        model,
+        source=HOPPER,
+        file_format="urdf",
+        package_directories=(),
+        composites={},
+        notes=(),
+        armature={},
+        damping={},
     )
 
 
@@ -209,7 +216,7 @@ def test_armature_is_set_by_joint_and_by_coordinate():
 
 def test_armature_of_an_unknown_joint_is_refused():
     """The message names the nearest joint."""
-    with pytest.raises(RobotError, match=r"no joint 'legs' to give an armature to \(did you mean 'leg'\?\)"):
+    with pytest.raises(RobotError, match=r"no joint 'legs' to set the armature of \(did you mean 'leg'\?\)"):
         load_robot(HOPPER, armature={"legs": 0.1})
 
 

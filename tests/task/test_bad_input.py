@@ -70,7 +70,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("stages: 2", "step_freedom: 0", 45, "method.step_freedom", ["found 0", "greater than 0"]),
     ("stages: 2", "auxiliary_acceleration: 0", 45, "method.auxiliary_acceleration", ["found 0", "'auto'"]),
     # choices and union tags
-    ("root: fixed", "root: floating", 4, "robot.root", ["'floating'", "'fixed', 'planar' or 'free_flyer'"]),
+    ("root: fixed", "root: floating", 4, "robot.root", ["'floating'", "'fixed', 'sagittal', 'planar' or 'free_flyer'"]),
     ("stages: 2", "scheme: radau", 45, "method.scheme", ["'radau'", "did you mean 'radau_iia'?"]),
     ("type: plane", "type: plan", 16, "ground.type", ["'plan'", "'plane'"]),
     ("type: jumps", "type: jump", 33, "reference.type", ["'jump'", "did you mean 'jumps'?"]),

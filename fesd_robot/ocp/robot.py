@@ -1,0 +1,76 @@
+"""The robot of a task: read from its file, reduced as the task says, and checked against all names and values."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import JointError, RobotError
+from fesd_robot.ocp.actuation import actuators_of
+from fesd_robot.robot import Robot, load_robot
+from fesd_robot.task import Task, check_names, check_values
+
+_SAME_PLACE = 1e-9
+"""m; contacts that stay closer than this in the x-z plane are one."""
+
+
+def load_task_robot(task: Task) -> Robot:
+    """Return the robot of a task.
+
+    Raises:
+        TaskError: the model cannot be read, a joint cannot be locked or coupled, a name is not the robot's, a value
+            lies outside its limits, or two contacts are at the same place; with file, line and key.
+    """
+    section, source = task.robot, task.locate_model()
+    try:
+        bare = load_robot(
+            source, root=section.root, locked=section.locked, coupled=section.coupled, search_path=task.folder
+        )
+    except JointError as error:
+        raise task.error(("robot", error.option, error.joint), str(error)) from error
+    except RobotError as error:
+        raise task.error("robot.model", str(error)) from error
+    check_names(
+        task,
+        bare.configuration_names,
+        bare.velocity_names,
+        bare.joint_names,
+        bare.frame_names,
+        list(actuators_of(task, bare)),
+    )
+    robot = load_robot(
+        source,
+        root=section.root,
+        locked=section.locked,
+        coupled=section.coupled,
+        armature=section.armature,
+        damping=section.damping,
+        search_path=task.folder,
+    )
+    positions = zip(robot.lower_position, robot.upper_position, strict=True)
+    check_values(
+        task,
+        dict(zip(robot.configuration_names, positions, strict=True)),
+        {name: (-v, v) for name, v in zip(robot.velocity_names, robot.velocity_limit, strict=True)},
+    )
+    _check_distinct_contacts(task, robot)
+    return robot
+
+
+def _check_distinct_contacts(task: Task, robot: Robot) -> None:
+    """Refuse two contacts that touch together wherever the robot is: nothing would tell their forces apart."""
+    model = robot.model
+    data, paths = model.createData(), []
+    frames = {name: robot.frame_id(contact.frame) for name, contact in task.contacts.items()}
+    for share in (0.0, 0.3, -0.7):
+        pin.framesForwardKinematics(model, data, pin.integrate(model, robot.neutral, np.linspace(share, 1, model.nv)))
+        paths.append({name: data.oMf[frame].translation[[0, 2]] for name, frame in frames.items()})
+    for first, second in combinations(frames, 2):
+        if all(np.abs(path[first] - path[second]).max() <= _SAME_PLACE for path in paths):
+            raise task.error(
+                ("contacts", second),
+                f"found a contact that is always where '{first}' is in the x-z plane, expected one of the two: its "
+                "force is the sum of both",
+            )

@@ -1,0 +1,76 @@
+"""How the first link of a robot moves in the world."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import RobotError
+
+Root = Literal["fixed", "sagittal", "planar", "free_flyer"]
+
+ROOTS: tuple[Root, ...] = ("fixed", "sagittal", "planar", "free_flyer")
+
+ROOT_JOINT = "root_joint"
+"""Pinocchio's name for the joint under the first link."""
+
+SAGITTAL_NAMES = ("root_x", "root_z", "root_pitch")
+"""Coordinates of a sagittal root: forward, m, up, m, and nose down, rad about +y."""
+
+_RIGHT_ANGLE = 1e-5
+"""Entry of a rotation matrix; a placement this close to right angles means them, to the digits written (1.5708)."""
+
+_ROUNDING = 1e-15
+
+
+def make_root_joint(root: Root) -> pin.JointModel | None:
+    """Return the joint between the world and the first link, None for a fixed one."""
+    if root == "planar":
+        return pin.JointModelPlanar()
+    if root == "free_flyer":
+        return pin.JointModelFreeFlyer()
+    if root == "sagittal":
+        joint = pin.JointModelComposite()
+        for part in (pin.JointModelPX(), pin.JointModelPZ(), pin.JointModelRY()):
+            joint.addJoint(part)
+        return joint
+    return None
+
+
+def refuse_second_root(path: Path, model: pin.Model, root: Root) -> None:
+    """Raise if a file moves its first link itself although the model was built with a root joint.
+
+    Raises:
+        RobotError: for a free joint on the world, or on a root that carries nothing itself, and for a joint with the
+            name of a sagittal coordinate; names the joint.
+    """
+    for index in range(1, model.njoints):
+        name, parent = model.names[index], model.parents[index]
+        on_root = parent == 0 or (model.names[parent] == ROOT_JOINT and model.inertias[parent].mass == 0.0)
+        is_free = model.joints[index].shortname() == "JointModelFreeFlyer"
+        if is_free and on_root and name != ROOT_JOINT:
+            raise RobotError(f"{path} has its own free root joint '{name}'; set root to 'fixed' instead of '{root}'.")
+        if root == "sagittal" and name in SAGITTAL_NAMES:
+            raise RobotError(f"{path} has its own joint '{name}'; set root to 'fixed' instead of 'sagittal'.")
+
+
+def square_placements(model: pin.Model) -> list[str]:
+    """Turn joint placements that miss right angles by the digits of the file to exactly those, in place.
+
+    A leg of a sagittal robot stays in its plane only if its axes are exactly across; with an angle of 1.5708 rad a foot
+    would leave it by micrometres.
+
+    Returns:
+        names of the joints that were turned.
+    """
+    turned = []
+    for index in range(1, model.njoints):
+        rotation = model.jointPlacements[index].rotation
+        square = np.round(rotation)
+        if _ROUNDING < np.abs(rotation - square).max() <= _RIGHT_ANGLE:
+            model.jointPlacements[index].rotation = square
+            turned.append(model.names[index])
+    return turned
