@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from fesd_robot.errors import nearest
+from fesd_robot.task.constraints import BodyPoint
 from fesd_robot.task.expression import expression_names
+from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.origins import KeyPath
+from fesd_robot.task.reference import Jumps
 from fesd_robot.task.scene import JointActuator
-from fesd_robot.task.schema import Jumps, Task
+from fesd_robot.task.schema import Task
 
 _SLACK = 1e-9
 """m or rad (or per s): a value this far outside its limit is on it, rounded."""
@@ -45,6 +48,7 @@ def check_names(
         _JOINT: joint_names,
         _FRAME: frame_names,
         "control": control_names,
+        "contact": list(task.contacts),
     }
     problems = [
         (path, f"found '{name}', expected a {kind}{nearest(name, valid[kind])}")
@@ -61,7 +65,7 @@ def check_values(
     configuration_limits: Mapping[str, tuple[float, float]],
     velocity_limits: Mapping[str, tuple[float, float]],
 ) -> None:
-    """Raise the first error, by line, about an initial value, goal or apex outside its limits.
+    """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
     Only values that the task gives are checked; limits in the task come before those passed in.
 
@@ -75,12 +79,11 @@ def check_values(
     """
     configuration = {**configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
-    groups = [
-        (("initial", "configuration"), task.initial.configuration, configuration),
-        (("initial", "velocity"), task.initial.velocity, velocity),
-        (("goal", "configuration"), task.goal.configuration, configuration),
-        (("goal", "velocity"), task.goal.velocity, velocity),
-    ]
+    groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
+    states = [(("initial",), task.initial), (("goal",), task.goal), *_waypoints(task)]
+    for path, state in states:
+        groups.append(((*path, "configuration"), state.configuration, configuration))
+        groups.append(((*path, "velocity"), state.velocity, velocity))
     if isinstance(task.reference, Jumps):
         groups.append((("reference", "apex"), task.reference.apex, configuration))
     problems: list[tuple[KeyPath, str]] = []
@@ -107,21 +110,31 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
         (("robot", "armature"), _JOINT, task.robot.armature),
         (("initial", "configuration"), _CONFIGURATION, task.initial.configuration),
         (("initial", "velocity"), _VELOCITY, task.initial.velocity),
-        (("goal", "configuration"), _CONFIGURATION, task.goal.configuration),
-        (("goal", "velocity"), _VELOCITY, task.goal.velocity),
-        (("goal", "tolerance", "configuration"), _CONFIGURATION, task.goal.tolerance.configuration),
-        (("goal", "tolerance", "velocity"), _VELOCITY, task.goal.tolerance.velocity),
         (("reference", "apex"), _CONFIGURATION, task.reference.apex if isinstance(task.reference, Jumps) else {}),
         (("costs", "configuration"), _CONFIGURATION, task.costs.configuration),
         (("costs", "velocity"), _VELOCITY, task.costs.velocity),
         (("costs", "control"), "control", task.costs.control),
         (("costs", "terminal_configuration"), _CONFIGURATION, task.costs.terminal_configuration),
         (("costs", "terminal_velocity"), _VELOCITY, task.costs.terminal_velocity),
+        (("costs", "control_change"), "control", task.costs.control_change),
+        (("costs", "acceleration"), _VELOCITY, task.costs.acceleration),
+        (("costs", "force"), "contact", task.costs.force),
+        (("costs", "frames"), _FRAME, task.costs.frames),
         (("limits", "position"), _CONFIGURATION, task.limits.position),
         (("limits", "velocity"), _VELOCITY, task.limits.velocity),
     ):
         for name in names or ():
             yield (*path, name), kind, name
+    if task.goal.periodic is not None:
+        for name in task.goal.periodic.stride:
+            yield ("goal", "periodic", "stride", name), _CONFIGURATION, name
+    for path, target in ((("goal",), task.goal), *_waypoints(task)):
+        yield from _target_names(path, target)
+    for name, constraint in task.constraints.items():
+        if isinstance(constraint, BodyPoint):
+            yield ("constraints", name, "frame"), _FRAME, constraint.frame
+        else:
+            yield ("constraints", name, "contact"), "contact", constraint.contact
     for contact, point in task.contacts.items():
         yield ("contacts", contact, "frame"), _FRAME, point.frame
     for control, actuator in (task.robot.actuators or {}).items():
@@ -133,3 +146,20 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
             yield (*path, "force", name), _VELOCITY, name
             for used in sorted(expression_names(force)):
                 yield (*path, "force", name), _CONFIGURATION, used
+
+
+def _waypoints(task: Task) -> list[tuple[KeyPath, Waypoint]]:
+    return [(("waypoints", str(i)), waypoint) for i, waypoint in enumerate(task.waypoints)]
+
+
+def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, str, str]]:
+    """Yield (key path, kind, name) of every name in a goal or waypoint."""
+    for keys, kind, names in (
+        (("configuration",), _CONFIGURATION, target.configuration),
+        (("velocity",), _VELOCITY, target.velocity),
+        (("tolerance", "configuration"), _CONFIGURATION, target.tolerance.configuration),
+        (("tolerance", "velocity"), _VELOCITY, target.tolerance.velocity),
+        (("frames",), _FRAME, target.frames),
+    ):
+        for name in names:
+            yield (*path, *keys, name), kind, name
