@@ -2,5 +2,7 @@
 
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.motion import MotionProblem, formulate
+from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.ocp.transcription import transcribe
 
-__all__ = ["Actuation", "MotionProblem", "formulate"]
+__all__ = ["Actuation", "MotionProblem", "TimeGrid", "formulate", "transcribe"]

@@ -32,7 +32,13 @@ def disagreements(task: Task) -> Iterator[PydanticCustomError]:
         if isinstance(constraint, ContactWindow):
             for time in constraint.times:
                 yield from _time(task, ("constraints", name, "times"), time)
-    if task.costs.time and not isinstance(task.horizon.duration, FreeDuration):
+    free = isinstance(task.horizon.duration, FreeDuration)
+    if free and any(task.costs.acceleration.values()):
+        yield conflict(
+            ("costs", "acceleration"), "found weights of the mean acceleration over intervals of free length; expected "
+            "a fixed horizon.duration"
+        )  # fmt: skip
+    if task.costs.time and not free:
         yield conflict(
             ("costs", "time"), "found a weight of the duration, which is fixed; expected horizon.duration with lower "
             "and upper"
