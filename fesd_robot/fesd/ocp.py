@@ -12,7 +12,6 @@ import numpy as np
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import DimensionError
 
-
 Place = Literal["stages", "ends", "intervals", "neighbours", "period"]
 """Which points of a trajectory a condition is about, see `Condition`."""
 

@@ -194,8 +194,8 @@ def with_zones(
             if gap <= _VIOLATED and inside > _VIOLATED:
                 raise task.error(
                     ("constraints", name),
-                    f"found contact '{zone.contact}' touching at x = {x:.4g} m at the start, inside this zone; expected "
-                    "a zone where it does not touch at the start",
+                    f"found contact '{zone.contact}' touching at x = {x:.4g} m at the start, inside this zone; "
+                    "expected a zone where it does not touch at the start",
                 )
         plus, minus = contact_system.theta_auxiliary[i]
         exclusions.append(Exclusion(f"contact in zone '{name}' [{zone.contact}]", depth, plus + minus))

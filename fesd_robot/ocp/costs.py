@@ -66,15 +66,15 @@ def terminal_costs(task: Task, mechanics: Mechanics, endpoints: Endpoints, clock
         to_goal = mechanics.configuration - endpoints.goal_configuration
         velocity_to_goal = mechanics.velocity - endpoints.goal_velocity
         found["terminal configuration"] = square(to_goal, names, weights, 100.0)
-        found["terminal velocity"] = square(
-            velocity_to_goal, mechanics.velocity_names, costs.terminal_velocity, 10.0
-        )
+        found["terminal velocity"] = square(velocity_to_goal, mechanics.velocity_names, costs.terminal_velocity, 10.0)
     if costs.time:
         found["time"] = costs.time * clock
     return found
 
 
-def smoothness_conditions(task: Task, mechanics: Mechanics, state: ca.SX, control: ca.SX, grid: TimeGrid) -> list[Condition]:
+def smoothness_conditions(
+    task: Task, mechanics: Mechanics, state: ca.SX, control: ca.SX, grid: TimeGrid
+) -> list[Condition]:
     """Return the costs of changes between control intervals and of the mean acceleration over them.
 
     sum_k w (u_{k+1} - u_k)^2, and sum_k w ((v_{k+1} - v_k) / h)^2 h with h = T/N, where v_k are the velocities at the
@@ -90,9 +90,7 @@ def smoothness_conditions(task: Task, mechanics: Mechanics, state: ca.SX, contro
         cost = square(change, mechanics.control_names, costs.control_change, 0.0)
         variables = ca.vertcat(state, control, x, u)
         found.append(
-            Condition(
-                "control change", "neighbours", variables, range(grid.intervals), cost={"control change": cost}
-            )
+            Condition("control change", "neighbours", variables, range(grid.intervals), cost={"control change": cost})
         )
     if any(costs.acceleration.values()):
         x = ca.SX.sym("next_x", state.numel())

@@ -97,7 +97,9 @@ def _splines(
     ends = [grid.nominal * end / grid.intervals for end in waypoint_ends(task, grid)]
     splines = []
     for i, name in enumerate(robot.configuration_names):
-        passed = [(t, w.configuration[name]) for t, w in zip(ends, task.waypoints, strict=True) if name in w.configuration]
+        passed = [
+            (t, w.configuration[name]) for t, w in zip(ends, task.waypoints, strict=True) if name in w.configuration
+        ]
         times, values = zip((0.0, start[i]), *passed, (grid.nominal, goal[i]), strict=True)
         splines.append(CubicSpline(times, values, bc_type=((1, slopes[0][i]), (1, slopes[1][i]))))
 

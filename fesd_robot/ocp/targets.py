@@ -95,9 +95,7 @@ def _add_points(
         _add_point(rows, point, points.frame(name), f"{prefix}{name}", cost, (points, at))
     if target.center_of_mass is not None:
         at = (*key, "center_of_mass")
-        _add_point(
-            rows, target.center_of_mass, points.center_of_mass(at), f"{prefix}{WHOLE}", cost, (points, at)
-        )
+        _add_point(rows, target.center_of_mass, points.center_of_mass(at), f"{prefix}{WHOLE}", cost, (points, at))
 
 
 def _add_point(

@@ -62,7 +62,11 @@ class ConditionedTranscription(Transcription):
     def _places(self, condition: Condition) -> Iterator[tuple[int, str, np.ndarray]]:
         """Yield (interval, where in words, indices of the variables) of every place of a condition."""
         if condition.place == "period":
-            yield condition.intervals[0], "the motion", np.concatenate([self._state(0), self._state(len(self.elements))])
+            yield (
+                condition.intervals[0],
+                "the motion",
+                np.concatenate([self._state(0), self._state(len(self.elements))]),
+            )
             return
         for k in condition.intervals:
             if condition.place == "stages":

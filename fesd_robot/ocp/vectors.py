@@ -11,7 +11,6 @@ import pinocchio as pin
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
-
 _SLACK = 1e-9
 """m or rad: an end this far outside its limit is on it, rounded."""
 

@@ -127,9 +127,7 @@ class _Checks:
             q = motion.configuration[self._samples(float(time))[-1]]
             yield float(self._ground.distance(self._position(q, frame))) - window.tolerance
 
-    def goal(
-        self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]
-    ) -> Iterator[float]:
+    def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[float]:
         """Yield the violations of hard goals, of a period, and of the bounds of a free duration."""
         asked, duration = self._task.goal, self._task.horizon.duration
         q, v = self._motion.configuration[-1], self._motion.velocity[-1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from fesd_robot.plans.plan import Plan
@@ -62,7 +62,10 @@ def _sentence(weights: Mapping[str, float], units: Mapping[str, str], form: str)
 
 
 def _target(target: Mapping[str, Any]) -> str:
-    parts: Sequence[tuple[str, str, str]] = (("position", "weight", "/(m)2"), ("velocity", "velocity_weight", "/(m/s)2"))
+    parts = (
+        ("position", "weight", "/(m)2"),
+        ("velocity", "velocity_weight", "/(m/s)2"),
+    )
     return "; ".join(f"{kind} {target[key]:g} {unit}" for kind, key, unit in parts if target[kind] and target[key])
 
 

@@ -18,9 +18,7 @@ class FreeDuration(Section):
     @model_validator(mode="after")
     def _ordered(self) -> FreeDuration:
         if not self.lower < self.upper:
-            raise conflict(
-                ("lower",), f"found lower {self.lower:g} and upper {self.upper:g}, expected lower < upper"
-            )
+            raise conflict(("lower",), f"found lower {self.lower:g} and upper {self.upper:g}, expected lower < upper")
         return self
 
 
@@ -28,9 +26,7 @@ def _kind(value: Any) -> str:
     return "range" if isinstance(value, dict | FreeDuration) else "number"
 
 
-Duration = Annotated[
-    Annotated[Positive, Tag("number")] | Annotated[FreeDuration, Tag("range")], Discriminator(_kind)
-]
+Duration = Annotated[Annotated[Positive, Tag("number")] | Annotated[FreeDuration, Tag("range")], Discriminator(_kind)]
 """A number, or bounds between which the planner chooses."""
 
 

@@ -8,6 +8,7 @@ from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.goal import Goal, Waypoint
+from fesd_robot.task.motion import Initial
 from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.reference import Jumps
 from fesd_robot.task.scene import JointActuator
@@ -80,7 +81,7 @@ def check_values(
     configuration = {**configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
     groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
-    states = [(("initial",), task.initial), (("goal",), task.goal), *_waypoints(task)]
+    states: list[tuple[KeyPath, Initial | Goal | Waypoint]] = [(("initial",), task.initial), *_targets(task)]
     for path, state in states:
         groups.append(((*path, "configuration"), state.configuration, configuration))
         groups.append(((*path, "velocity"), state.velocity, velocity))
@@ -128,8 +129,8 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
     if task.goal.periodic is not None:
         for name in task.goal.periodic.stride:
             yield ("goal", "periodic", "stride", name), _CONFIGURATION, name
-    for path, target in ((("goal",), task.goal), *_waypoints(task)):
-        yield from _target_names(path, target)
+    for at, target in _targets(task):
+        yield from _target_names(at, target)
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
             yield ("constraints", name, "frame"), _FRAME, constraint.frame
@@ -138,18 +139,21 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
     for contact, point in task.contacts.items():
         yield ("contacts", contact, "frame"), _FRAME, point.frame
     for control, actuator in (task.robot.actuators or {}).items():
-        path = ("robot", "actuators", control)
+        at = ("robot", "actuators", control)
         if isinstance(actuator, JointActuator):
-            yield (*path, "joint"), _JOINT, actuator.joint
+            yield (*at, "joint"), _JOINT, actuator.joint
             continue
         for name, force in actuator.force.items():
-            yield (*path, "force", name), _VELOCITY, name
+            yield (*at, "force", name), _VELOCITY, name
             for used in sorted(expression_names(force)):
-                yield (*path, "force", name), _CONFIGURATION, used
+                yield (*at, "force", name), _CONFIGURATION, used
 
 
-def _waypoints(task: Task) -> list[tuple[KeyPath, Waypoint]]:
-    return [(("waypoints", str(i)), waypoint) for i, waypoint in enumerate(task.waypoints)]
+def _targets(task: Task) -> Iterator[tuple[KeyPath, Goal | Waypoint]]:
+    """Yield (key path, goal or waypoint)."""
+    yield ("goal",), task.goal
+    for i, waypoint in enumerate(task.waypoints):
+        yield ("waypoints", str(i)), waypoint
 
 
 def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, str, str]]:

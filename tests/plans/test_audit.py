@@ -205,10 +205,7 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
         {"max_gap_drift"},
         0.01,
     ),
-    **{
-        f"{entry} of the task": (drop, {"requirements": {**MET, entry: 2e-6}}, {entry}, 2e-6)
-        for entry in MET
-    },
+    **{f"{entry} of the task": (drop, {"requirements": {**MET, entry: 2e-6}}, {entry}, 2e-6) for entry in MET},
 }
 
 
