@@ -34,6 +34,10 @@ class TimeGrid:
         """kT/N, k = 1..N, of the nominal duration, s."""
         return self.nominal * np.arange(1, self.intervals + 1) / self.intervals
 
+    def duration(self, clock: np.ndarray) -> float:
+        """Return T of a motion whose intervals end at these physical times, (N), s."""
+        return float(clock[-1]) if self.free else self.nominal
+
     def node(self, time: float) -> int:
         """Return the number of the interval's end nearest to a time, 0 for the start."""
         return round(time / self.nominal * self.intervals)
