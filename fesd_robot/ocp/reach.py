@@ -81,4 +81,4 @@ def _axis(robot: Robot, joint: int) -> np.ndarray:
     """Direction of a sliding joint in its own frame."""
     data = robot.model.joints[joint].createData()
     robot.model.joints[joint].calc(data, robot.neutral)
-    return np.asarray(data.S)[:3, 0]
+    return np.asarray(data.S).ravel()[:3]

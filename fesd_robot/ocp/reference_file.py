@@ -17,6 +17,9 @@ from fesd_robot.task import FromFile, Task
 _UNIT = re.compile(r"\s*\[[^\]]*\]$")
 _KEY = "reference.path"
 
+_ROUNDED = 1e-9
+"""s; a time less than this before the one above it is the same, rounded."""
+
 
 def read_reference(task: Task, reference: FromFile, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Return the times, increasing, (n), and the configurations, (n, n_q), of a reference file.
@@ -38,11 +41,11 @@ def read_reference(task: Task, reference: FromFile, robot: Robot) -> tuple[np.nd
                 _KEY, f"found no column '{name}' in {path}, expected one for 'time' and every configuration coordinate"
                 f"{nearest(name, columns)}"
             )  # fmt: skip
-    times, first = np.unique(columns["time"], return_index=True)
+    times, first = np.unique(np.maximum.accumulate(columns["time"]), return_index=True)
     rows = np.column_stack([columns[name] for name in robot.configuration_names])[first]
     if not len(times) or not (np.isfinite(times).all() and np.isfinite(rows).all()):
         raise task.error(_KEY, f"found no rows, or values that are not finite, in {path}, expected numbers")
-    if np.any(np.diff(columns["time"]) < 0):
+    if np.any(np.diff(columns["time"]) < -_ROUNDED):
         raise task.error(_KEY, f"found times that decrease in {path}, expected increasing ones")
     return times, np.array([pin.normalize(robot.model, row) for row in rows])
 

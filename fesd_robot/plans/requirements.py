@@ -35,6 +35,9 @@ _PUSHING = 1e-2
 _PUSHED = 1e-6
 """N s; a contact with a smaller impulse takes no part in an impact."""
 
+_EDGE = 1e-3
+"""m; where a forbidden zone ends is told no more exactly than whether a gap is closed."""
+
 
 def requirements(
     task: Task,
@@ -113,7 +116,7 @@ class _Checks:
         touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _PUSHED}
         for k in sorted(touching):
             x = float(self._position(motion.configuration[k], frame)[0])
-            yield min(x - zone.x[0], zone.x[1] - x)
+            yield min(x - zone.x[0], zone.x[1] - x) - _EDGE
 
     def _window(self, window: ContactWindow) -> Iterator[float]:
         motion, (first, last) = self._motion, window.times
