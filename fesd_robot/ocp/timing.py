@@ -60,7 +60,8 @@ def time_grid(task: Task) -> TimeGrid:
         raise task.error(
             "horizon.duration",
             f"found bounds {duration.lower:g} and {duration.upper:g} s, a ratio of "
-            f"{duration.upper / duration.lower:g}, expected at most {speed.upper / speed.lower:g}, the ratio of the bounds of limits.speed_of_time",
+            f"{duration.upper / duration.lower:g}, expected at most {speed.upper / speed.lower:g}, the ratio of the "
+            "bounds of limits.speed_of_time",
         )
     nominal = min(max(0.5 * (duration.lower + duration.upper), least), most)
     return TimeGrid(nominal, intervals, duration.lower, duration.upper)

@@ -179,8 +179,7 @@ def test_overrides_that_disagree(write: Write) -> None:
 
 NAMES = [
     ("    foot: {position", "    food: {position", 10, "goal.frames.food", "did you mean 'foot'?"),
-    ("configuration: {leg: 0.3}\n", "configuration: {leg: 0.3}\n    velocity: {lag: 1}\n", 15, "waypoints.0.velocity.lag",
-     "did you mean 'leg'?"),
+    ("{leg: 0.3}\n", "{leg: 0.3}\n    velocity: {lag: 1}\n", 15, "waypoints.0.velocity.lag", "did you mean 'leg'?"),
     ("      body:", "      bodi:", 19, "waypoints.1.frames.bodi", "did you mean 'body'?"),
     ("change: {leg", "change: {lag", 22, "costs.control_change.lag", "a control"),
     ("acceleration: {leg", "acceleration: {lag", 23, "costs.acceleration.lag", "a velocity coordinate"),
