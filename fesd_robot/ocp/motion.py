@@ -22,7 +22,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, actuators_of, build_actuation
 from fesd_robot.ocp.constraints import with_zones
-from fesd_robot.ocp.points import Points
+from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
 from fesd_robot.ocp.reference import ReferenceMotion
 from fesd_robot.ocp.references import reference_of
@@ -95,7 +95,7 @@ def formulate(task: Task) -> MotionProblem:
         ),
         parameters,
     )
-    points = Points(task, robot, mechanics.configuration, mechanics.velocity)
+    points = points_of(task, robot, mechanics.configuration, mechanics.velocity)
     contact_system = with_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
     grid = time_grid(task)
     reference = reference_of(task, robot, endpoints, limits, grid)

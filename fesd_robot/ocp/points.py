@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import casadi as ca
@@ -45,3 +46,28 @@ class Points:
             raise self.task.error(key, str(error)) from error
         rate = configuration_derivative(self.robot, self.q, self.v)
         return position, ca.densify(ca.jacobian(position, self.q) @ rate)
+
+
+def points_of(task: Task, robot: Robot, q: ca.SX, v: ca.SX) -> Points:
+    """Return the points of a robot at the symbols q and v.
+
+    Raises:
+        TaskError: a frame that the task names stands for several at different places.
+    """
+    for key, frame in _frames(task):
+        try:
+            robot.frame_id(frame)
+        except RobotError as error:
+            raise task.error(key, str(error)) from error
+    return Points(task, robot, q, v)
+
+
+def _frames(task: Task) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield (key path, frame) of every frame in targets, costs and constraints."""
+    yield from ((("goal", "frames", frame), frame) for frame in task.goal.frames)
+    for i, waypoint in enumerate(task.waypoints):
+        yield from ((("waypoints", str(i), "frames", frame), frame) for frame in waypoint.frames)
+    yield from ((("costs", "frames", frame), frame) for frame in task.costs.frames)
+    for name, constraint in task.constraints.items():
+        if isinstance(constraint, BodyPoint):
+            yield ("constraints", name, "frame"), constraint.frame

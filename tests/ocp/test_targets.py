@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -119,3 +120,38 @@ def test_reach_is_sound(short: str, load: Load) -> None:
         p, _, _ = frame(motion.robot, "foot", q, np.zeros(4))
         distances.append(np.linalg.norm(np.maximum(np.maximum(lower - p, p - upper), 0)))
     assert 0.4 < max(distances) <= radius + 1e-12
+
+
+TWINS = """\
+<mujoco>
+  <worldbody>
+    <body name="mass" pos="0 0 1">
+      <joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
+      <geom size="0.1" mass="1"/><site name="twin"/>
+      <body name="twin" pos="0 0 0.3"><geom size="0.1" mass="1"/></body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="z" ctrlrange="-1 1"/></actuator>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [
+        ("goal: {frames: {twin: {position: {x: 1}}}}", "goal.frames.twin"),
+        ("waypoints: [{frames: {twin: {position: {x: 1}}}}]", "waypoints.0.frames.twin"),
+        ("costs: {frames: {twin: 1}}", "costs.frames.twin"),
+        ("constraints: {c: {type: clearance, frame: twin, distance: 0}}", "constraints.c.frame"),
+    ],
+)
+def test_a_name_of_several_frames(tmp_path: Path, load: Load, more: str, key: str) -> None:
+    """A name that two frames share is an error wherever a task uses it."""
+    (tmp_path / "twins.xml").write_text(TWINS, encoding="utf-8")
+    text = "name: t\nrobot:\n  model: twins.xml\n  actuators:\n"
+    text += "    up: {type: generalized_force, force: {z: 1}, lower: -1, upper: 1}\n"
+    text += "contacts: {foot: {frame: mass}}\nhorizon: {duration: 1, intervals: 2}\n"
+    formulate(load(text))
+    with pytest.raises(TaskError, match="several frames called 'twin'") as caught:
+        formulate(load(f"{text}{more}\n"))
+    assert (caught.value.line, caught.value.key) == (8, key)
