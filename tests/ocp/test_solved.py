@@ -11,7 +11,7 @@ from fesd_robot.errors import TaskError
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans.requirements import requirements
 
-from .cart import FORCE, MASS, cart, solved
+from .cart import FORCE, MASS, cart, puck, solved
 
 TIME_OPTIMAL = """\
 horizon: {duration: {lower: 0.5, upper: 6}, intervals: 4}
@@ -101,6 +101,42 @@ costs: {control_change: {x: 0.1}, acceleration: {x: 0.01}}
     assert solution.solved
     assert physical.configuration[:, 0].max() <= 0.91 + 1e-7
     assert missed(motion, physical) == pytest.approx(dict.fromkeys(missed(motion, physical), 0.0), abs=1e-6)
+
+
+def test_a_forbidden_zone_is_crossed_without_force(tmp_path: Path) -> None:
+    """A puck that slides from 0 to 1 m rests on the ground with its weight outside the zone and not at all inside."""
+    text = """\
+horizon: {duration: 1, intervals: 6}
+goal: {configuration: {x: 1}}
+costs: {control: {x: 0.01, z: 0.01}, configuration: {x: 1, z: 1}}
+constraints:
+  ditch: {type: forbidden_zone, contact: foot, x: [0.3, 0.7]}
+"""
+    motion, _, solution, physical = solved(puck(tmp_path, text))
+    assert solution.solved
+    x, force = physical.configuration[:, 0], physical.force[:, 0, 0]
+    inside = (x > 0.3 + 1e-5) & (x < 0.7 - 1e-5)
+    assert 4 <= inside.sum() < len(x) / 2
+    np.testing.assert_allclose(force[inside], 0, atol=1e-3)
+    np.testing.assert_allclose(force[(x < 0.3 - 1e-5) | (x > 0.71)], 9.81, atol=1e-3)
+    assert missed(motion, physical)["max_constraint_violation"] == 0
+
+
+def test_contact_windows_are_kept(tmp_path: Path) -> None:
+    """A puck that need not leave the ground does so while touching is forbidden, and is back when it is required."""
+    text = """\
+horizon: {duration: 1, intervals: 5}
+costs: {control: {x: 0.01, z: 0.01}, configuration: {x: 1, z: 1}}
+constraints:
+  up: {type: contact_window, contact: foot, times: [0.4, 0.6], touch: forbidden, clearance: 0.05}
+  down: {type: contact_window, contact: foot, times: [0.8, 1], touch: required}
+"""
+    motion, _, solution, physical = solved(puck(tmp_path, text))
+    assert solution.solved
+    z, time = physical.configuration[:, 1], physical.time
+    assert z[(time > 0.4 + 1e-6) & (time < 0.6 + 1e-6)].min() == pytest.approx(0.05, abs=1e-6)
+    assert z[time > 0.8 - 1e-6].max() <= 1e-3 + 1e-6
+    assert missed(motion, physical)["max_constraint_violation"] <= 1e-6
 
 
 ERRORS = [
