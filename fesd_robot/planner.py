@@ -12,11 +12,12 @@ from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.finish import SmoothTranscription
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, NlpReport, certify, solve
-from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp import MotionProblem, formulate, transcribe
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.physics import ContactPoint, NumericPhysics
 from fesd_robot.plans.plan import Attempt, Audit, HomotopyStep, Plan, Statistics, Units
+from fesd_robot.plans.requirements import requirements
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.retries import LADDER, Changes, changed
 from fesd_robot.robot.units import configuration_units, velocity_units
@@ -88,7 +89,7 @@ def attempt(
     """
     begin = time.perf_counter()
     motion = formulate(task)
-    transcription = Transcription(motion.ocp, motion.fesd)
+    transcription = transcribe(motion.ocp, motion.fesd)
     problem = transcription.problem
     build_seconds = time.perf_counter() - begin
     solution = solve(
@@ -126,7 +127,7 @@ def attempt(
             controls=dict(zip(controls, motion.actuation.units, strict=True)),
         ),
         trajectory=assemble.trajectory_of(physical, motion.robot.configuration_names, motion.robot.velocity_names),
-        controls=assemble.controls_of(values, controls, task.horizon.duration),
+        controls=assemble.controls_of(values, controls, motion.grid.duration(physical.clock)),
         contacts=assemble.contacts_of(physical, names, physics),
         switches=assemble.switches_of(physical, names),
         impulses=assemble.impulses_of(physical, names),
@@ -178,14 +179,22 @@ def _certificate(task: Task, problem: Mpcc, solution: MpccSolution, begin: float
 
 
 def _audit(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Audit:
-    horizon, limits = motion.task.horizon, motion.limits
+    grid, limits, ends = motion.grid, motion.limits, motion.endpoints
     return audit(
         physical,
         physics,
-        interval_ends=horizon.duration * np.arange(1, horizon.intervals + 1) / horizon.intervals,
+        interval_ends=grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals,
         position_limits=(limits.lower_position, limits.upper_position),
         velocity_limits=(limits.lower_velocity, limits.upper_velocity),
         control_limits=(motion.actuation.lower, motion.actuation.upper),
+        requirements=requirements(
+            motion.task,
+            motion.robot,
+            motion.ground,
+            physical,
+            (ends.initial_configuration, ends.initial_velocity),
+            (ends.goal_configuration, ends.goal_velocity),
+        ),
     )
 
 

@@ -8,6 +8,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.cli.demands import (
+    described_constraints,
+    described_costs,
+    described_points,
+    described_reference,
+    described_waypoints,
+)
 from fesd_robot.cli.table import aligned
 from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
@@ -15,7 +22,6 @@ from fesd_robot.ocp import MotionProblem
 from fesd_robot.planner import homotopy_options, numeric_physics
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import Jumps
 from fesd_robot.task import Robot as RobotSection
 
 WIDTH = 100
@@ -43,12 +49,16 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         "Horizon": _horizon(motion),
         "Goal": _goal(motion),
         "Reference": _reference(motion),
+        "Waypoints": described_waypoints(motion),
         "Costs": _costs(motion),
+        "Constraints": described_constraints(motion.task),
         "Problem": _problem(motion, problem),
         "Left out": list(motion.robot.notes) or ["nothing of what the model file says"],
     }
     lines = [f"{motion.task.name}: the task fits its robot; this is what will be solved."]
     for label, paragraphs in sections.items():
+        if not paragraphs:
+            continue
         lines.append("")
         for number, paragraph in enumerate(paragraphs):
             lines += _paragraph(label if number == 0 else "", paragraph)
@@ -178,15 +188,18 @@ def _contacts(motion: MotionProblem) -> list[str]:
 
 
 def _horizon(motion: MotionProblem) -> list[str]:
-    horizon, fesd = motion.task.horizon, motion.fesd
-    length = horizon.duration / horizon.intervals
+    grid, fesd = motion.grid, motion.fesd
+    length = grid.nominal / grid.intervals
+    duration = f"{grid.nominal:g} s"
+    if grid.free:
+        duration = f"{grid.lower:g} to {grid.upper:g} s, first taken as {grid.nominal:g} s,"
     counts = [fesd.elements] if isinstance(fesd.elements, int) else sorted(set(fesd.elements))
     elements = " or ".join(str(count) for count in counts)
     tableau = fesd.tableau
     longest = " or ".join(f"{(1 + fesd.gamma) * length / count:.4g}" for count in counts)
     steps = f"of free length up to {longest} s" if fesd.gamma > 0 else f"of fixed length {longest} s"
     return [
-        f"{horizon.duration:g} s in {horizon.intervals} interval{'s' * (horizon.intervals != 1)} of {length:.4g} s; "
+        f"{duration} in {grid.intervals} interval{'s' * (grid.intervals != 1)} of {length:.4g} s; "
         f"{elements} finite element{'s' * (counts != [1])} each, {steps} (numerical time).",
         f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
         f"of order {tableau.order} also across switches.",
@@ -212,24 +225,26 @@ def capacity(elements: int) -> str:
 
 
 def _goal(motion: MotionProblem) -> list[str]:
-    tolerance, robot = motion.task.goal.tolerance, motion.robot
+    goal, robot = motion.task.goal, motion.robot
     units = {**velocity_units(robot), **configuration_units(robot)}
+    if goal.periodic is not None:
+        moved = ", ".join(f"{name} by {value:g} {units[name]}" for name, value in goal.periodic.stride.items())
+        stride = f", moved on: {moved}" if moved else ""
+        first = f"Periodic: the motion ends in the state it begins in{stride}; the start is free within the limits."
+        return [first, *described_points(goal)]
+    tolerance = goal.tolerance
     hard = [f"{name} within {width:g} {units[name]}" for name, width in tolerance.configuration.items()]
     speeds = velocity_units(robot)
     hard += [f"velocity of {name} within {width:g} {speeds[name]}" for name, width in tolerance.velocity.items()]
     rest = "all else is" if hard else "The whole goal is"
-    return [(f"Hard: {', '.join(hard)}; " if hard else "") + f"{rest} soft, weighed by the terminal costs only."]
+    first = (f"Hard: {', '.join(hard)}; " if hard else "") + f"{rest} soft, weighed by the terminal costs only."
+    return [first, *described_points(goal)]
 
 
 def _reference(motion: MotionProblem) -> list[str]:
-    reference, physics = motion.task.reference, numeric_physics(motion)
-    if isinstance(reference, Jumps):
-        count = reference.count
-        middle = f"at their middle {_values(reference.apex)}"
-        what = f"{count} jump{'s' * (count != 1)} over the line from start to goal, {middle}."
-    else:
-        what = "The line from start to goal."
-    times = np.linspace(0.0, motion.task.horizon.duration, REFERENCE_SAMPLES)
+    physics = numeric_physics(motion)
+    what = described_reference(motion.task.reference)
+    times = np.linspace(0.0, motion.grid.nominal, REFERENCE_SAMPLES)
     gaps = np.array([physics.gaps(motion.reference.configuration(float(time))) for time in times])
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
     for i, name in enumerate(motion.task.contacts):
@@ -242,21 +257,24 @@ def _reference(motion: MotionProblem) -> list[str]:
 def _costs(motion: MotionProblem) -> list[str]:
     costs, robot = motion.task.costs, motion.robot
     configurations, velocities = robot.configuration_names, robot.velocity_names
+    goals = list(motion.task.goal.configuration) if motion.task.goal.has_points else configurations
     groups: list[tuple[str, Mapping[str, float] | None, Sequence[str]]] = [
         ("deviation from the reference", costs.configuration, configurations),
         ("velocity", costs.velocity, velocities),
         ("control", costs.control, motion.actuation.names),
-        ("distance from the goal at the end", costs.terminal_configuration, configurations),
+        ("distance from the goal at the end", costs.terminal_configuration, goals),
         ("distance from the goal velocity at the end", costs.terminal_velocity, velocities),
     ]
+    if motion.task.goal.periodic is not None:
+        groups = groups[:3]
     lines = ["Weights of squares:"]
     for what, weights, names in groups:
         if weights is None:
-            lines.append(f"  {what}: the default for all {len(names)}")
+            lines.append(f"  {what}: the default for all {len(names)}" if names else f"  {what}: none")
         else:
             used = {name: weight for name, weight in weights.items() if weight}
             lines.append(f"  {what}: {_values(used) if used else 'none'}")
-    return lines
+    return lines + described_costs(costs)
 
 
 def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:

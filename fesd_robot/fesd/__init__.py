@@ -1,6 +1,6 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import Condition, OptimalControlProblem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
@@ -10,6 +10,7 @@ from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 __all__ = [
+    "Condition",
     "CrossComplementarity",
     "Element",
     "FesdOptions",

@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.finish import Finisher, FinishReport, SmoothNlp
-from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, converged, solve_nlp
+from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
@@ -278,7 +278,11 @@ def _ipopt_options(
     if trial == "again":
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
     if sketching:
-        settings |= {"max_iter": options.sketch_iterations, "tol": SKETCH_TOLERANCE, "constr_viol_tol": SKETCH_TOLERANCE}
+        settings |= {
+            "max_iter": options.sketch_iterations,
+            "tol": SKETCH_TOLERANCE,
+            "constr_viol_tol": SKETCH_TOLERANCE,
+        }
     if remaining is not None:
         settings["max_wall_time"] = remaining
     return {**settings, **options.ipopt}

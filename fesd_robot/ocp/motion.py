@@ -21,9 +21,14 @@ from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation
-from fesd_robot.ocp.reference import ReferenceMotion, reference_of
+from fesd_robot.ocp.constraints import with_zones
+from fesd_robot.ocp.points import points_of
+from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
+from fesd_robot.ocp.reference import ReferenceMotion
+from fesd_robot.ocp.references import reference_of
 from fesd_robot.ocp.robot import load_task_robot
-from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of, vector
+from fesd_robot.ocp.timing import TimeGrid, time_grid
+from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
 from fesd_robot.robot import (
     Robot,
     configuration_derivative,
@@ -55,6 +60,7 @@ class MotionProblem:
     endpoints: Endpoints
     limits: StateLimits
     reference: ReferenceMotion
+    grid: TimeGrid
     ocp: OptimalControlProblem
     fesd: FesdOptions
 
@@ -90,7 +96,10 @@ def formulate(task: Task) -> MotionProblem:
         ),
         parameters,
     )
-    reference = reference_of(task, robot, endpoints)
+    points = points_of(task, robot, mechanics.configuration, mechanics.velocity)
+    contact_system = with_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
+    grid = time_grid(task)
+    reference = reference_of(task, robot, endpoints, limits, grid)
     return MotionProblem(
         task=task,
         robot=robot,
@@ -103,8 +112,24 @@ def formulate(task: Task) -> MotionProblem:
         endpoints=endpoints,
         limits=limits,
         reference=reference,
-        ocp=_optimal_control_problem(
-            task, mechanics, actuation, contact_system, gap, endpoints, limits, reference, parameters
+        grid=grid,
+        ocp=optimal_control_problem(
+            ProblemParts(
+                task=task,
+                mechanics=mechanics,
+                actuation=actuation,
+                contacts=contacts,
+                contact_system=contact_system,
+                ground=ground,
+                gap=gap,
+                strength=strength,
+                endpoints=endpoints,
+                limits=limits,
+                reference=reference,
+                grid=grid,
+                points=points,
+                parameters=parameters,
+            )
         ),
         fesd=FesdOptions(
             tableau=make_tableau(task.method.scheme, task.method.stages),
@@ -178,85 +203,3 @@ def _auxiliary_acceleration(task: Task, robot: Robot) -> float:
             "found 'auto' for a robot without weight, expected a number greater than 0 (N)",
         )
     return AUTOMATIC_STRENGTH * weight
-
-
-def _optimal_control_problem(
-    task: Task,
-    mechanics: Mechanics,
-    actuation: Actuation,
-    contact_system: ContactSystem,
-    gap: ca.Function,
-    endpoints: Endpoints,
-    limits: StateLimits,
-    reference: ReferenceMotion,
-    parameters: ca.SX,
-) -> OptimalControlProblem:
-    n_q, n_v = mechanics.configuration.numel(), mechanics.velocity.numel()
-    q, v, u = mechanics.configuration, mechanics.velocity, mechanics.control
-    state = contact_system.system.state
-    n_gap = state.numel() - n_q - n_v - 1
-    duration, intervals = task.horizon.duration, task.horizon.intervals
-    ends = duration * np.arange(1, intervals + 1) / intervals
-
-    def full_state(configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
-        gaps = np.maximum(np.asarray(gap(configuration)).ravel(), 0.0) if n_gap else np.zeros(0)
-        return np.concatenate([configuration, velocity, [time], gaps])
-
-    def guess(time: float) -> np.ndarray:
-        velocity = np.clip(reference.velocity(time), limits.lower_velocity, limits.upper_velocity)
-        return full_state(reference.configuration(time), velocity, time)
-
-    def bounds(position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float) -> np.ndarray:
-        return np.concatenate([position, velocity, [clock], np.full(n_gap, gaps)])
-
-    initial = full_state(endpoints.initial_configuration, endpoints.initial_velocity, 0.0)
-    goal_lower, goal_upper = _goal_box(task, mechanics, endpoints)
-    costs, rate = task.costs, contact_system.clock_rate
-    deviation = q - parameters[:n_q]
-    to_goal, velocity_to_goal = q - endpoints.goal_configuration, v - endpoints.goal_velocity
-    names, velocities = mechanics.configuration_names, mechanics.velocity_names
-
-    def square(x: ca.SX, keys: Sequence[str], weights: dict[str, float] | None, default: float) -> ca.SX:
-        values = vector(keys, weights or {}, default if weights is None else 0.0)
-        return ca.dot(ca.SX(ca.DM(values)), x**2)
-
-    speed = task.limits.speed_of_time
-    return OptimalControlProblem(
-        system=contact_system.system,
-        duration=duration,
-        intervals=intervals,
-        parameters=np.vstack([np.array([reference.configuration(end) for end in ends]).T, ends]),
-        initial_lower=initial,
-        initial_upper=initial,
-        state_lower=bounds(limits.lower_position, limits.lower_velocity, -np.inf, contact_system.gap_lower),
-        state_upper=bounds(limits.upper_position, limits.upper_velocity, np.inf, np.inf),
-        terminal_lower=np.concatenate([goal_lower, np.full(1 + n_gap, -np.inf)]),
-        terminal_upper=np.concatenate([goal_upper, np.full(1 + n_gap, np.inf)]),
-        control_lower=np.append(actuation.lower, speed.lower),
-        control_upper=np.append(actuation.upper, speed.upper),
-        state_guess=guess,
-        control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (intervals, 1)).T,
-        running_cost={
-            "configuration": rate * square(deviation, names, costs.configuration, 1.0),
-            "velocity": rate * square(v, velocities, costs.velocity, 0.1),
-            "control": rate * square(u, mechanics.control_names, costs.control, 1e-3),
-        },
-        terminal_cost={
-            "terminal configuration": square(to_goal, names, costs.terminal_configuration, 100.0),
-            "terminal velocity": square(velocity_to_goal, velocities, costs.terminal_velocity, 10.0),
-        },
-        interval_end=state[n_q + n_v] - parameters[n_q],
-        interval_end_names=("clock",),
-    )
-
-
-def _goal_box(task: Task, mechanics: Mechanics, endpoints: Endpoints) -> tuple[np.ndarray, np.ndarray]:
-    tolerance = task.goal.tolerance
-    width = np.concatenate(
-        [
-            vector(mechanics.configuration_names, tolerance.configuration, np.inf),
-            vector(mechanics.velocity_names, tolerance.velocity, np.inf),
-        ]
-    )
-    goal = np.concatenate([endpoints.goal_configuration, endpoints.goal_velocity])
-    return goal - width, goal + width

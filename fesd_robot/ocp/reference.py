@@ -1,22 +1,33 @@
-"""The motion that the costs compare with and the solver starts from."""
+"""The motion that the costs compare with and the solver starts from: what it offers, and a row of jumps over a line."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.ocp.vectors import Endpoints
 from fesd_robot.robot import Robot
-from fesd_robot.task import Jumps, Task
 
 _DIFFERENCE = 1e-6
 """Step of the difference quotient for the reference velocity, as a share of the duration."""
 
 
+class ReferenceMotion(Protocol):
+    """A motion over the nominal duration, s."""
+
+    def configuration(self, time: float) -> np.ndarray:
+        """Configuration at a time, (n_q)."""
+        ...
+
+    def velocity(self, time: float) -> np.ndarray:
+        """Velocity consistent with the configuration, (n_v)."""
+        ...
+
+
 @dataclass(frozen=True)
-class ReferenceMotion:
+class LineMotion:
     """q(t) along the line from start to goal on the configuration manifold, raised by `lift` on each of `count` jumps.
 
     With s from 0 to 1 on every jump: q = line(t) + lift 4 s (1 - s).
@@ -58,17 +69,3 @@ class ReferenceMotion:
     def _line(self, time: float) -> np.ndarray:
         share = time / self.duration
         return np.array(pin.interpolate(self.robot.model, self.start, self.goal, share))
-
-
-def reference_of(task: Task, robot: Robot, endpoints: Endpoints) -> ReferenceMotion:
-    """Return the task's reference motion."""
-    jumps = task.reference if isinstance(task.reference, Jumps) else None
-    names = robot.configuration_names
-    return ReferenceMotion(
-        robot=robot,
-        duration=task.horizon.duration,
-        start=endpoints.initial_configuration,
-        goal=endpoints.goal_configuration,
-        count=jumps.count if jumps else 1,
-        apex={names.index(name): value for name, value in jumps.apex.items()} if jumps else {},
-    )

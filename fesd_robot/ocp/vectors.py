@@ -11,6 +11,9 @@ import pinocchio as pin
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
+_SLACK = 1e-9
+"""m or rad: an end this far outside its limit is on it, rounded."""
+
 
 def vector(names: Sequence[str], values: Mapping[str, float], default: float | np.ndarray) -> np.ndarray:
     """Return one value per name, `default` where the map has none."""
@@ -39,11 +42,18 @@ class StateLimits:
 
 
 def endpoints_of(task: Task, robot: Robot) -> Endpoints:
-    """Return where the motion starts and where it should end; what the task leaves out is neutral, or as it was."""
+    """Return where the motion starts and where it should end; what the task leaves out is neutral, or as it was.
+
+    Raises:
+        TaskError: a stride that leads out of the limits, or of a robot whose configurations do not add up.
+    """
     names, velocities = robot.configuration_names, robot.velocity_names
     limits = limits_of(task, robot)
     neutral = np.clip(robot.neutral, limits.lower_position, limits.upper_position)
     q0 = _on_manifold(robot, vector(names, task.initial.configuration, neutral))
+    if task.goal.periodic is not None:
+        v0 = vector(velocities, task.initial.velocity, 0.0)
+        return Endpoints(q0, v0, _after_stride(task, robot, limits, q0), v0)
     goal = _on_manifold(robot, vector(names, task.goal.configuration, q0))
     return Endpoints(
         initial_configuration=q0,
@@ -65,6 +75,25 @@ def limits_of(task: Task, robot: Robot) -> StateLimits:
         ),
         upper_velocity=vector(velocities, {name: bounds[1] for name, bounds in velocity.items()}, robot.velocity_limit),
     )
+
+
+def _after_stride(task: Task, robot: Robot, limits: StateLimits, start: np.ndarray) -> np.ndarray:
+    """Return the configuration one stride further."""
+    assert task.goal.periodic is not None
+    if len(robot.configuration_names) != len(robot.velocity_names):
+        raise task.error(
+            "goal.periodic", "found a robot with joints whose configuration is a quaternion or a cosine and sine, "
+            "expected one whose every coordinate is a length or an angle"
+        )  # fmt: skip
+    end = start + vector(robot.configuration_names, task.goal.periodic.stride, 0.0)
+    for i, name in enumerate(robot.configuration_names):
+        lower, upper = limits.lower_position[i], limits.upper_position[i]
+        if name in task.goal.periodic.stride and not lower - _SLACK <= end[i] <= upper + _SLACK:
+            raise task.error(
+                ("goal", "periodic", "stride", name),
+                f"found a stride that leads from {start[i]:g} to {end[i]:g}, expected an end in [{lower:g}, {upper:g}]",
+            )
+    return np.asarray(end)
 
 
 def _on_manifold(robot: Robot, configuration: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,6 +25,9 @@ TOLERANCES = {
     "max_control_limit_violation": 1e-6,
     "max_position_defect": 1e-3,
     "max_energy_error": 1e-2,
+    "max_constraint_violation": 1e-6,
+    "max_goal_violation": 1e-6,
+    "max_waypoint_violation": 1e-6,
 }
 """Largest value of every entry of an audit that passes; `min_gap` passes down to minus its tolerance."""
 
@@ -37,6 +40,7 @@ def audit(
     position_limits: tuple[np.ndarray, np.ndarray],
     velocity_limits: tuple[np.ndarray, np.ndarray],
     control_limits: tuple[np.ndarray, np.ndarray],
+    requirements: Mapping[str, float] | None = None,
 ) -> Audit:
     """Return what Pinocchio's numeric algorithms say about a motion.
 
@@ -48,6 +52,7 @@ def audit(
         motion: the trajectory in physical time.
         interval_ends: kT/N, k = 1..N, s.
         position_limits, velocity_limits, control_limits: (lower, upper).
+        requirements: the task's own demands, from `requirements.requirements`; left unchecked if omitted.
     """
     values = {
         "min_gap": float(np.min([physics.gaps(q) for q in motion.configuration])),
@@ -61,6 +66,7 @@ def audit(
         "max_control_limit_violation": _outside(motion.control, control_limits),
         "max_position_defect": _position_defect(motion, physics),
         "max_energy_error": _energy_error(motion, physics),
+        **(requirements or {}),
     }
     violations = [
         name for name, value in values.items() if not (-value if name == "min_gap" else value) <= TOLERANCES[name]

@@ -133,6 +133,11 @@ class Audit(Record):
         max_position_defect: largest difference between the change of configuration and the integral of the velocity
             over a control interval, m or rad.
         max_energy_error: largest mismatch of the energy balance over a control interval, J.
+        max_constraint_violation: of the task's constraints, m.
+        max_goal_violation: of the hard goals, the start, a period and the bounds of a free duration, m, rad, m/s,
+            rad/s or s.
+        max_waypoint_violation: of the waypoints' hard targets, m, rad, m/s or rad/s; this and the two before it are
+            None if they were not checked.
         tolerances: the limit each entry was compared with.
         violations: names of the entries beyond their limit.
     """
@@ -151,6 +156,9 @@ class Audit(Record):
     max_control_limit_violation: float
     max_position_defect: float
     max_energy_error: float
+    max_constraint_violation: float | None = None
+    max_goal_violation: float | None = None
+    max_waypoint_violation: float | None = None
     tolerances: dict[str, float]
     violations: list[str]
 

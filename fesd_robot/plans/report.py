@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fesd_robot.plans.plan import Plan, Status
+from fesd_robot.plans.weights import weights_of
 
 _AUDIT_UNITS = {
     "min_gap": "m",
@@ -23,6 +24,9 @@ _AUDIT_UNITS = {
     "max_control_limit_violation": "N or N m",
     "max_position_defect": "m or rad",
     "max_energy_error": "J",
+    "max_constraint_violation": "m",
+    "max_goal_violation": "m, rad or per s",
+    "max_waypoint_violation": "m, rad or per s",
 }
 
 
@@ -79,7 +83,10 @@ def _contacts(plan: Plan) -> str:
 def _audit(plan: Plan) -> str:
     rows = []
     for name, unit in _AUDIT_UNITS.items():
-        value, limit = getattr(plan.audit, name), plan.audit.tolerances[name]
+        value, limit = getattr(plan.audit, name), plan.audit.tolerances.get(name, np.nan)
+        if value is None:
+            rows.append([name, "not checked", "", unit, ""])
+            continue
         bound = f">= -{limit:g}" if name == "min_gap" else f"<= {limit:g}"
         rows.append([name, f"{value:.3e}", bound, unit, "no" if name in plan.audit.violations else "yes"])
     return "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n" + _table(
@@ -90,9 +97,12 @@ def _audit(plan: Plan) -> str:
 def _cost(plan: Plan) -> str:
     terms = plan.statistics.cost_terms
     total = sum(terms.values()) or 1.0
-    rows = [[name, f"{value:.6g}", f"{100 * value / total:.1f} %"] for name, value in terms.items()]
+    weights = weights_of(plan)
+    rows = [
+        [name, f"{value:.6g}", f"{100 * value / total:.1f} %", weights.get(name, "")] for name, value in terms.items()
+    ]
     text = "## Cost\n\n" + _table(
-        ["term", "value", "share"], [*rows, ["total", f"{plan.statistics.objective:.6g}", ""]]
+        ["term", "value", "share", "weights"], [*rows, ["total", f"{plan.statistics.objective:.6g}", "", ""]]
     )
     return text + "\n'choice of alpha' and 'step equilibration' belong to the method, not to the task.\n"
 

@@ -6,31 +6,47 @@ task = load_task("tasks/hopper_one_jump.yaml", ["horizon.intervals=30"])
 
 from __future__ import annotations
 
+from fesd_robot.task.constraints import (
+    AvoidBox,
+    AvoidEllipse,
+    AvoidSphere,
+    BodyPoint,
+    Clearance,
+    Constraint,
+    ContactWindow,
+    ForbiddenZone,
+    FrameLimits,
+    PointConstraint,
+)
+from fesd_robot.task.costs import Costs
 from fesd_robot.task.expression import evaluate_expression, expression_names
+from fesd_robot.task.goal import Goal, Periodic, PointTarget, Tolerance, Waypoint
 from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
+from fesd_robot.task.limits import Limits, SpeedOfTime
 from fesd_robot.task.load import load_task
 from fesd_robot.task.method import Formulation, Method, Output, Solver, StepEquilibration
-from fesd_robot.task.motion import (
-    Costs,
-    Goal,
-    Horizon,
-    Initial,
-    Jumps,
-    Limits,
-    Line,
-    Reference,
-    SpeedOfTime,
-    Tolerance,
-)
+from fesd_robot.task.motion import FreeDuration, Horizon, Initial
 from fesd_robot.task.names import check_names, check_values
+from fesd_robot.task.reference import FromFile, Jumps, Line, Reference, ThroughWaypoints
 from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot
 from fesd_robot.task.scene import Plane, PointContact
 from fesd_robot.task.schema import Task
 
 __all__ = [
     "Actuator",
+    "AvoidBox",
+    "AvoidEllipse",
+    "AvoidSphere",
+    "BodyPoint",
+    "Clearance",
+    "Constraint",
+    "ContactWindow",
     "Costs",
+    "ForbiddenZone",
     "Formulation",
+    "FrameLimits",
+    "FreeDuration",
+    "FromFile",
     "GeneralizedForceActuator",
     "Goal",
     "Horizon",
@@ -41,15 +57,20 @@ __all__ = [
     "Line",
     "Method",
     "Output",
+    "Periodic",
     "Plane",
+    "PointConstraint",
     "PointContact",
+    "PointTarget",
     "Reference",
     "Robot",
     "Solver",
     "SpeedOfTime",
     "StepEquilibration",
     "Task",
+    "ThroughWaypoints",
     "Tolerance",
+    "Waypoint",
     "check_names",
     "check_values",
     "evaluate_expression",

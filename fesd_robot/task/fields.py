@@ -98,6 +98,55 @@ SymmetricBounds = Annotated[
 ]
 """`Bounds`, or one positive number b for ``[-b, b]``."""
 
+_AXES = ("x", "y", "z")
+_POINT = "[x, y, z] or a mapping of x, y and z, null or left out where an axis does not matter"
+
+
+def _read_point(value: Any) -> tuple[float | None, float | None, float | None]:
+    if isinstance(value, dict) and set(value) <= set(_AXES):
+        value = [value.get(axis) for axis in _AXES]
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise expected(_POINT)
+    if any(part is not None and not (is_number(part) and math.isfinite(part)) for part in value):
+        raise expected(_POINT)
+    if all(part is None for part in value):
+        raise expected(f"{_POINT}, with at least one number")
+    x, y, z = (None if part is None else float(part) for part in value)
+    return x, y, z
+
+
+def _read_axis_weights(value: Any) -> dict[str, float]:
+    weights = dict.fromkeys(_AXES, value) if is_number(value) else value
+    if not isinstance(weights, dict) or not set(weights) <= set(_AXES):
+        raise expected("a number of at least 0, or a mapping of x, y and z to such numbers")
+    if any(not is_number(weight) or math.isinf(weight) or weight < 0 for weight in weights.values()):
+        raise expected("a number of at least 0, or a mapping of x, y and z to such numbers")
+    return {axis: float(weight) for axis, weight in weights.items()}
+
+
+_AXIS_SCHEMA: dict[str, Any] = {"type": ["number", "null"]}
+_BY_AXIS: dict[str, Any] = {
+    "type": "object",
+    "properties": {axis: {"description": f"The {axis} axis.", **_AXIS_SCHEMA} for axis in _AXES},
+    "additionalProperties": False,
+}
+
+Point = Annotated[
+    tuple[float | None, float | None, float | None],
+    BeforeValidator(_read_point),
+    WithJsonSchema(
+        {"anyOf": [{"type": "array", "items": _AXIS_SCHEMA, "minItems": 3, "maxItems": 3}, _BY_AXIS]},
+    ),
+]
+"""Coordinates along the world's axes; None where an axis does not matter."""
+
+AxisWeights = Annotated[
+    dict[str, float],
+    BeforeValidator(_read_axis_weights),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, _BY_AXIS]}),
+]
+"""Axis -> weight of a square; one number stands for all three axes."""
+
 Values = dict[Name, Number]
 """Name of a coordinate -> value in its own unit."""
 

@@ -6,7 +6,7 @@ import types
 from collections.abc import Sequence
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
 from fesd_robot.errors import TaskError, nearest
@@ -21,6 +21,7 @@ _EXPECTED = {
     "string_type": "text",
     "string_too_short": "a name of at least one character",
     "string_pattern_mismatch": "letters, digits, '_', '-' and '.', beginning with a letter or digit",
+    "list_type": "a list",
     "dict_type": "a mapping of names to values",
     "model_type": "a mapping of keys to values",
     "model_attributes_type": "a mapping of keys to values",
@@ -90,15 +91,15 @@ def _follow(location: Sequence[str | int]) -> tuple[KeyPath, type[BaseModel] | N
         if part == "[key]":
             break
         if _is_union(place):
-            place = next((member for member in map(_bare, get_args(place)) if part in _literals(member)), None)
+            place = next((member for member in get_args(place) if part in _union_tags(member)), None)
             continue
         path.append(str(part))
         if isinstance(place, type) and issubclass(place, BaseModel):
             owner = place
             field = owner.model_fields.get(str(part))
             place = None if field is None else field.annotation
-        elif get_origin(place) is dict:
-            place = get_args(place)[1]
+        elif get_origin(place) in (dict, list):
+            place = get_args(place)[-1]
         else:
             place = None
     return tuple(path), owner, _bare(place)
@@ -120,12 +121,14 @@ def _is_union(annotation: Any) -> bool:
     return get_origin(annotation) in (Union, types.UnionType)
 
 
-def _literals(member: Any) -> tuple[str, ...]:
-    return get_args(member.model_fields["type"].annotation)
+def _union_tags(member: Any) -> tuple[str, ...]:
+    """Return what pydantic calls a member of a union: its `Tag`, or what its key `type` may say."""
+    found = tuple(mark.tag for mark in getattr(member, "__metadata__", ()) if isinstance(mark, Tag))
+    return found or get_args(_bare(member).model_fields["type"].annotation)
 
 
 def _tags(union: Any) -> list[str]:
-    return [tag for member in get_args(union) for tag in _literals(_bare(member))]
+    return [tag for member in get_args(union) for tag in _union_tags(member)]
 
 
 def _quoted(tags: Sequence[str]) -> str:

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from fesd_robot.errors import nearest
+from fesd_robot.task.constraints import BodyPoint
 from fesd_robot.task.expression import expression_names
+from fesd_robot.task.goal import Goal, Waypoint
+from fesd_robot.task.motion import Initial
 from fesd_robot.task.origins import KeyPath
+from fesd_robot.task.reference import Jumps
 from fesd_robot.task.robot import JointActuator
-from fesd_robot.task.schema import Jumps, Task
+from fesd_robot.task.schema import Task
 
 _SLACK = 1e-9
 """m or rad (or per s): a value this far outside its limit is on it, rounded."""
@@ -45,6 +49,7 @@ def check_names(
         _JOINT: joint_names,
         _FRAME: frame_names,
         "control": control_names,
+        "contact": list(task.contacts),
     }
     problems = [
         (path, f"found '{name}', expected a {kind}{nearest(name, valid[kind])}")
@@ -61,7 +66,7 @@ def check_values(
     configuration_limits: Mapping[str, tuple[float, float]],
     velocity_limits: Mapping[str, tuple[float, float]],
 ) -> None:
-    """Raise the first error, by line, about an initial value, goal or apex outside its limits.
+    """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
     Only values that the task gives are checked; limits in the task come before those passed in.
 
@@ -75,12 +80,11 @@ def check_values(
     """
     configuration = {**configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
-    groups = [
-        (("initial", "configuration"), task.initial.configuration, configuration),
-        (("initial", "velocity"), task.initial.velocity, velocity),
-        (("goal", "configuration"), task.goal.configuration, configuration),
-        (("goal", "velocity"), task.goal.velocity, velocity),
-    ]
+    groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
+    states: list[tuple[KeyPath, Initial | Goal | Waypoint]] = [(("initial",), task.initial), *_targets(task)]
+    for path, state in states:
+        groups.append(((*path, "configuration"), state.configuration, configuration))
+        groups.append(((*path, "velocity"), state.velocity, velocity))
     if isinstance(task.reference, Jumps):
         groups.append((("reference", "apex"), task.reference.apex, configuration))
     problems: list[tuple[KeyPath, str]] = []
@@ -109,16 +113,16 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
         (("limits", "effort"), _JOINT, task.limits.effort),
         (("initial", "configuration"), _CONFIGURATION, task.initial.configuration),
         (("initial", "velocity"), _VELOCITY, task.initial.velocity),
-        (("goal", "configuration"), _CONFIGURATION, task.goal.configuration),
-        (("goal", "velocity"), _VELOCITY, task.goal.velocity),
-        (("goal", "tolerance", "configuration"), _CONFIGURATION, task.goal.tolerance.configuration),
-        (("goal", "tolerance", "velocity"), _VELOCITY, task.goal.tolerance.velocity),
         (("reference", "apex"), _CONFIGURATION, task.reference.apex if isinstance(task.reference, Jumps) else {}),
         (("costs", "configuration"), _CONFIGURATION, task.costs.configuration),
         (("costs", "velocity"), _VELOCITY, task.costs.velocity),
         (("costs", "control"), "control", task.costs.control),
         (("costs", "terminal_configuration"), _CONFIGURATION, task.costs.terminal_configuration),
         (("costs", "terminal_velocity"), _VELOCITY, task.costs.terminal_velocity),
+        (("costs", "control_change"), "control", task.costs.control_change),
+        (("costs", "acceleration"), _VELOCITY, task.costs.acceleration),
+        (("costs", "force"), "contact", task.costs.force),
+        (("costs", "frames"), _FRAME, task.costs.frames),
         (("limits", "position"), _CONFIGURATION, task.limits.position),
         (("limits", "velocity"), _VELOCITY, task.limits.velocity),
     ):
@@ -126,14 +130,44 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
             yield (*path, name), kind, name
     for name in task.robot.passive:
         yield ("robot", "passive"), _JOINT, name
+    if task.goal.periodic is not None:
+        for name in task.goal.periodic.stride:
+            yield ("goal", "periodic", "stride", name), _CONFIGURATION, name
+    for at, target in _targets(task):
+        yield from _target_names(at, target)
+    for name, constraint in task.constraints.items():
+        if isinstance(constraint, BodyPoint):
+            yield ("constraints", name, "frame"), _FRAME, constraint.frame
+        else:
+            yield ("constraints", name, "contact"), "contact", constraint.contact
     for contact, point in task.contacts.items():
         yield ("contacts", contact, "frame"), _FRAME, point.frame
     for control, actuator in (task.robot.actuators or {}).items():
-        path = ("robot", "actuators", control)
+        at = ("robot", "actuators", control)
         if isinstance(actuator, JointActuator):
-            yield (*path, "joint"), _JOINT, actuator.joint
+            yield (*at, "joint"), _JOINT, actuator.joint
             continue
         for name, force in actuator.force.items():
-            yield (*path, "force", name), _VELOCITY, name
+            yield (*at, "force", name), _VELOCITY, name
             for used in sorted(expression_names(force)):
-                yield (*path, "force", name), _CONFIGURATION, used
+                yield (*at, "force", name), _CONFIGURATION, used
+
+
+def _targets(task: Task) -> Iterator[tuple[KeyPath, Goal | Waypoint]]:
+    """Yield (key path, goal or waypoint)."""
+    yield ("goal",), task.goal
+    for i, waypoint in enumerate(task.waypoints):
+        yield ("waypoints", str(i)), waypoint
+
+
+def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, str, str]]:
+    """Yield (key path, kind, name) of every name in a goal or waypoint."""
+    for keys, kind, names in (
+        (("configuration",), _CONFIGURATION, target.configuration),
+        (("velocity",), _VELOCITY, target.velocity),
+        (("tolerance", "configuration"), _CONFIGURATION, target.tolerance.configuration),
+        (("tolerance", "velocity"), _VELOCITY, target.tolerance.velocity),
+        (("frames",), _FRAME, target.frames),
+    ):
+        for name in names:
+            yield (*path, *keys, name), kind, name

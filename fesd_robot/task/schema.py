@@ -9,10 +9,16 @@ from typing import Annotated
 from pydantic import Field, PrivateAttr, model_validator
 
 from fesd_robot.errors import TaskError
-from fesd_robot.task.fields import Name, Section, conflict
+from fesd_robot.task.agreement import disagreements
+from fesd_robot.task.constraints import Constraint
+from fesd_robot.task.costs import Costs
+from fesd_robot.task.fields import Name, Section
+from fesd_robot.task.goal import Goal, Waypoint
+from fesd_robot.task.limits import Limits
 from fesd_robot.task.method import Method, Output, Solver
-from fesd_robot.task.motion import Costs, Goal, Horizon, Initial, Jumps, Limits, Line, Reference
+from fesd_robot.task.motion import Horizon, Initial
 from fesd_robot.task.origins import Origins
+from fesd_robot.task.reference import Line, Reference
 from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot
 from fesd_robot.task.scene import Plane, PointContact
 
@@ -34,12 +40,18 @@ class Task(Section):
         default_factory=Goal,
         description="State wanted at the end, m, rad, m/s, rad/s; default: at rest where the motion began.",
     )
+    waypoints: list[Waypoint] = Field(
+        default_factory=list, description="What the motion should pass on its way, in the order of time."
+    )
     reference: Reference = Field(
         default_factory=lambda: Line(type="line"),
         description="Motion that the costs compare with and the solver starts from; default: a straight line.",
     )
     costs: Costs = Field(default_factory=Costs, description="Weights of the cost.")
     limits: Limits = Field(default_factory=Limits, description="Limits that replace those of the robot model.")
+    constraints: dict[Name, Constraint] = Field(
+        default_factory=dict, description="Name of a constraint -> what the motion must keep to besides its limits."
+    )
     method: Method = Field(default_factory=Method, description="How the motion is discretised.")
     solver: Solver = Field(default_factory=Solver, description="How the resulting problem is solved.")
     output: Output = Field(default_factory=Output, description="Which optional files are written.")
@@ -47,13 +59,9 @@ class Task(Section):
     _origins: Origins = PrivateAttr(default_factory=Origins)
 
     @model_validator(mode="after")
-    def _jumps_fit(self) -> Task:
-        if isinstance(self.reference, Jumps) and self.reference.count > self.horizon.intervals:
-            raise conflict(
-                ("reference", "count"),
-                f"found {self.reference.count} jumps, expected at most one per control interval "
-                f"({self.horizon.intervals})",
-            )
+    def _agrees(self) -> Task:
+        for error in disagreements(self):
+            raise error
         return self
 
     @property

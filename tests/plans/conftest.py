@@ -13,6 +13,7 @@ from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.physics import NumericPhysics
 from fesd_robot.plans.plan import HomotopyStep, Provenance, Statistics, Status, Units
+from fesd_robot.plans.requirements import requirements
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import load_task
 
@@ -44,6 +45,14 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
         position_limits=(-infinity, infinity),
         velocity_limits=(-infinity, infinity),
         control_limits=(hopper.actuation.lower, hopper.actuation.upper),
+        requirements=requirements(
+            hopper.task,
+            hopper.robot,
+            hopper.ground,
+            motion,
+            (motion.configuration[0], motion.velocity[0]),
+            (motion.configuration[-1], motion.velocity[-1]),
+        ),
     )
     status = Status(
         solved=True,

@@ -25,6 +25,8 @@ from .motions import FRICTION, MASS, STOP, collision, drop, jacobian, stance, tu
 
 ENDS = {"tumble": [0.1, 0.2], "drop": [0.15, 0.3], "stance": [0.05, 0.1]}
 
+MET = dict.fromkeys(("max_constraint_violation", "max_goal_violation", "max_waypoint_violation"), 0.0)
+
 
 def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> Audit:
     """Audit a motion; the clock is compared with itself and the hopper's limits hold unless others are given."""
@@ -33,6 +35,7 @@ def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> 
         "position_limits": (np.array([-1, 0, -3.15, 0.1]), np.array([5.1, 1.5, 3.15, 0.5])),
         "velocity_limits": (np.full(4, -10.0), np.full(4, 10.0)),
         "control_limits": (np.full(2, -50.0), np.full(2, 50.0)),
+        "requirements": MET,
     }
     if not motion.clock.size:
         motion = replace(motion, clock=np.zeros(1))
@@ -207,6 +210,7 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
         {"max_gap_drift"},
         0.01,
     ),
+    **{f"{entry} of the task": (drop, {"requirements": {**MET, entry: 2e-6}}, {entry}, 2e-6) for entry in MET},
 }
 
 

@@ -18,7 +18,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("horizon:", "horizn:", 22, "horizn", ["unknown key, expected a known one (did you mean 'horizon'?)"]),
     ("    frame: foot", "    fram: foot", 21, "contacts.foot.fram", ["(did you mean 'frame'?)"]),
     ("    frame: foot", "    link: foot", 20, "contacts.foot.frame", ["missing", "; and 1 more error"]),
-    ("output:", "extra: 1\noutput:", 51, "extra", ["unknown key", "valid: contacts, costs, goal"]),
+    ("output:", "extra: 1\noutput:", 51, "extra", ["unknown key", "valid: constraints, contacts, costs, goal"]),
     ("  intervals: 20", "  intervals: 20\n  interval: 3", 25, "horizon.interval", ["did you mean 'intervals'?"]),
     ("    gate: true", "    gates: true", 47, "method.formulation.gates", ["did you mean 'gate'?"]),
     ("joint, joint:", "joint, joints: 1, joint:", 7, "robot.actuators.torque.joints", ["did you mean 'joint'?"]),

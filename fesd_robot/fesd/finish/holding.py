@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fesd_robot.fesd.finish.conditions import Choice, Condition, Quantity
+from fesd_robot.fesd.finish.alternatives import Alternative, Choice, Quantity
 from fesd_robot.fesd.finish.reading import Structure
 from fesd_robot.mpcc import Held
 
@@ -32,7 +33,7 @@ class Holding:
 
     def __init__(self, smooth: SmoothTranscription) -> None:
         transcription = smooth.transcription
-        self._conditions = smooth.conditions
+        self._alternatives = smooth.alternatives
         self._n_x = transcription.ocp.system.state.numel()
         self._problem = smooth.problem
         self._stages = transcription.options.tableau.stages
@@ -41,10 +42,9 @@ class Holding:
         self._steps: list[int] = []
         self._points: list[list[Point]] = []
         self._state_rows: list[dict[int, list[int]]] = []
-        rows, first_row = self._conditions.row_count, len(self._problem.blocks[0].lower)
-        for block, (count, layout) in zip(
-            self._problem.blocks[1:-1], ((c, transcription.layouts[c]) for c in transcription.intervals), strict=True
-        ):
+        rows, first_row = self._alternatives.row_count, len(self._problem.blocks[0].lower)
+        for block, count in zip(self._problem.blocks[1:], transcription.intervals, strict=False):
+            layout = transcription.layouts[count]
             where = [k for k, c in enumerate(transcription.elements) if c == count]
             base = len(block.lower) - count * smooth.points * rows
             named = _state_rows(block.constraint_names[:base], transcription.ocp.system.state_names, count)
@@ -81,40 +81,40 @@ class Holding:
             if collapsed:
                 self._collapse(e, choices if before is None else before)
                 continue
-            for i, (condition, choice) in enumerate(zip(self._conditions.conditions, choices, strict=True)):
-                self._hold(e, condition, choice, left, None if before is None else before[i])
+            for i, (alternative, choice) in enumerate(zip(self._alternatives.members, choices, strict=True)):
+                self._hold(e, alternative, choice, left, None if before is None else before[i])
             left, before = self._points[e][-1], choices
         return Held(self._lower, self._upper, self._g_lower, self._g_upper)
 
-    def _hold(self, e: int, condition: Condition, choice: Choice, left: Point, before: Choice | None) -> None:
-        quantities, stages = self._conditions.quantities, self._points[e][: self._stages]
+    def _hold(self, e: int, alternative: Alternative, choice: Choice, left: Point, before: Choice | None) -> None:
+        quantities, stages = self._alternatives.quantities, self._points[e][: self._stages]
         if choice is not Choice.LEVEL:
-            quantity = quantities[condition.share if choice is Choice.SHARE else condition.rest]
+            quantity = quantities[alternative.share if choice is Choice.SHARE else alternative.rest]
             for point in stages:
                 self._clamp(quantity, point, 1, one_sided=False)
             return
-        level = quantities[condition.level]
+        level = quantities[alternative.level]
         begins = [left] if left is not self._start or self._start_is_free else []
-        if condition.kept < 0:
+        if alternative.kept < 0:
             for point in [*begins, *self._points[e]]:
-                self._clamp(level, point, condition.direction, one_sided=condition.one_sided)
+                self._clamp(level, point, alternative.direction, one_sided=alternative.one_sided)
             return
         if before in (None, Choice.SHARE):
             for point in begins:
-                self._fix(point.state + condition.kept)
+                self._fix(point.state + alternative.kept)
         for point in self._points[e]:
-            self._fix(point.state + condition.kept)
-        for row in self._state_rows[e][condition.kept]:
+            self._fix(point.state + alternative.kept)
+        for row in self._state_rows[e][alternative.kept]:
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
 
     def _collapse(self, e: int, choices: tuple[Choice, ...]) -> None:
         """No length, no shares, and the states of the left boundary, whose bounds need not be repeated."""
         at = self._steps[e]
         self._lower[at] = self._upper[at] = 0.0
-        for condition, choice in zip(self._conditions.conditions, choices, strict=True):
-            if condition.one_sided or choice is Choice.SHARE:
+        for alternative, choice in zip(self._alternatives.members, choices, strict=True):
+            if alternative.one_sided or choice is Choice.SHARE:
                 for point in self._points[e][: self._stages]:
-                    self._clamp(self._conditions.quantities[condition.share], point, 1, one_sided=False)
+                    self._clamp(self._alternatives.quantities[alternative.share], point, 1, one_sided=False)
         last = e == len(self._points) - 1
         for point in self._points[e][:-1] if last else self._points[e]:
             where = slice(point.state, point.state + self._n_x)
@@ -141,11 +141,11 @@ class Holding:
                 self._lower[at] = max(self._lower[at], zero)
 
 
-def _state_rows(names: list[str], states: list[str], count: int) -> list[dict[int, list[int]]]:
+def _state_rows(names: Sequence[str], states: Sequence[str], count: int) -> list[dict[int, list[int]]]:
     """Return, per element and state, the rows that are its dynamics."""
     found: list[dict[int, list[int]]] = [{i: [] for i in range(len(states))} for _ in range(count)]
     for row, name in enumerate(names):
         if name.startswith(("dynamics", "continuity")):
             head, state = name.split(": ", 1)
-            found[int(head.split("element ")[1].split(",")[0])][states.index(state)].append(row)
+            found[int(head.split("element ")[1].split(",")[0])][list(states).index(state)].append(row)
     return found

@@ -1,4 +1,4 @@
-"""The smooth problem on a structure: every condition's chosen factor is held at zero, nothing is relaxed."""
+"""The smooth problem on a structure: every alternative's chosen factor is held at zero, nothing is relaxed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd.element import read_elements
-from fesd_robot.fesd.finish.conditions import Conditions, conditions_of
+from fesd_robot.fesd.finish.alternatives import Alternatives, alternatives_of
 from fesd_robot.fesd.finish.holding import Holding
 from fesd_robot.fesd.finish.reading import HOVER, Structure, collapse, read_structure
 from fesd_robot.fesd.interval import IntervalFunctions
@@ -20,7 +20,7 @@ from fesd_robot.mpcc import Block, Held, Mpcc
 
 @dataclass(frozen=True)
 class SmoothTranscription:
-    """A transcription whose conditions are choices instead of pairs, to finish a homotopy with.
+    """A transcription whose alternatives are choices instead of pairs, to finish a homotopy with.
 
     One problem serves all structures: a structure sets bounds on variables and on rows, so functions and derivatives
     are made once. What a structure repeats is left out, or an interior-point method finds no interior: a level at a
@@ -31,17 +31,18 @@ class SmoothTranscription:
     transcription: Transcription
 
     @cached_property
-    def conditions(self) -> Conditions:
+    def alternatives(self) -> Alternatives:
         """What can vanish."""
-        return conditions_of(self.transcription.ocp.system)
+        return alternatives_of(self.transcription.ocp.system)
 
     @cached_property
     def problem(self) -> Mpcc:
         """The problem without pairs, and with a row for every quantity that needs one at every point."""
         full = self.transcription.problem
-        first, *intervals, last = full.blocks
-        pieces = zip(intervals, self.transcription.intervals.values(), strict=True)
-        blocks = [self._initial_rows(first), *(self._interval_rows(block, own) for block, own in pieces), last]
+        kinds = list(self.transcription.intervals.values())
+        first, intervals, rest = full.blocks[0], full.blocks[1 : 1 + len(kinds)], full.blocks[1 + len(kinds) :]
+        pieces = zip(intervals, kinds, strict=True)
+        blocks = [self._initial_rows(first), *(self._interval_rows(block, own) for block, own in pieces), *rest]
         return Mpcc(lower=full.lower, upper=full.upper, start=full.start, blocks=blocks)
 
     def readings(self, w: np.ndarray) -> Iterator[Structure]:
@@ -49,7 +50,7 @@ class SmoothTranscription:
         elements = self.transcription.unpack(w)
         found: list[Structure] = []
         for hover in (HOVER, 0.0):
-            structure = read_structure(self.conditions, elements, self._shares, hover)
+            structure = read_structure(self.alternatives, elements, self._shares, hover)
             if structure not in found:
                 found.append(structure)
                 yield structure
@@ -77,7 +78,7 @@ class SmoothTranscription:
     def _initial_rows(self, block: Block) -> Block:
         n_x, n_z = self.transcription.ocp.system.state.numel(), self.transcription.ocp.system.algebraic.numel()
         w = ca.SX.sym("w", block.function.sparsity_in(0))
-        return _with_rows(block, w, self.conditions.rows(w[:n_x], w[n_x : n_x + n_z]))
+        return _with_rows(block, w, self.alternatives.rows(w[:n_x], w[n_x : n_x + n_z]))
 
     def _interval_rows(self, block: Block, functions: IntervalFunctions) -> Block:
         layout = functions.layout
@@ -85,7 +86,7 @@ class SmoothTranscription:
         left = layout.n_x + layout.n_z
         parts = read_elements(layout, self.transcription.options.tableau, w[:left], w[left:])
         rows = [
-            self.conditions.rows(x, z) for part in parts for x, z in [*part.stages, *[part.right] * layout.own_end]
+            self.alternatives.rows(x, z) for part in parts for x, z in [*part.stages, *[part.right] * layout.own_end]
         ]
         return _with_rows(block, w, ca.vertcat(ca.SX(0, 1), *rows))
 
@@ -101,6 +102,6 @@ def _with_rows(block: Block, w: ca.SX, rows: ca.SX) -> Block:
         parameters=block.parameters,
         lower=np.append(block.lower, np.full(count, -np.inf)),
         upper=np.append(block.upper, np.full(count, np.inf)),
-        constraint_names=[*block.constraint_names, *[f"condition {i}" for i in range(count)]],
+        constraint_names=[*block.constraint_names, *[f"alternative {i}" for i in range(count)]],
         pair_names=[],
     )

@@ -1,4 +1,4 @@
-"""Every condition of a complementarity system as a choice: which of its factors vanishes in a finite element."""
+"""Every complementarity of a system as a choice: which of its factors vanishes in a finite element."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fesd_robot.dcs import ComplementaritySystem
 
 
 class Choice(Enum):
-    """The factor of a condition that vanishes in an element."""
+    """The factor of a complementarity that vanishes in an element."""
 
     SHARE = "share"
     """The partner b of a pair, or the share of an exclusion, is zero at every stage."""
@@ -41,7 +41,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Condition:
+class Alternative:
     """max(level, 0) share rest = 0, or a b = 0 with level a and share b.
 
     Attributes:
@@ -64,25 +64,25 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Conditions:
-    """All conditions of a system and the quantities they are made of.
+class Alternatives:
+    """All complementarities of a system and the quantities they are made of.
 
     Attributes:
-        conditions: in the order of the system, pairs first.
+        members: in the order of the system, pairs first.
         quantities: each once; two levels of opposite sign are one quantity.
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
     """
 
-    conditions: tuple[Condition, ...]
+    members: tuple[Alternative, ...]
     quantities: tuple[Quantity, ...]
     values: ca.Function
     rows: ca.Function
     row_count: int
 
 
-def conditions_of(system: ComplementaritySystem) -> Conditions:
-    """Return the conditions of a system.
+def alternatives_of(system: ComplementaritySystem) -> Alternatives:
+    """Return the alternatives that a system leaves an element.
 
     A share is a sum of variables that are not negative: to hold it at zero fixes them one by one, which leaves an
     interior-point method more room than one row would.
@@ -107,8 +107,8 @@ def conditions_of(system: ComplementaritySystem) -> Conditions:
         found.append(Quantity(expression, variables, sign, offset, -1 if variables else len(rows) - 1))
         return len(found) - 1, 1
 
-    conditions = [
-        Condition(name, 0, index_of(a)[0], index_of(b)[0], -1, 1, False, -1)
+    members = [
+        Alternative(name, 0, index_of(a)[0], index_of(b)[0], -1, 1, False, -1)
         for name, a, b in zip(
             system.pair_names, ca.vertsplit(system.multiplier), ca.vertsplit(system.partner), strict=True
         )
@@ -116,8 +116,8 @@ def conditions_of(system: ComplementaritySystem) -> Conditions:
     for exclusion in system.exclusions:
         level, direction = index_of(exclusion.level, either_sign=True)
         quantity = found[level]
-        conditions.append(
-            Condition(
+        members.append(
+            Alternative(
                 name=exclusion.name,
                 rank=exclusion.rank,
                 level=level,
@@ -129,8 +129,8 @@ def conditions_of(system: ComplementaritySystem) -> Conditions:
             )
         )
     x_z = [system.state, system.algebraic]
-    return Conditions(
-        conditions=tuple(conditions),
+    return Alternatives(
+        members=tuple(members),
         quantities=tuple(found),
         values=ca.Function("quantities", x_z, [ca.vertcat(*[one.expression for one in found])]),
         rows=ca.Function("rows", x_z, [ca.densify(ca.vertcat(ca.SX(0, 1), *rows))]),

@@ -1,0 +1,191 @@
+"""The optimal control problem of a task, put together from its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.contact import ContactSystem, Ground, Mechanics, PlanarContact
+from fesd_robot.fesd import Condition, OptimalControlProblem
+from fesd_robot.ocp.actuation import Actuation
+from fesd_robot.ocp.constraints import constraint_conditions
+from fesd_robot.ocp.costs import running_costs, smoothness_conditions, terminal_costs
+from fesd_robot.ocp.points import Points
+from fesd_robot.ocp.reference import ReferenceMotion
+from fesd_robot.ocp.targets import target_conditions
+from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.ocp.vectors import Endpoints, StateLimits, vector
+from fesd_robot.task import Task
+
+
+@dataclass(frozen=True)
+class ProblemParts:
+    """What an optimal control problem is made of.
+
+    Attributes:
+        gap: q -> gaps of all contacts, m.
+        strength: a_n, N.
+        parameters: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1).
+    """
+
+    task: Task
+    mechanics: Mechanics
+    actuation: Actuation
+    contacts: Sequence[PlanarContact]
+    contact_system: ContactSystem
+    ground: Ground
+    gap: ca.Function
+    strength: float
+    endpoints: Endpoints
+    limits: StateLimits
+    reference: ReferenceMotion
+    grid: TimeGrid
+    points: Points
+    parameters: ca.SX
+
+    @property
+    def gap_states(self) -> int:
+        """Number of integrated gaps in the state."""
+        return int(self.contact_system.system.state.numel()) - self.clock - 1
+
+    @property
+    def clock(self) -> int:
+        """Index of the clock in the state."""
+        return int(self.mechanics.configuration.numel() + self.mechanics.velocity.numel())
+
+    def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
+        """Return x of a configuration and velocity; gaps below the ground are closed."""
+        gaps = np.maximum(np.asarray(self.gap(configuration)).ravel(), 0.0) if self.gap_states else np.zeros(0)
+        return np.concatenate([configuration, velocity, [time], gaps])
+
+    def bounds(self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float) -> np.ndarray:
+        """Return a bound of x from those of its parts."""
+        return np.concatenate([position, velocity, [clock], np.full(self.gap_states, gaps)])
+
+
+def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
+    """Return the optimal control problem.
+
+    Every interval ends when the clock says kT/N. Of a free duration T only the bounds are known: the clock at the end
+    lies between them, and the intervals are equal, ``t_k = k / (k + 1) t_{k+1}``.
+    """
+    task, mechanics, grid, limits = parts.task, parts.mechanics, parts.grid, parts.limits
+    contact_system, actuation, reference = parts.contact_system, parts.actuation, parts.reference
+    state, n_q = contact_system.system.state, mechanics.configuration.numel()
+    clock = state[parts.clock]
+
+    def guess(time: float) -> np.ndarray:
+        velocity = np.clip(reference.velocity(time), limits.lower_velocity, limits.upper_velocity)
+        return parts.state(reference.configuration(time), velocity, time)
+
+    initial_lower, initial_upper = _initial_box(parts)
+    goal_lower, goal_upper = _goal_box(parts)
+    last_clock = (grid.lower, grid.upper) if grid.free else (-np.inf, np.inf)
+    speed = task.limits.speed_of_time
+    n_gap = parts.gap_states
+    return OptimalControlProblem(
+        system=contact_system.system,
+        duration=grid.nominal,
+        intervals=grid.intervals,
+        parameters=np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends]),
+        initial_lower=initial_lower,
+        initial_upper=initial_upper,
+        state_lower=parts.bounds(limits.lower_position, limits.lower_velocity, -np.inf, contact_system.gap_lower),
+        state_upper=parts.bounds(limits.upper_position, limits.upper_velocity, np.inf, np.inf),
+        terminal_lower=np.concatenate([goal_lower, [last_clock[0]], np.full(n_gap, -np.inf)]),
+        terminal_upper=np.concatenate([goal_upper, [last_clock[1]], np.full(n_gap, np.inf)]),
+        control_lower=np.append(actuation.lower, speed.lower),
+        control_upper=np.append(actuation.upper, speed.upper),
+        state_guess=guess,
+        control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
+        running_cost=running_costs(
+            task, mechanics, contact_system, parts.points, parts.strength, parts.parameters[:n_q]
+        ),
+        terminal_cost=terminal_costs(task, mechanics, parts.endpoints, clock),
+        interval_end=ca.SX(0, 1) if grid.free else clock - parts.parameters[n_q],
+        interval_end_names=() if grid.free else ("clock",),
+        conditions=_conditions(parts, clock),
+    )
+
+
+def _conditions(parts: ProblemParts, clock: ca.SX) -> list[Condition]:
+    task, system, grid = parts.task, parts.contact_system.system, parts.grid
+    start = parts.endpoints.initial_configuration
+    return [
+        *target_conditions(task, parts.points, system.state, grid),
+        *smoothness_conditions(task, parts.mechanics, system.state, system.control, grid),
+        *constraint_conditions(task, system, parts.points, parts.contacts, parts.ground, grid, start),
+        *([_equal_intervals(parts, clock)] if grid.free and grid.intervals > 1 else []),
+        *([_period(parts)] if task.goal.periodic is not None else []),
+    ]
+
+
+def _equal_intervals(parts: ProblemParts, clock: ca.SX) -> Condition:
+    """t_k = k / (k + 1) t_{k+1}, so that all intervals of a free duration are equal."""
+    system, grid = parts.contact_system.system, parts.grid
+    following, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
+    share, k = ca.SX.sym("share"), np.arange(1.0, grid.intervals + 1)
+    return Condition(
+        "equal intervals",
+        "neighbours",
+        ca.vertcat(system.state, system.control, following, u),
+        range(grid.intervals),
+        clock - share * following[parts.clock],
+        np.zeros(1),
+        np.zeros(1),
+        ["clock"],
+        parameters=share,
+        values=(k / (k + 1)).reshape(1, -1),
+    )
+
+
+def _period(parts: ProblemParts) -> Condition:
+    """The end is the start moved on by the stride, and the integrated gaps of a free start are the true ones."""
+    assert parts.task.goal.periodic is not None
+    system, n, n_q = parts.contact_system.system, parts.clock, parts.mechanics.configuration.numel()
+    start, end = system.state, ca.SX.sym("end", system.state.numel())
+    stride = np.zeros(n)
+    stride[:n_q] = vector(parts.mechanics.configuration_names, parts.task.goal.periodic.stride, 0.0)
+    gaps = start[n + 1 :] - parts.gap(start[:n_q]) if parts.gap_states else ca.SX(0, 1)
+    names = [f"period of {name}" for name in system.state_names[:n]]
+    rows = ca.vertcat(end[:n] - start[:n] - ca.DM(stride), gaps)
+    zeros = np.zeros(rows.numel())
+    return Condition(
+        "period",
+        "period",
+        ca.vertcat(start, end),
+        (0,),
+        rows,
+        zeros,
+        zeros,
+        [*names, *(f"start of {name}" for name in system.state_names[n + 1 :])],
+    )
+
+
+def _initial_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of the initial state: fixed, or free within its limits if the motion repeats."""
+    endpoints, limits, periodic = parts.endpoints, parts.limits, parts.task.goal.periodic
+    initial = parts.state(endpoints.initial_configuration, endpoints.initial_velocity, 0.0)
+    if periodic is None:
+        return initial, initial
+    lower = parts.bounds(limits.lower_position, limits.lower_velocity, 0.0, parts.contact_system.gap_lower)
+    upper = parts.bounds(limits.upper_position, limits.upper_velocity, 0.0, np.inf)
+    for i, name in enumerate(parts.mechanics.configuration_names):
+        if name in periodic.stride:
+            lower[i] = upper[i] = initial[i]
+    return lower, upper
+
+
+def _goal_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:
+    tolerance, mechanics, endpoints = parts.task.goal.tolerance, parts.mechanics, parts.endpoints
+    width = np.concatenate(
+        [
+            vector(mechanics.configuration_names, tolerance.configuration, np.inf),
+            vector(mechanics.velocity_names, tolerance.velocity, np.inf),
+        ]
+    )
+    goal = np.concatenate([endpoints.goal_configuration, endpoints.goal_velocity])
+    return goal - width, goal + width

@@ -1,0 +1,76 @@
+"""Reading a reference motion: a CSV file, or an earlier plan."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import nearest
+from fesd_robot.plans import PlanFileError, read_plan
+from fesd_robot.robot import Robot
+from fesd_robot.task import FromFile, Task
+
+_UNIT = re.compile(r"\s*\[[^\]]*\]$")
+_KEY = "reference.path"
+
+_ROUNDED = 1e-9
+"""s; a time less than this before the one above it is the same, rounded."""
+
+
+def read_reference(task: Task, reference: FromFile, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times, increasing, (n), and the configurations, (n, n_q), of a reference file.
+
+    Raises:
+        TaskError: no such file, no such columns, or values that are no motion.
+    """
+    folder = task.source_path.parent if task.source_path is not None else Path()
+    path = folder / reference.path
+    if not path.exists():
+        raise task.error(_KEY, f"found '{reference.path}', but there is no file {path}")
+    try:
+        columns = _of_plan(path) if path.is_dir() or path.suffix == ".json" else _of_csv(path)
+    except (OSError, UnicodeDecodeError, ValueError, csv.Error, PlanFileError) as error:
+        raise task.error(_KEY, f"found {path}, which cannot be read as a motion: {error}") from error
+    for name in ("time", *robot.configuration_names):
+        if name not in columns:
+            raise task.error(
+                _KEY, f"found no column '{name}' in {path}, expected one for 'time' and every configuration coordinate"
+                f"{nearest(name, columns)}"
+            )  # fmt: skip
+    times, first = np.unique(np.maximum.accumulate(columns["time"]), return_index=True)
+    rows = np.column_stack([columns[name] for name in robot.configuration_names])[first]
+    if not len(times) or not (np.isfinite(times).all() and np.isfinite(rows).all()):
+        raise task.error(_KEY, f"found no rows, or values that are not finite, in {path}, expected numbers")
+    if np.any(np.diff(columns["time"]) < -_ROUNDED):
+        raise task.error(_KEY, f"found times that decrease in {path}, expected increasing ones")
+    return times, np.array([pin.normalize(robot.model, row) for row in rows])
+
+
+def _of_plan(path: Path) -> dict[str, np.ndarray]:
+    trajectory = read_plan(path).trajectory
+    return {"time": trajectory.time, **trajectory.configuration}
+
+
+def _of_csv(path: Path) -> dict[str, np.ndarray]:
+    """Return the columns by name without unit, of two with one name the first; text that is no number is NaN."""
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        header, *rows = list(csv.reader(stream)) or [[]]
+    rows = [row for row in rows if row]
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(header):
+            raise ValueError(f"row {number} has {len(row)} values for {len(header)} columns")
+    columns: dict[str, np.ndarray] = {}
+    for i, title in enumerate(header):
+        columns.setdefault(_UNIT.sub("", title.strip()), np.array([_number(row[i]) for row in rows]))
+    return columns
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

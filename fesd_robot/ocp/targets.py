@@ -1,0 +1,130 @@
+"""Goals and waypoints as rows and costs at the end of a control interval."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.fesd import Condition
+from fesd_robot.ocp.points import AXES, Points
+from fesd_robot.ocp.reach import check_reach
+from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.task import Goal, PointTarget, Task, Waypoint
+
+WHOLE = "center of mass"
+
+
+@dataclass
+class _Rows:
+    """Rows that are within `width` of zero, and a cost, collected one by one."""
+
+    rows: list[ca.SX] = field(default_factory=list)
+    width: list[float] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    cost: dict[str, ca.SX] = field(default_factory=dict)
+
+    def hold(self, row: ca.SX, width: float, name: str) -> None:
+        self.rows.append(row)
+        self.width.append(width)
+        self.names.append(name)
+
+    def weigh(self, name: str, weight: float, square: ca.SX) -> None:
+        if weight:
+            self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
+
+    def condition(self, name: str, state: ca.SX, interval: int) -> Condition:
+        width = np.array(self.width)
+        rows = ca.vertcat(ca.SX(0, 1), *self.rows)
+        return Condition(name, "ends", state, (interval,), rows, -width, width, self.names, self.cost)
+
+
+def target_conditions(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[Condition]:
+    """Return a condition for the goals of frames and the centre of mass, and one for every waypoint.
+
+    Args:
+        state: x, SX symbols, beginning with the configuration and velocity of `points`.
+
+    Raises:
+        TaskError: a frame cannot get to its target.
+    """
+    found = []
+    if task.goal.has_points:
+        rows = _Rows()
+        _add_points(rows, ("goal",), "goal: ", task.goal, points)
+        found.append(rows.condition("goal", state, grid.intervals - 1))
+    for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
+        rows, name = _Rows(), f"waypoint {i + 1}"
+        _add_coordinates(rows, name, waypoint, points)
+        _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
+        found.append(rows.condition(name, state, end - 1))
+    return found
+
+
+def waypoint_ends(task: Task, grid: TimeGrid) -> list[int]:
+    """Return for every waypoint the number of intervals that lie before it; evenly spread if none has a time."""
+    count = len(task.waypoints)
+    return [
+        round((i + 1) * grid.intervals / (count + 1)) if waypoint.time is None else grid.node(waypoint.time)
+        for i, waypoint in enumerate(task.waypoints)
+    ]
+
+
+def _add_coordinates(rows: _Rows, cost: str, waypoint: Waypoint, points: Points) -> None:
+    robot, tolerance = points.robot, waypoint.tolerance
+    groups: list[tuple[ca.SX, list[str], Mapping[str, float], Mapping[str, float], float, str]] = [
+        (points.q, robot.configuration_names, waypoint.configuration, tolerance.configuration, waypoint.weight, ""),
+        (points.v, robot.velocity_names, waypoint.velocity, tolerance.velocity, waypoint.velocity_weight, " velocity"),
+    ]
+    for symbols, names, wanted, widths, weight, kind in groups:
+        for name, value in wanted.items():
+            deviation = symbols[names.index(name)] - value
+            rows.weigh(cost, weight, deviation**2)
+            if name in widths:
+                rows.hold(deviation, widths[name], name + kind)
+
+
+def _add_points(
+    rows: _Rows, key: tuple[str, ...], prefix: str, target: Goal | Waypoint, points: Points, cost: str | None = None
+) -> None:
+    for name, point in target.frames.items():
+        at = (*key, "frames", name)
+        check_reach(points, name, point, (*at, "position"))
+        _add_point(rows, point, points.frame(name), f"{prefix}{name}", cost, (points, at))
+    if target.center_of_mass is not None:
+        at = (*key, "center_of_mass")
+        _add_point(rows, target.center_of_mass, points.center_of_mass(at), f"{prefix}{WHOLE}", cost, (points, at))
+
+
+def _add_point(
+    rows: _Rows,
+    target: PointTarget,
+    found: tuple[ca.SX, ca.SX],
+    name: str,
+    cost: str | None,
+    where: tuple[Points, tuple[str, ...]],
+) -> None:
+    groups = [
+        (target.position, found[0], target.tolerance, target.weight, "position", "m"),
+        (target.velocity, found[1], target.velocity_tolerance, target.velocity_weight, "velocity", "m/s"),
+    ]
+    for wanted, value, width, weight, kind, unit in groups:
+        for i, axis in enumerate(AXES):
+            goal = None if wanted is None else wanted[i]
+            if goal is None:
+                continue
+            deviation = value[i] - goal
+            rows.weigh(cost or name, weight, deviation**2)
+            if width is None:
+                continue
+            if not deviation.is_constant():
+                rows.hold(deviation, width, f"{name} {axis} {kind}")
+            elif abs(float(deviation)) > width:
+                points, key = where
+                raise points.task.error(
+                    (*key, kind),
+                    f"found {goal:g} {unit} along {axis}, where it always is {float(value[i]):g} {unit}; expected null "
+                    "for an axis along which it cannot move",
+                )

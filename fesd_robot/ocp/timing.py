@@ -1,0 +1,67 @@
+"""The grid of control intervals in physical time, of fixed or free length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.task import FreeDuration, Task
+
+
+@dataclass(frozen=True)
+class TimeGrid:
+    """Control intervals of equal physical length T/N.
+
+    Attributes:
+        nominal: duration the motion is first thought to have, s; also the length of numerical time.
+        intervals: N.
+        lower, upper: bounds of T, s; both `nominal` if it is fixed.
+    """
+
+    nominal: float
+    intervals: int
+    lower: float
+    upper: float
+
+    @property
+    def free(self) -> bool:
+        """Whether T is chosen by the planner."""
+        return self.lower < self.upper
+
+    @property
+    def ends(self) -> np.ndarray:
+        """kT/N, k = 1..N, of the nominal duration, s."""
+        return self.nominal * np.arange(1, self.intervals + 1) / self.intervals
+
+    def duration(self, clock: np.ndarray) -> float:
+        """Return T of a motion whose intervals end at these physical times, (N), s."""
+        return float(clock[-1]) if self.free else self.nominal
+
+    def node(self, time: float) -> int:
+        """Return the number of the interval's end nearest to a time, 0 for the start."""
+        return round(time / self.nominal * self.intervals)
+
+
+def time_grid(task: Task) -> TimeGrid:
+    """Return the control intervals of a task.
+
+    A free duration starts in the middle of its bounds, or as near as lets the speed of time reach both of them.
+
+    Raises:
+        TaskError: the speed of time cannot reach both bounds of a free duration.
+    """
+    duration, intervals = task.horizon.duration, task.horizon.intervals
+    if not isinstance(duration, FreeDuration):
+        return TimeGrid(duration, intervals, duration, duration)
+    speed = task.limits.speed_of_time
+    least, most = duration.upper / speed.upper, duration.lower / speed.lower
+    if least > most:
+        raise task.error(
+            "horizon.duration",
+            f"found bounds {duration.lower:g} and {duration.upper:g} s, a ratio of "
+            f"{duration.upper / duration.lower:g}, expected at most {speed.upper / speed.lower:g}, the ratio of the "
+            "bounds of limits.speed_of_time",
+        )
+    nominal = min(max(0.5 * (duration.lower + duration.upper), least), most)
+    return TimeGrid(nominal, intervals, duration.lower, duration.upper)

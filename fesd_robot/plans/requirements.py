@@ -1,0 +1,222 @@
+"""What a task demands of a motion besides physics and limits, measured on the returned trajectory."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.contact import Ground, PhysicalMotion
+from fesd_robot.robot import Robot
+from fesd_robot.task import (
+    AvoidBox,
+    AvoidEllipse,
+    AvoidSphere,
+    BodyPoint,
+    Clearance,
+    ContactWindow,
+    ForbiddenZone,
+    FrameLimits,
+    FreeDuration,
+    Goal,
+    PointTarget,
+    Task,
+    Waypoint,
+)
+
+_SAME_TIME = 1e-6
+"""s; samples this near to the end of a control interval belong to it."""
+
+_PUSHING = 1e-2
+"""N; a contact with a smaller normal force does not touch."""
+
+_PUSHED = 1e-6
+"""N s; a contact with a smaller impulse takes no part in an impact."""
+
+_EDGE = 1e-3
+"""m; where a forbidden zone ends is told no more exactly than whether a gap is closed."""
+
+
+def requirements(
+    task: Task,
+    robot: Robot,
+    ground: Ground,
+    motion: PhysicalMotion,
+    initial: tuple[np.ndarray, np.ndarray],
+    goal: tuple[np.ndarray, np.ndarray],
+) -> dict[str, float]:
+    """Return how far a motion misses its constraints, its goal and its waypoints, each the largest violation.
+
+    Everything is computed with Pinocchio's numeric algorithms from configurations, velocities, forces and times.
+
+    Args:
+        task: what was asked for.
+        robot, ground: where.
+        motion: the trajectory in physical time.
+        initial, goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
+
+    Returns:
+        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s,
+        zero if nothing is violated.
+    """
+    checks = _Checks(task, robot, ground, motion)
+    return {
+        "max_constraint_violation": _largest(checks.constraints()),
+        "max_goal_violation": _largest(checks.goal(initial, goal)),
+        "max_waypoint_violation": _largest(checks.waypoints()),
+    }
+
+
+def _largest(violations: Iterable[float]) -> float:
+    """The largest one, at least zero; NaN if there is one, so that no number passes by not being one."""
+    return float(np.max(list(violations), initial=0.0))
+
+
+class _Checks:
+    """Violations of one motion; negative where there is room left."""
+
+    def __init__(self, task: Task, robot: Robot, ground: Ground, motion: PhysicalMotion) -> None:
+        self._task, self._robot, self._ground, self._motion = task, robot, ground, motion
+        self._data = robot.model.createData()
+        self._names = list(task.contacts)
+
+    def constraints(self) -> Iterator[float]:
+        """Yield the violation of every constraint at every sample it holds at."""
+        for constraint in self._task.constraints.values():
+            if isinstance(constraint, BodyPoint):
+                for q in self._motion.configuration:
+                    yield from self._outside(constraint, self._position(q, constraint.frame, constraint.offset))
+            elif isinstance(constraint, ForbiddenZone):
+                yield from self._zone(constraint)
+            elif isinstance(constraint, ContactWindow):
+                yield from self._window(constraint)
+
+    def _outside(self, constraint: BodyPoint, point: np.ndarray) -> Iterator[float]:
+        if isinstance(constraint, Clearance):
+            yield constraint.distance - float(self._ground.distance(point))
+        elif isinstance(constraint, AvoidSphere):
+            yield constraint.radius - float(np.linalg.norm(_offset(point, constraint.center)))
+        elif isinstance(constraint, AvoidBox):
+            half = 0.5 * _given(constraint.size)
+            yield float(np.min(half - np.abs(_offset(point, constraint.center))))
+        elif isinstance(constraint, AvoidEllipse):
+            axes = _given(constraint.semi_axes)
+            yield float(np.min(axes) * (1.0 - np.linalg.norm(_offset(point, constraint.center) / axes)))
+        elif isinstance(constraint, FrameLimits):
+            for value, bounds in zip(point, (constraint.x, constraint.y, constraint.z), strict=True):
+                if bounds is not None:
+                    yield float(max(bounds[0] - value, value - bounds[1]))
+
+    def _zone(self, zone: ForbiddenZone) -> Iterator[float]:
+        i, motion = self._names.index(zone.contact), self._motion
+        frame = self._task.contacts[zone.contact].frame
+        touching = set(np.flatnonzero(motion.force[:, i, 0] > _PUSHING).tolist())
+        touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _PUSHED}
+        for k in sorted(touching):
+            x = float(self._position(motion.configuration[k], frame)[0])
+            yield min(x - zone.x[0], zone.x[1] - x) - _EDGE
+
+    def _window(self, window: ContactWindow) -> Iterator[float]:
+        motion, (first, last) = self._motion, window.times
+        frame = self._task.contacts[window.contact].frame
+        if window.touch == "forbidden":
+            inside = (motion.time > first + _SAME_TIME) & (motion.time <= last + _SAME_TIME)
+            for q in motion.configuration[inside]:
+                yield window.clearance - float(self._ground.distance(self._position(q, frame)))
+            return
+        for time in motion.clock[(motion.clock >= first - _SAME_TIME) & (motion.clock <= last + _SAME_TIME)]:
+            q = motion.configuration[self._samples(float(time))[-1]]
+            yield float(self._ground.distance(self._position(q, frame))) - window.tolerance
+
+    def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[float]:
+        """Yield the violations of hard goals, of a period, and of the bounds of a free duration."""
+        asked, duration = self._task.goal, self._task.horizon.duration
+        q, v = self._motion.configuration[-1], self._motion.velocity[-1]
+        if isinstance(duration, FreeDuration):
+            yield duration.lower - float(self._motion.clock[-1])
+            yield float(self._motion.clock[-1]) - duration.upper
+        if asked.periodic is not None:
+            q0, v0 = self._motion.configuration[0], self._motion.velocity[0]
+            stride = [asked.periodic.stride.get(name, 0.0) for name in self._robot.configuration_names]
+            yield from np.abs(q - q0 - stride)
+            yield from np.abs(v - v0)
+            for i, name in enumerate(self._robot.configuration_names):
+                if name in asked.periodic.stride:
+                    yield float(abs(q0[i] - initial[0][i]))
+        else:
+            yield from np.abs(self._motion.configuration[0] - initial[0])
+            yield from self._coordinates(asked, goal, q, v)
+        yield from self._points(asked, q, v)
+
+    def waypoints(self) -> Iterator[float]:
+        """Yield the violations of hard targets of waypoints."""
+        intervals, count = len(self._motion.clock), len(self._task.waypoints)
+        names, velocities = self._robot.configuration_names, self._robot.velocity_names
+        for i, waypoint in enumerate(self._task.waypoints):
+            time = waypoint.time
+            if time is None:
+                time = float(self._motion.clock[round((i + 1) * intervals / (count + 1)) - 1])
+            wanted = (
+                np.array([waypoint.configuration.get(name, np.nan) for name in names]),
+                np.array([waypoint.velocity.get(name, np.nan) for name in velocities]),
+            )
+            yield min(self._missing(waypoint, wanted, sample) for sample in self._samples(time))
+
+    def _missing(self, waypoint: Waypoint, wanted: tuple[np.ndarray, np.ndarray], sample: int) -> float:
+        q, v = self._motion.configuration[sample], self._motion.velocity[sample]
+        return _largest(itertools.chain(self._coordinates(waypoint, wanted, q, v), self._points(waypoint, q, v)))
+
+    def _coordinates(
+        self, asked: Goal | Waypoint, wanted: tuple[np.ndarray, np.ndarray], q: np.ndarray, v: np.ndarray
+    ) -> Iterator[float]:
+        groups: list[tuple[Mapping[str, float], Sequence[str], np.ndarray, np.ndarray]] = [
+            (asked.tolerance.configuration, self._robot.configuration_names, q, wanted[0]),
+            (asked.tolerance.velocity, self._robot.velocity_names, v, wanted[1]),
+        ]
+        for widths, names, found, goal in groups:
+            for name, width in widths.items():
+                i = names.index(name)
+                yield float(abs(found[i] - goal[i])) - width
+
+    def _points(self, asked: Goal | Waypoint, q: np.ndarray, v: np.ndarray) -> Iterator[float]:
+        model, data = self._robot.model, self._data
+        for name, target in asked.frames.items():
+            frame = self._robot.frame_id(name)
+            pin.forwardKinematics(model, data, q, v)
+            pin.updateFramePlacements(model, data)
+            velocity = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+            yield from _missed(target, data.oMf[frame].translation, velocity)
+        if asked.center_of_mass is not None:
+            pin.centerOfMass(model, data, q, v)
+            yield from _missed(asked.center_of_mass, data.com[0], data.vcom[0])
+
+    def _position(self, q: np.ndarray, frame: str, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+        pin.framesForwardKinematics(self._robot.model, self._data, q)
+        placement = self._data.oMf[self._robot.frame_id(frame)]
+        return np.asarray(placement.act(np.asarray(offset, dtype=float)))
+
+    def _samples(self, time: float) -> list[int]:
+        """Indices of the samples at the end of a control interval, two if it is the time of an impact."""
+        near = np.flatnonzero(np.abs(self._motion.time - time) <= _SAME_TIME)
+        return near.tolist() or [int(np.argmin(np.abs(self._motion.time - time)))]
+
+
+def _missed(target: PointTarget, position: np.ndarray, velocity: np.ndarray) -> Iterator[float]:
+    for wanted, width, found in (
+        (target.position, target.tolerance, position),
+        (target.velocity, target.velocity_tolerance, velocity),
+    ):
+        if wanted is not None and width is not None:
+            for goal, value in zip(wanted, found, strict=True):
+                if goal is not None:
+                    yield abs(float(value) - goal) - width
+
+
+def _offset(point: np.ndarray, center: Sequence[float | None]) -> np.ndarray:
+    return np.array([point[i] - value for i, value in enumerate(center) if value is not None])
+
+
+def _given(values: Sequence[float | None]) -> np.ndarray:
+    return np.array([value for value in values if value is not None])

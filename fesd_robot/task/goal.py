@@ -1,0 +1,159 @@
+"""Where the motion should lead, and through which points on its way."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, conflict
+
+
+class Tolerance(Section):
+    """How closely the coordinates of a goal must be met."""
+
+    configuration: dict[Name, NonNegative] = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> largest distance from its goal, m or rad, a hard "
+        "constraint; names not listed are only weighed by the cost.",
+    )
+    velocity: dict[Name, NonNegative] = Field(
+        default_factory=dict,
+        description="Name of a velocity coordinate -> largest distance from its goal, m/s or rad/s, a hard "
+        "constraint; names not listed are only weighed by the cost.",
+    )
+
+
+class PointTarget(Section):
+    """Where a point of the robot should be, and how fast it should move there, in world axes."""
+
+    position: Point | None = Field(
+        default=None, description="Wanted position [x, y, z], m; null for an axis that does not matter."
+    )
+    velocity: Point | None = Field(
+        default=None, description="Wanted velocity [x, y, z], m/s; null for an axis that does not matter."
+    )
+    tolerance: NonNegative | None = Field(
+        default=None,
+        description="Largest distance from the position along every given axis, m, a hard constraint; default: only "
+        "weighed.",
+    )
+    velocity_tolerance: NonNegative | None = Field(
+        default=None,
+        description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: "
+        "only weighed.",
+    )
+    weight: NonNegative = Field(default=100.0, description="Weight of the squared distance from the position, per m2.")
+    velocity_weight: NonNegative = Field(
+        default=10.0, description="Weight of the squared difference from the velocity, per (m/s)2."
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> PointTarget:
+        if self.position is None and self.velocity is None:
+            raise conflict((), "found neither a position nor a velocity, expected at least one of them")
+        if self.position is None and self.tolerance is not None:
+            raise conflict(("tolerance",), "found a tolerance without a position, expected both or neither")
+        if self.velocity is None and self.velocity_tolerance is not None:
+            raise conflict(("velocity_tolerance",), "found a tolerance without a velocity, expected both or neither")
+        return self
+
+
+class Periodic(Section):
+    """A motion that repeats: it ends in the state it began in, moved on by one stride.
+
+    The initial state is free within the limits, except for the coordinates of the stride, which begin where `initial`
+    says; all other values of `initial` are the solver's start.
+    """
+
+    stride: Values = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> its change over the whole motion, m or rad; coordinates "
+        "not listed, and all velocities, end as they began.",
+    )
+
+
+class Goal(Section):
+    """The state wanted at the end."""
+
+    configuration: Values = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> wanted final value, m or rad; names not listed: their "
+        "initial value, or none if there is a goal for a frame or the centre of mass.",
+    )
+    velocity: Values = Field(
+        default_factory=dict,
+        description="Name of a velocity coordinate -> wanted final value, m/s or rad/s; names not listed: 0.",
+    )
+    tolerance: Tolerance = Field(
+        default_factory=Tolerance, description="Which goals are hard constraints, and how closely; default: none is."
+    )
+    frames: dict[Name, PointTarget] = Field(
+        default_factory=dict, description="Name of a frame -> where its origin should be at the end."
+    )
+    center_of_mass: PointTarget | None = Field(
+        default=None, description="Where the centre of mass should be at the end; default: anywhere."
+    )
+    periodic: Periodic | None = Field(
+        default=None, description="Repeat: the end is the beginning moved on by a stride; default: it is not."
+    )
+
+    @model_validator(mode="after")
+    def _either(self) -> Goal:
+        if self.periodic is not None:
+            for key in ("configuration", "velocity"):
+                if getattr(self, key):
+                    raise conflict((key,), f"found a goal {key} beside 'periodic', expected one of the two")
+            if self.tolerance.configuration or self.tolerance.velocity:
+                raise conflict(("tolerance",), "found tolerances beside 'periodic', which always holds exactly")
+        return self
+
+    @property
+    def has_points(self) -> bool:
+        """Whether a frame or the centre of mass has a goal."""
+        return bool(self.frames) or self.center_of_mass is not None
+
+
+class Waypoint(Section):
+    """What the motion should pass at one time."""
+
+    time: NonNegative | None = Field(
+        default=None,
+        description="When, s, the end of a control interval; default for all: evenly spread over the motion.",
+    )
+    configuration: Values = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> wanted value, m or rad; names not listed are free.",
+    )
+    velocity: Values = Field(
+        default_factory=dict,
+        description="Name of a velocity coordinate -> wanted value, m/s or rad/s; names not listed are free.",
+    )
+    frames: dict[Name, PointTarget] = Field(
+        default_factory=dict, description="Name of a frame -> where its origin should be."
+    )
+    center_of_mass: PointTarget | None = Field(
+        default=None, description="Where the centre of mass should be; default: anywhere."
+    )
+    tolerance: Tolerance = Field(
+        default_factory=Tolerance,
+        description="Which of the listed coordinates are hard constraints, and how closely; default: none is.",
+    )
+    weight: NonNegative = Field(
+        default=100.0, description="Weight of the squared distance of every listed coordinate, per m2 or rad2."
+    )
+    velocity_weight: NonNegative = Field(
+        default=10.0, description="Weight of the squared difference of every listed velocity, per (m/s)2 or (rad/s)2."
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> Waypoint:
+        if not (self.configuration or self.velocity or self.frames or self.center_of_mass):
+            raise conflict(
+                (), "found a waypoint without a target, expected configuration, velocity, frames or center_of_mass"
+            )
+        for key in ("configuration", "velocity"):
+            for name in getattr(self.tolerance, key):
+                if name not in getattr(self, key):
+                    raise conflict(
+                        ("tolerance", key, name), f"found a tolerance of '{name}', which this waypoint gives no {key}"
+                    )
+        return self

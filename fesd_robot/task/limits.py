@@ -1,0 +1,44 @@
+"""Limits of the motion by name."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from fesd_robot.task.fields import Bounds, Name, Positive, Section, SymmetricBounds, conflict
+
+
+class SpeedOfTime(Section):
+    """How fast physical time may pass per unit of numerical time; 1 is the pace of a motion without impacts."""
+
+    lower: Positive = Field(default=0.1, description="Smallest speed, s per s, at most 1.")
+    upper: Positive = Field(default=20.0, description="Largest speed, s per s, at least 1.")
+
+    @model_validator(mode="after")
+    def _around_one(self) -> SpeedOfTime:
+        if not (self.lower < self.upper and self.lower <= 1 <= self.upper):
+            at = "upper" if self.upper < 1 else "lower"
+            raise conflict(
+                (at,), f"found lower {self.lower:g} and upper {self.upper:g}, expected lower < upper with 1 in between"
+            )
+        return self
+
+
+class Limits(Section):
+    """Limits of positions, velocities, efforts and the speed of time."""
+
+    position: dict[Name, Bounds] = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> [lower, upper], m or rad, null for no limit on that side; "
+        "names not listed: the model's limits.",
+    )
+    velocity: dict[Name, SymmetricBounds] = Field(
+        default_factory=dict,
+        description="Name of a velocity coordinate -> [lower, upper] or one number for plus or minus it, m/s or rad/s; "
+        "names not listed: the model's limits.",
+    )
+    effort: dict[Name, SymmetricBounds] = Field(
+        default_factory=dict,
+        description="Name of a driven joint -> [lower, upper] torque, N m, or force, N, or one number for plus or "
+        "minus it; names not listed: the model's limits.",
+    )
+    speed_of_time: SpeedOfTime = Field(default_factory=SpeedOfTime, description="Limits of the speed of time.")

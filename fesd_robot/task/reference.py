@@ -1,0 +1,59 @@
+"""The motion that the costs compare with and the solver starts from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from fesd_robot.task.fields import Count, Section, Values
+
+
+class Line(Section):
+    """A straight line from the initial to the goal configuration."""
+
+    type: Literal["line"] = Field(description="Straight line from the initial to the goal configuration.")
+
+
+class Jumps(Section):
+    """A row of equal jumps: q(s) = q_line(s) + (apex - q_takeoff) 4 s (1 - s) on every jump, s from 0 to 1.
+
+    Coordinates without an apex stay on the straight line from the initial to the goal configuration.
+    """
+
+    type: Literal["jumps"] = Field(description="A row of equal jumps, each a parabola over the straight line.")
+    count: Count = Field(description="Number of jumps, all of the same length.")
+    apex: Values = Field(
+        min_length=1,
+        description="Name of a configuration coordinate -> value in the middle of every jump, m or rad; coordinates "
+        "not listed stay on the straight line.",
+    )
+
+
+class ThroughWaypoints(Section):
+    """Cubic splines through the configurations of the waypoints, one a coordinate.
+
+    Every spline begins at the initial configuration and velocity and ends at the goal's.
+    """
+
+    type: Literal["waypoints"] = Field(
+        description="Cubic spline from the initial through the waypoints' to the goal configuration."
+    )
+
+
+class FromFile(Section):
+    """A motion read from a file, resampled by straight lines between its rows."""
+
+    type: Literal["file"] = Field(description="Motion from a file.")
+    path: Annotated[str, Field(min_length=1)] = Field(
+        description="A CSV file with the columns 'time' (s) and one a configuration coordinate (m or rad; a unit in "
+        "brackets after a name is left aside), a plan.json or the folder of a plan; relative to the task file."
+    )
+    stretch: bool = Field(
+        default=False,
+        description="Stretch the file's times to the duration of the motion; default: keep them, and hold the last "
+        "configuration if the file ends early.",
+    )
+
+
+Reference = Annotated[Line | Jumps | ThroughWaypoints | FromFile, Field(discriminator="type")]

@@ -1,0 +1,53 @@
+"""Frames and centre of mass by Pinocchio's numeric algorithms, and conditions as numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.fesd import Condition
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.robot import Robot
+
+
+def frame(robot: Robot, name: str, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and rotation of a frame in the world."""
+    model, data = robot.model, robot.model.createData()
+    pin.forwardKinematics(model, data, q, v)
+    pin.updateFramePlacements(model, data)
+    index = robot.frame_id(name)
+    velocity = pin.getFrameVelocity(model, data, index, pin.LOCAL_WORLD_ALIGNED).linear
+    return data.oMf[index].translation.copy(), velocity.copy(), data.oMf[index].rotation.copy()
+
+
+def center_of_mass(robot: Robot, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Position and velocity of the centre of mass."""
+    data = robot.model.createData()
+    pin.centerOfMass(robot.model, data, q, v)
+    return data.com[0].copy(), data.vcom[0].copy()
+
+
+def condition(motion: MotionProblem, name: str) -> Condition:
+    """The condition of this name."""
+    return next(found for found in motion.ocp.conditions if found.name == name)
+
+
+def rows(found: Condition, *y: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Values of a condition's rows where y is the given parts one after the other."""
+    values = ca.Function("rows", [found.variables, found.parameters], [found.rows])
+    return np.asarray(values(np.concatenate(y), found.parameter_values[:, :1])).ravel()
+
+
+def costs(found: Condition, *y: Sequence[float] | np.ndarray) -> dict[str, float]:
+    """Values of a condition's costs."""
+    values = ca.Function("costs", [found.variables, found.parameters], [ca.vertcat(*found.cost.values())])
+    numbers = np.asarray(values(np.concatenate(y), found.parameter_values[:, :1])).ravel()
+    return dict(zip(found.cost, numbers.tolist(), strict=True))
+
+
+def states(count: int = 4) -> np.ndarray:
+    """Random states of the hopper (q, v, clock, gap), (count, 10)."""
+    return np.random.default_rng(5).uniform(0.1, 0.5, size=(count, 10))

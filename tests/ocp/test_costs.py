@@ -1,0 +1,82 @@
+"""Every further cost by name, as an integrand or as a sum over intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fesd_robot.ocp import MotionProblem, formulate, transcribe
+from fesd_robot.task import Task
+
+from .pinocchio_points import center_of_mass, frame, states
+
+Load = Callable[[str], Task]
+
+SMOOTH = "costs: {control_change: {leg: 2}, acceleration: {root_x: 3, leg: 0.5}}\n"
+
+
+def running(motion: MotionProblem, name: str) -> ca.Function:
+    system = motion.ocp.system
+    return ca.Function("running", system.arguments, [motion.ocp.running_cost[name]])
+
+
+def test_tracking_of_points(short: str, load: Load) -> None:
+    """Frames and centre of mass are compared, per second of physical time, with where the reference has them."""
+    text = short + "costs: {center_of_mass: 5, frames: {foot: {x: 2, z: 7}, body: {y: 1}}}\n"
+    motion = formulate(load(text))
+    assert list(motion.ocp.running_cost)[3:] == ["center of mass", "frame foot", "frame body"]
+    z, speed, theta = np.zeros(motion.ocp.system.algebraic.numel()), 1.5, 1.0
+    still = np.zeros(4)
+    for x, y in zip(states(), states(8)[4:], strict=True):
+        p = np.append(y[:4], 0.0)
+        foot, body = (
+            frame(motion.robot, name, x[:4], still)[0] - frame(motion.robot, name, y[:4], still)[0]
+            for name in ("foot", "body")
+        )
+        com = center_of_mass(motion.robot, x[:4], still)[0] - center_of_mass(motion.robot, y[:4], still)[0]
+        expected = {
+            "center of mass": 5 * com @ com,
+            "frame foot": 2 * foot[0] ** 2 + 7 * foot[2] ** 2,
+            "frame body": body[1] ** 2,
+        }
+        for name, value in expected.items():
+            found = float(running(motion, name)(x, [1.0, speed], z, p))
+            assert found == pytest.approx(theta * speed * value, abs=1e-12), name
+
+
+def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
+    """The integrand is a_n (theta_+ + theta_-), whatever the speed of time: force in stance, impulse in an impact."""
+    motion = formulate(load(short + "costs: {force: {foot: 0.2}}\n"))
+    x, p = states()[0], np.zeros(5)
+    for plus, minus in ((0.1, 0.2), (1.0, 0.0), (0.0, 0.0)):
+        for speed in (0.5, 3.0):
+            found = float(running(motion, "force")(x, [1.0, speed], [plus, minus], p))
+            assert found == pytest.approx(0.2 * motion.auxiliary_acceleration * (plus + minus))
+
+
+def test_smoothness(short: str, load: Load) -> None:
+    """Control change and acceleration are sums of squared differences between and over the intervals."""
+    motion = formulate(load(short + SMOOTH))
+    transcription = transcribe(motion.ocp, motion.fesd)
+    w = np.random.default_rng(3).normal(size=transcription.problem.size)
+    u, elements = transcription.controls(w), transcription.unpack(w)
+    v = np.array([elements[0].x_left[4:8], *(elements[3 * k + 2].x[-1][4:8] for k in range(4))])
+    terms = transcription.cost_terms(w)
+    assert terms["control change"] == pytest.approx(2 * np.sum(np.diff(u[0]) ** 2))
+    square = np.sum((np.diff(v, axis=0) / 0.25) ** 2 * np.array([3, 0, 0, 0.5])) * 0.25
+    assert terms["acceleration"] == pytest.approx(square)
+    total = sum(float(block.evaluate(w)[0].sum()) for block in transcription.problem.blocks)
+    assert sum(terms.values()) == pytest.approx(total)
+
+
+def test_nothing_is_added_unasked(short: str, load: Load) -> None:
+    """Weights of zero and keys left out add neither terms nor conditions."""
+    zero = "costs: {control_change: {leg: 0}, force: {foot: 0}, frames: {foot: 0}, center_of_mass: {x: 0}, time: 0}\n"
+    for text in (short, short + zero):
+        ocp = formulate(load(text)).ocp
+        assert ocp.conditions == []
+        assert list(ocp.running_cost) == ["configuration", "velocity", "control"]
+        assert list(ocp.terminal_cost) == ["terminal configuration", "terminal velocity"]
