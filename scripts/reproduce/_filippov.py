@@ -1,16 +1,15 @@
 """Exact solution of the sliding-mode problem for given controls: q' = v - sign(phi(q)), v' = gain u.
 
 Both switching functions are crossed, followed or left on their own, so that an arc has one mode of each: 1 or -1, the
-side it runs on, or 0 while it slides along phi_i = 0. Controls are constant on an interval, so every arc is a polynomial
+side it runs on, or 0 while it slides along phi_i = 0. Controls are constant on an interval, so every arc is polynomial
 in time, and it ends at the first sign change of another polynomial: phi_i outside, 1 - s_i or 1 + s_i while sliding,
 where s_i is the value of -1 <= sign(0) <= 1 that keeps phi_i at zero. Nothing here knows of finite elements.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -80,7 +79,8 @@ def replay(position: np.ndarray, controls: np.ndarray, duration: float, gain: fl
         gain: of the controls.
 
     Raises:
-        ArithmeticError: no mode, or more than one, goes on from a point, or an interval has too many arcs.
+        ArithmeticError: no mode goes on from a point, both functions vanish off the origin, or an interval has too
+            many arcs.
     """
     length = duration / controls.shape[1]
     q, v, zero = np.array(position, dtype=float), np.zeros(2), (False, False)
@@ -169,8 +169,7 @@ def _first_negative(margin: Polynomial, longest: float) -> float:
         return longest
     rest = Polynomial(margin.coef[large[0] :])
     extrema = [float(root.real) for root in rest.deriv().roots() if abs(root.imag) < 1e-6 and 0 < root.real < longest]
-    points: Sequence[float] = [0.0, *sorted(extrema), longest]
-    for before, after in zip(points[:-1], points[1:], strict=True):
+    for before, after in pairwise([0.0, *sorted(extrema), longest]):
         if rest(after) < 0:
             return float(brentq(rest, before, after, xtol=1e-15))
     return longest
