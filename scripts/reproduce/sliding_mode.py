@@ -256,7 +256,8 @@ def _remarks(variant: Variant) -> str:
         "one with two switches, too many for two elements; with more it depends on the start.\n"
         "- The first stage of Lobatto IIIC 2 is the left end of its element in time, but q + h (f₁ - f₂)/2 in place. "
         "Where a sliding mode is left that is the wrong side of the surface, which the conditions of the stage forbid: "
-        "no element can begin there. Its optimisations do not converge, and the published errors scatter as well."
+        "no element can begin there. Its optimisations do not converge; the published ones (elastic mode) scatter "
+        "between 1e-2 and 1e-8."
     )
 
 
