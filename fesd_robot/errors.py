@@ -36,6 +36,10 @@ class RobotError(FesdRobotError):
     """A robot model that cannot be loaded or used."""
 
 
+class GroundError(FesdRobotError):
+    """A ground that cannot be built, or on which a contact cannot be computed."""
+
+
 class DimensionError(FesdRobotError):
     """An array or expression of the wrong shape; the message names it with its shape and the expected one."""
 

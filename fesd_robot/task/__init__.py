@@ -6,7 +6,9 @@ task = load_task("tasks/hopper_one_jump.yaml", ["horizon.intervals=30"])
 
 from __future__ import annotations
 
+from fesd_robot.task.contacts import CircleCircleContact, CircleContact, Contact, PointContact
 from fesd_robot.task.expression import evaluate_expression, expression_names
+from fesd_robot.task.ground import GROUND, Ground, HeightMap, Plane, Step, Steps, Wall
 from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
 from fesd_robot.task.load import load_task
 from fesd_robot.task.method import Formulation, Method, Output, Solver, StepEquilibration
@@ -23,15 +25,21 @@ from fesd_robot.task.motion import (
     Tolerance,
 )
 from fesd_robot.task.names import check_names, check_values
-from fesd_robot.task.scene import Actuator, GeneralizedForceActuator, JointActuator, Plane, PointContact, Robot
+from fesd_robot.task.scene import Actuator, GeneralizedForceActuator, JointActuator, Robot
 from fesd_robot.task.schema import Task
 
 __all__ = [
+    "GROUND",
     "Actuator",
+    "CircleCircleContact",
+    "CircleContact",
+    "Contact",
     "Costs",
     "Formulation",
     "GeneralizedForceActuator",
     "Goal",
+    "Ground",
+    "HeightMap",
     "Horizon",
     "Initial",
     "JointActuator",
@@ -46,9 +54,12 @@ __all__ = [
     "Robot",
     "Solver",
     "SpeedOfTime",
+    "Step",
     "StepEquilibration",
+    "Steps",
     "Task",
     "Tolerance",
+    "Wall",
     "check_names",
     "check_values",
     "evaluate_expression",

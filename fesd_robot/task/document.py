@@ -67,12 +67,16 @@ class _Reader:
             if isinstance(node, ScalarNode):
                 return self._scalar(node, path)
             if isinstance(node, SequenceNode) and node.tag == f"{_TAG}seq":
-                return [self._convert(item, path) for item in node.value]
+                return [self._item(item, (*path, str(index))) for index, item in enumerate(node.value)]
             if isinstance(node, MappingNode) and node.tag == f"{_TAG}map":
                 return self._mapping(node, path)
         finally:
             self._open.pop()
         raise _Problem(f"found the YAML tag {node.tag}, expected a plain value", line, path)
+
+    def _item(self, node: Node, path: KeyPath) -> Any:
+        self.lines[path] = node.start_mark.line + 1
+        return self._convert(node, path)
 
     def _mapping(self, node: MappingNode, path: KeyPath) -> dict[str, Any]:
         result: dict[str, Any] = {}

@@ -21,6 +21,7 @@ _EXPECTED = {
     "string_type": "text",
     "string_too_short": "a name of at least one character",
     "string_pattern_mismatch": "letters, digits, '_', '-' and '.', beginning with a letter or digit",
+    "list_type": "a list",
     "dict_type": "a mapping of names to values",
     "model_type": "a mapping of keys to values",
     "model_attributes_type": "a mapping of keys to values",
@@ -99,6 +100,8 @@ def _follow(location: Sequence[str | int]) -> tuple[KeyPath, type[BaseModel] | N
             place = None if field is None else field.annotation
         elif get_origin(place) is dict:
             place = get_args(place)[1]
+        elif get_origin(place) is list:
+            place = get_args(place)[0]
         else:
             place = None
     return tuple(path), owner, _bare(place)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from fesd_robot.errors import nearest
+from fesd_robot.task.contacts import CircleCircleContact
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.scene import JointActuator
@@ -122,8 +123,10 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
     ):
         for name in names or ():
             yield (*path, name), kind, name
-    for contact, point in task.contacts.items():
-        yield ("contacts", contact, "frame"), _FRAME, point.frame
+    for name, contact in task.contacts.items():
+        yield ("contacts", name, "frame"), _FRAME, contact.frame
+        if isinstance(contact, CircleCircleContact):
+            yield ("contacts", name, "other_frame"), _FRAME, contact.other_frame
     for control, actuator in (task.robot.actuators or {}).items():
         path = ("robot", "actuators", control)
         if isinstance(actuator, JointActuator):

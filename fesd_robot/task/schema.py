@@ -8,12 +8,14 @@ from typing import Annotated
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from fesd_robot.errors import TaskError
+from fesd_robot.errors import TaskError, nearest
+from fesd_robot.task.contacts import CircleCircleContact, Contact
 from fesd_robot.task.fields import Name, Section, conflict
+from fesd_robot.task.ground import GROUND, Ground, Plane
 from fesd_robot.task.method import Method, Output, Solver
 from fesd_robot.task.motion import Costs, Goal, Horizon, Initial, Jumps, Limits, Line, Reference
 from fesd_robot.task.origins import Origins
-from fesd_robot.task.scene import EXAMPLE_ROBOT_PREFIX, Plane, PointContact, Robot
+from fesd_robot.task.scene import EXAMPLE_ROBOT_PREFIX, Robot
 
 
 class Task(Section):
@@ -23,9 +25,11 @@ class Task(Section):
         description="Name of the task; files are named after it, so letters, digits, '_', '-' and '.' only."
     )
     robot: Robot = Field(description="The robot: its model, root, armature and actuators.")
-    ground: Plane = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
-    contacts: dict[Name, PointContact] = Field(
-        min_length=1, description="Name of a contact -> the point of the robot that may touch the ground."
+    ground: Ground = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
+    contacts: dict[Name, Contact] = Field(
+        min_length=1,
+        description="Name of a contact -> the point or circle of the robot and what it may touch: the ground, a wall, "
+        "another part of the robot.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
     initial: Initial = Field(default_factory=Initial, description="State at time 0, m, rad, m/s, rad/s.")
@@ -53,6 +57,18 @@ class Task(Section):
                 f"found {self.reference.count} jumps, expected at most one per control interval "
                 f"({self.horizon.intervals})",
             )
+        return self
+
+    @model_validator(mode="after")
+    def _surfaces_exist(self) -> Task:
+        surfaces = [GROUND, *self.ground.walls]
+        for name, contact in self.contacts.items():
+            if not isinstance(contact, CircleCircleContact) and contact.surface not in surfaces:
+                raise conflict(
+                    ("contacts", name, "surface"),
+                    f"found '{contact.surface}', expected '{GROUND}' or the name of a wall in ground.walls"
+                    f"{nearest(contact.surface, surfaces)}",
+                )
         return self
 
     @property
