@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
 
@@ -36,7 +38,7 @@ def offset_profile(profile: Profile, radius: float) -> Profile:
             f"{_CLOSENESS * radius / closeness[worst]:.4g} m, or a smoother ground"
         )
     nodes = [profile.breaks[:1]]
-    for left, right in zip(profile.breaks[:-1], profile.breaks[1:], strict=True):
+    for left, right in itertools.pairwise(profile.breaks):
         nodes.append(_cut(profile, radius, left, right)[1:])
     return Profile.from_piecewise(_hermite(profile, radius, np.concatenate(nodes)))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,7 +73,7 @@ class Profile:
         are zero; so derivatives of any order are as large as those of one polynomial.
         """
         passed = [x >= edge for edge in self.breaks]
-        weights = [here - beyond for here, beyond in zip(passed[:-1], passed[1:], strict=True)]
+        weights = [here - beyond for here, beyond in itertools.pairwise(passed)]
         before, after = 1 - passed[0], passed[-1]
         ends = (self.numbers(self.breaks[0])[0], self.numbers(self.breaks[-1])[0])
         left = _chosen([*weights, before, after], [*self.breaks[:-1], self.breaks[0], self.breaks[-1]])

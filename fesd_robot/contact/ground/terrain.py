@@ -30,10 +30,12 @@ class Terrain:
 
     def distance(self, point: Any) -> Any:
         """Gap f of a point (x, y, z), m."""
-        if not isinstance(point[0], ca.SX):
-            height, slope, _ = self.profile.numbers(float(point[0]))
-        else:
+        height: Any
+        slope: Any
+        if isinstance(point[0], ca.SX):
             height, slope = self.profile.expressions(point[0])
+        else:
+            height, slope, _ = self.profile.numbers(float(point[0]))
         above = point[2] - height
         return above * (1 + slope**2 / (1 + (self.profile.bend * above) ** 2)) ** -0.5
 
@@ -54,9 +56,9 @@ class Terrain:
     def tangent(self, point: Any) -> Any:
         """Unit tangent of the ground below the point, (3,)."""
         if isinstance(point[0], ca.SX):
-            _, slope = self.profile.expressions(point[0])
-            length = (1 + slope**2) ** 0.5
-            return ca.vertcat(1 / length, ca.SX(1, 1), slope / length)
+            rise = self.profile.expressions(point[0])[1]
+            length = ca.sqrt(1 + rise**2)
+            return ca.vertcat(1 / length, ca.SX(1, 1), rise / length)
         _, slope, _ = self.profile.numbers(float(point[0]))
         return np.array([1.0, 0.0, slope]) / math.hypot(1.0, slope)
 
