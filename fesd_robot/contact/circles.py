@@ -6,7 +6,7 @@ import casadi as ca
 
 from fesd_robot.contact.ground import Ground
 from fesd_robot.contact.model import PlanarContact
-from fesd_robot.contact.points import direction, planar_frame
+from fesd_robot.contact.points import planar_frame, surface_at
 from fesd_robot.robot import Robot
 
 COINCIDENCE = 1e-8
@@ -33,12 +33,12 @@ def circle_contact(
         RobotError: the frame can move or turn out of the x-z plane.
     """
     center, jacobian, turning = planar_frame(robot, configuration, frame, name=name, turning=True)
-    normal, tangent = path.normal(center), path.tangent(center)
+    gap, normal, tangent = surface_at(path, center)
     return PlanarContact(
         name=name,
-        gap=path.distance(center),
-        normal=ca.densify(ca.mtimes(jacobian.T, direction(normal))),
-        tangent=ca.densify(ca.mtimes(jacobian.T, direction(tangent)) - radius * turning.T),
+        gap=gap,
+        normal=ca.densify(ca.mtimes(jacobian.T, normal)),
+        tangent=ca.densify(ca.mtimes(jacobian.T, tangent) - radius * turning.T),
         friction=friction,
     )
 

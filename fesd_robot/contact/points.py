@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -29,12 +27,12 @@ def point_contact(
         RobotError: the frame can move out of the x-z plane, where planar friction would be wrong.
     """
     position, jacobian, _ = planar_frame(robot, configuration, frame, name=name)
-    normal, tangent = ground.normal(position), ground.tangent(position)
+    gap, normal, tangent = surface_at(ground, position)
     return PlanarContact(
         name=name,
-        gap=ground.distance(position),
-        normal=ca.densify(ca.mtimes(jacobian.T, direction(normal))),
-        tangent=ca.densify(ca.mtimes(jacobian.T, direction(tangent))),
+        gap=gap,
+        normal=ca.densify(ca.mtimes(jacobian.T, normal)),
+        tangent=ca.densify(ca.mtimes(jacobian.T, tangent)),
         friction=friction,
     )
 
@@ -66,11 +64,17 @@ def planar_frame(
     return position, jacobian[:3, :], jacobian[4, :]
 
 
-def direction(vector: Any) -> ca.SX:
-    """Return a direction for products; constant ones with structural zeros, which leave no trace in expressions."""
-    if isinstance(vector, np.ndarray):
-        return ca.sparsify(ca.SX(ca.DM(vector.tolist())))
-    return vector
+def surface_at(ground: Ground, position: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return gap, gradient and tangent (3) of a surface at a position, with what they have in common computed once."""
+    gap, normal, tangent = ground.distance(position), ground.normal(position), ground.tangent(position)
+    if isinstance(normal, np.ndarray):
+        return gap, _constant(normal), _constant(tangent)
+    return ca.cse([gap, normal, tangent])
+
+
+def _constant(vector: np.ndarray) -> ca.SX:
+    """A constant direction with structural zeros, so that they leave no trace in the expressions."""
+    return ca.sparsify(ca.SX(ca.DM(vector.tolist())))
 
 
 def _vanishes(row: ca.SX) -> bool:
