@@ -17,6 +17,8 @@ from fesd_robot.render.window import SceneWindow
 GROUND_COLOR = 0xD3D6D2
 GRID_COLOR = 0xB9BEBB
 LABELLED_COLOR = 0x8A918E
+LABEL_SHARE = 0.06
+"""Half the width of a distance label as a share of half the drawn ground's length."""
 
 
 class Floor(NamedTuple):
@@ -51,9 +53,16 @@ def floor_below(box: np.ndarray) -> Floor:
 
 def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
     """Return text and place, m, of each distance label on the ground in front of the robot."""
-    y = floor.center[1] - 0.6 * floor.half_size[1]
-    # Adding zero turns -0 into 0.
-    return [{"text": f"{x + 0.0:g} m", "at": [x, y, ground.elevation(x)]} for x in floor.labelled.round(9).tolist()]
+    y, half_width = floor.center[1] - 0.6 * floor.half_size[1], LABEL_SHARE * floor.half_size[0]
+    labels: list[dict[str, object]] = []
+    for x in floor.labelled.round(9).tolist():
+        z = ground.elevation(x)
+        if ground.profile is not None:
+            # A label is as wide as it is, and must not be buried in a rise beside it.
+            z = float(ground.outline(x - half_width, x + half_width)[:, 1].max())
+        # Adding zero turns -0 into 0.
+        labels.append({"text": f"{x + 0.0:g} m", "at": [x, y, z]})
+    return labels
 
 
 def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor, top: float) -> None:

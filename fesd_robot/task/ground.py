@@ -74,9 +74,9 @@ class Steps(Section):
     height: Number = Field(default=0.0, description="Height of the ground before the first edge, m.")
     steps: list[Step] = Field(min_length=1, description="The edges along +x, each with the height behind it.")
     smoothing: Positive = Field(
-        default=0.05,
+        default=0.1,
         description="Length along x over which the ground rises or falls at an edge, centred there, m; edges are at "
-        "least as far apart.",
+        "least as far apart. It should be longer than what a contact travels within a finite element.",
     )
     friction: NonNegative = Field(default=0.8, description=_FRICTION)
     walls: Walls = Field(default_factory=dict, description=_WALLS)
