@@ -14,7 +14,7 @@ def surfaces_of(task: Task) -> dict[str, Ground]:
     """Return every surface by name: the ground, and the walls.
 
     Raises:
-        TaskError: the file of a height map is missing, no table of heights, or too steep.
+        TaskError: too many steps, or the file of a height map is missing, no table of heights, or too steep.
     """
     walls = {name: Wall(wall.x, wall.side) for name, wall in task.ground.walls.items()}
     return {GROUND: _ground(task), **walls}
@@ -44,7 +44,10 @@ def _ground(task: Task) -> Ground:
     ground = task.ground
     if isinstance(ground, Steps):
         edges, heights = [step.x for step in ground.steps], [step.height for step in ground.steps]
-        return Terrain(steps(ground.height, edges, heights, ground.smoothing))
+        try:
+            return Terrain(steps(ground.height, edges, heights, ground.smoothing))
+        except GroundError as error:
+            raise task.error("ground.steps", str(error)) from error
     if isinstance(ground, HeightMap):
         folder = task.source_path.parent if task.source_path is not None else Path()
         try:

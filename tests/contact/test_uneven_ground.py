@@ -20,6 +20,7 @@ from fesd_robot.contact import (
     Plane,
     PointPair,
     TwoCirclesPair,
+    Wall,
     contact_system,
     pair_contact,
     recover,
@@ -143,16 +144,25 @@ def height_of(surface: Ground, x: float, guess: float = 0.0) -> float:
     return z
 
 
-@pytest.mark.parametrize("form", ["multipliers", "steps"])
-@pytest.mark.parametrize("surface", [WEDGE, HILLS], ids=["wedge", "hills"])
-def test_a_point_slides_as_on_a_rail(form: str, surface: Ground) -> None:
-    """Sliding with friction 0.3 over a wedge and over hills, the point keeps to the curve and to scipy's motion."""
+@pytest.mark.parametrize(
+    ("form", "surface", "friction"),
+    [
+        ("multipliers", WEDGE, 0.3),
+        ("steps", WEDGE, 0.3),
+        ("multipliers", HILLS, 0.3),
+        ("steps", HILLS, 0.3),
+        ("multipliers", HILLS, 0.0),
+        ("steps", WEDGE, 0.0),
+    ],
+)
+def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float) -> None:
+    """Sliding over a wedge and over hills, with and without friction, the point keeps to the curve and to scipy."""
     start, speed = 0.1, 2.0
     tangent = np.asarray(surface.tangent(np.array([start, 0, 0])))
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(surface, start)], speed * tangent[[0, 2]]
-    found = simulated({"tip": (PointPair("first", surface), 0.3)}, q, v, duration=0.15, steps=2, form=form)
-    x, along, _, _ = Slide(surface, 0.3).after(found.time[-1], start, speed)
+    found = simulated({"tip": (PointPair("first", surface), friction)}, q, v, duration=0.15, steps=2, form=form)
+    x, along, _, _ = Slide(surface, friction).after(found.time[-1], start, speed)
     assert found.configuration[-1, :2] == pytest.approx([x, height_of(surface, x)], abs=1e-5)
     assert np.hypot(*found.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
     assert set(found.mode[:, 0]) == {"slip"}
@@ -215,6 +225,19 @@ def test_a_disc_rolls_down_a_wedge() -> None:
     forces = [MASS * GRAVITY * np.cos(WEDGE.slope), INERTIA * acceleration / RADIUS**2]
     assert found.force[-1, 0] == pytest.approx(forces, abs=1e-6)
     assert set(found.mode[:, 0]) == {"stick"}
+
+
+@pytest.mark.parametrize("form", ["multipliers", "steps"])
+def test_a_disc_rests_in_a_wedge(form: str) -> None:
+    """Between a slope and a wall, both without friction, a disc rests on m g / cos(slope) and m g tan(slope)."""
+    path, wall = WEDGE.raised(RADIUS), Wall(-RADIUS, "right").raised(RADIUS)
+    q = np.zeros(6)
+    q[1] = height_of(path, 0.0)
+    pairs = {"slope": (CirclePair("first", RADIUS, path), 0.0), "wall": (CirclePair("first", RADIUS, wall), 0.0)}
+    found = simulated(pairs, q, np.zeros(6), duration=0.1, steps=1, stages=2, form=form)
+    assert found.configuration[-1, :3] == pytest.approx(q[:3], abs=1e-8)
+    normal = [MASS * GRAVITY / np.cos(WEDGE.slope), MASS * GRAVITY * np.tan(WEDGE.slope)]
+    assert found.force[-1] == pytest.approx(np.array([[normal[0], 0], [normal[1], 0]]), abs=1e-5)
 
 
 def test_two_discs_collide() -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 
-@runtime_checkable
 class Ground(Protocol):
     """A surface that does not vary along y: a function f(x, z), positive outside, zero on it, negative inside.
 
