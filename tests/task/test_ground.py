@@ -141,7 +141,7 @@ ROBOT_MISTAKES: list[tuple[str, str, float, str | None, int, str, list[str]]] = 
     (MAP, "{frame: foot}", 1, "x,z\n0,0\n", 3, "ground.file", ["has 1 rows", "2 to 998 rows"]),
     (MAP, "{frame: foot}", 1, "0,0\n0.01,1\n", 3, "ground.file", ["slope of 100", "at most 20"]),
     (MAP, WHEEL, 1, "0,1\n1,0\n2,1\n3,0\n3.2,2\n", 5, "contacts.foot.radius", ["radius of 0.1 m", "a hollow of"]),
-    (MANY, "{frame: foot}", 99, None, 3, "ground.steps", ["a ground of 1201 pieces", "at most 1000"]),
+    (MANY, "{frame: foot}", 1, None, 3, "ground.steps", ["a ground of 1201 pieces", "at most 1000"]),
     (STEP, WHEEL, 1, None, 5, "contacts.foot.radius", ["radius of 0.1 m", "a hollow of", "smoother ground"]),
     ("{}", "{frame: toe}", 1, None, 5, "contacts.foot.frame", ["found 'toe', expected a frame"]),
     ("{}", PAIR.replace("foot", "toe"), 1, None, 5, "contacts.foot.other_frame", ["found 'toe', expected a frame"]),
