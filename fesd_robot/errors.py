@@ -51,6 +51,10 @@ class JointError(RobotError):
         super().__init__(message)
 
 
+class GroundError(FesdRobotError):
+    """A ground that cannot be built, or on which a contact cannot be computed."""
+
+
 class DimensionError(FesdRobotError):
     """An array or expression of the wrong shape; the message names it with its shape and the expected one."""
 

@@ -190,7 +190,7 @@ def _audit(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhys
         requirements=requirements(
             motion.task,
             motion.robot,
-            motion.ground,
+            physics,
             physical,
             (ends.initial_configuration, ends.initial_velocity),
             (ends.goal_configuration, ends.goal_velocity),

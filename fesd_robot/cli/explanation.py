@@ -16,12 +16,14 @@ from fesd_robot.cli.demands import (
     described_waypoints,
 )
 from fesd_robot.cli.table import aligned
+from fesd_robot.contact import Ground, Terrain
 from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.planner import homotopy_options, numeric_physics
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact, Plane, Steps
 from fesd_robot.task import Robot as RobotSection
 
 WIDTH = 100
@@ -44,7 +46,7 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
     sections = {
         "Robot": _robot(motion),
         "Controls": _controls(motion),
-        "Ground": [_ground(motion)],
+        "Ground": _ground(motion),
         "Contacts": _contacts(motion),
         "Horizon": _horizon(motion),
         "Goal": _goal(motion),
@@ -164,13 +166,27 @@ def _passive(motion: MotionProblem) -> list[str]:
     return [f"Not driven: {', '.join(free)}."] if free else []
 
 
-def _ground(motion: MotionProblem) -> str:
+def _ground(motion: MotionProblem) -> list[str]:
     ground = motion.task.ground
-    slope = f"rising by {ground.slope:g} rad along +x" if ground.slope else "level"
-    return (
-        f"Plane, {slope}, at height {ground.height:g} m for x = 0; friction {ground.friction:g} unless a contact has "
-        "its own."
-    )
+    if isinstance(ground, Plane):
+        slope = f"rising by {ground.slope:g} rad along +x" if ground.slope else "level"
+        shape = f"Plane, {slope}, at height {ground.height:g} m for x = 0"
+    elif isinstance(ground, Steps):
+        edges = ", ".join(f"{step.height:g} m from x = {step.x:g} m" for step in ground.steps)
+        shape = f"Steps: {ground.height:g} m high, then {edges}; every edge smoothed over {ground.smoothing:g} m"
+    else:
+        shape = f"Height map {ground.file}, {_extent(motion.ground.surfaces[GROUND])}; level beyond"
+    walls = [
+        f"Wall '{name}' at x = {wall.x:g} m, the robot on its {wall.side}; friction {wall.friction:g}."
+        for name, wall in ground.walls.items()
+    ]
+    return [f"{shape}; friction {ground.friction:g} unless a contact has its own.", *walls]
+
+
+def _extent(ground: Ground) -> str:
+    assert isinstance(ground, Terrain)
+    x, height = ground.profile.sampled(0)
+    return f"x from {x[0]:.4g} to {x[-1]:.4g} m, heights from {height.min():.4g} to {height.max():.4g} m"
 
 
 def _contacts(motion: MotionProblem) -> list[str]:
@@ -178,13 +194,27 @@ def _contacts(motion: MotionProblem) -> list[str]:
     start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
     lines = []
     for i, (name, contact) in enumerate(motion.task.contacts.items()):
+        what, where = _touching(contact)
         lines.append(
-            f"{name}: the origin of frame '{contact.frame}', friction {motion.contacts[i].friction:g}, inelastic; "
-            f"{_gap(start[i])} at the start, {_gap(goal[i])} at the goal."
+            f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic; "
+            f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     origin = "chosen from the weight" if motion.task.method.auxiliary_acceleration == "auto" else "as given"
     strength = f"a_n = {motion.auxiliary_acceleration:g} N, {origin}"
     return [*lines, f"Impacts are resolved while the clock stands still ({strength})."]
+
+
+def _touching(contact: Contact) -> tuple[str, str]:
+    """Return what touches, and what a gap is counted from."""
+    if isinstance(contact, CircleCircleContact):
+        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}' against that of "
+        return f"{what}{contact.other_radius:g} m about frame '{contact.other_frame}'", "apart"
+    what = f"the origin of frame '{contact.frame}'"
+    if isinstance(contact, CircleContact):
+        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}'"
+    if contact.surface == GROUND:
+        return what, "above the ground"
+    return f"{what} against wall '{contact.surface}'", "from the wall"
 
 
 def _horizon(motion: MotionProblem) -> list[str]:
@@ -247,10 +277,11 @@ def _reference(motion: MotionProblem) -> list[str]:
     times = np.linspace(0.0, motion.grid.nominal, REFERENCE_SAMPLES)
     gaps = np.array([physics.gaps(motion.reference.configuration(float(time))) for time in times])
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
-    for i, name in enumerate(motion.task.contacts):
-        least = float(gaps[:, i].min())
+    for i, (name, contact) in enumerate(motion.task.contacts.items()):
+        least, on_ground = float(gaps[:, i].min()), getattr(contact, "surface", None) == GROUND
         if least < -TOUCHING:
-            lines.append(f"Along it {name} gets {-least:.4g} m below the ground; the planned motion will not.")
+            where = "below the ground" if on_ground else "too far"
+            lines.append(f"Along it {name} gets {-least:.4g} m {where}; the planned motion will not.")
     return lines
 
 
@@ -288,8 +319,8 @@ def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:
     ]
 
 
-def _gap(gap: float) -> str:
-    return "touching" if abs(gap) <= TOUCHING else f"{gap:.4g} m above the ground"
+def _gap(gap: float, where: str) -> str:
+    return "touching" if abs(gap) <= TOUCHING else f"{gap:.4g} m {where}"
 
 
 def _interval(lower: float, upper: float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
+    from fesd_robot.render import CircleVisual, GroundVisual
     from fesd_robot.robot import Robot
     from fesd_robot.task import Task
 
@@ -51,7 +52,7 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
     from fesd_robot.ocp import load_task_robot
-    from fesd_robot.render import GroundVisual, render_page
+    from fesd_robot.render import render_page
 
     robot = load_task_robot(task)
     trajectory = plan.trajectory
@@ -66,9 +67,47 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         visual_model=robot.visual_model,
         time=time,
         configuration=configuration,
-        ground=GroundVisual(height=task.ground.height, slope=task.ground.slope),
+        ground=ground_visual(task),
         traces=frame_paths(robot, configuration, {name: contact.frame for name, contact in task.contacts.items()}),
+        circles=circle_visuals(task, robot),
     )
+
+
+def ground_visual(task: Task) -> GroundVisual:
+    """Return the ground of a task as the page draws it.
+
+    Raises:
+        TaskError: the file of its height map cannot be used any more.
+    """
+    from fesd_robot.contact import Plane, Terrain
+    from fesd_robot.ocp.ground import surfaces_of
+    from fesd_robot.render import GroundVisual, WallVisual
+    from fesd_robot.task import GROUND
+
+    ground, walls = surfaces_of(task)[GROUND], {}
+    for name, wall in task.ground.walls.items():
+        walls[name] = WallVisual(wall.x, wall.side)
+    if isinstance(ground, Terrain):
+        x, height = ground.profile.sampled(0)
+        return GroundVisual(profile=np.stack([x, height], axis=1), walls=walls)
+    assert isinstance(ground, Plane)
+    return GroundVisual(height=ground.height, slope=ground.slope, walls=walls)
+
+
+def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual]:
+    """Return the circles of a task's contacts, each in the colour of its contact's path."""
+    from fesd_robot.render import CircleVisual
+    from fesd_robot.task import CircleCircleContact, PointContact
+
+    circles = {}
+    for color, (name, contact) in enumerate(task.contacts.items()):
+        if isinstance(contact, PointContact):
+            continue
+        circles[name] = CircleVisual(robot.frame_id(contact.frame), contact.radius, color)
+        if isinstance(contact, CircleCircleContact):
+            other = CircleVisual(robot.frame_id(contact.other_frame), contact.other_radius, color)
+            circles[f"{name}, other"] = other
+    return circles
 
 
 def frame_paths(robot: Robot, configuration: np.ndarray, frames: Mapping[str, str]) -> dict[str, np.ndarray]:

@@ -16,7 +16,7 @@ def point_contact(
 ) -> PlanarContact:
     """Return gap, normal and tangent directions of the origin of a frame over the ground.
 
-    f_c(q) = distance(p(q)), J_n = J_p^T n, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin.
+    f_c(q) = f(p(q)), J_n = J_p^T grad f, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin.
 
     Args:
         configuration: q, SX symbols (n_q).
@@ -26,24 +26,57 @@ def point_contact(
     Raises:
         RobotError: the frame can move out of the x-z plane, where planar friction would be wrong.
     """
+    position, jacobian, _ = planar_frame(robot, configuration, frame, name=name)
+    gap, normal, tangent = surface_at(ground, position)
+    return PlanarContact(
+        name=name,
+        gap=gap,
+        normal=ca.densify(ca.mtimes(jacobian.T, normal)),
+        tangent=ca.densify(ca.mtimes(jacobian.T, tangent)),
+        friction=friction,
+    )
+
+
+def planar_frame(
+    robot: Robot, configuration: ca.SX, frame: str, *, name: str, turning: bool = False
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return position (3), Jacobian of the position (3, n_v) and of the angle about +y (1, n_v) of a frame.
+
+    Args:
+        name: of the contact, for messages.
+        turning: whether the frame may also turn about y only.
+
+    Raises:
+        RobotError: the frame can move out of the x-z plane, or turn out of it where that matters.
+    """
     _, position = frame_placement(robot, configuration, frame)
-    jacobian = frame_jacobian(robot, configuration, frame)[:3, :]
-    sideways = ca.sparsify(ca.simplify(jacobian[1, :]))
-    if sideways.nnz() and not sideways.is_zero():
+    jacobian = frame_jacobian(robot, configuration, frame)
+    if not _vanishes(jacobian[1, :]):
         raise RobotError(
             f"contact '{name}': frame '{frame}' can leave the x-z plane, but contact is planar; "
             "use a robot whose root and joints keep this frame in that plane"
         )
-    normal, tangent = ground.normal(position), ground.tangent(position)
-    return PlanarContact(
-        name=name,
-        gap=ground.distance(position),
-        normal=ca.densify(ca.mtimes(jacobian.T, _constant(normal))),
-        tangent=ca.densify(ca.mtimes(jacobian.T, _constant(tangent))),
-        friction=friction,
-    )
+    if turning and not (_vanishes(jacobian[3, :]) and _vanishes(jacobian[5, :])):
+        raise RobotError(
+            f"contact '{name}': frame '{frame}' can turn out of the x-z plane, but its circle is planar; "
+            "use a robot whose root and joints turn this frame about y only"
+        )
+    return position, jacobian[:3, :], jacobian[4, :]
+
+
+def surface_at(ground: Ground, position: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return gap, gradient and tangent (3) of a surface at a position, with what they have in common computed once."""
+    gap, normal, tangent = ground.distance(position), ground.normal(position), ground.tangent(position)
+    if isinstance(normal, np.ndarray):
+        return gap, _constant(normal), _constant(tangent)
+    return ca.cse([gap, normal, tangent])
 
 
 def _constant(vector: np.ndarray) -> ca.SX:
     """A constant direction with structural zeros, so that they leave no trace in the expressions."""
     return ca.sparsify(ca.SX(ca.DM(vector.tolist())))
+
+
+def _vanishes(row: ca.SX) -> bool:
+    row = ca.sparsify(ca.simplify(row))
+    return not row.nnz() or row.is_zero()

@@ -15,7 +15,7 @@ from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
 
 ITERATIONS = 60
-"""IPOPT iterations for one structure; one that fits needs 15 to 50."""
+"""IPOPT iterations for one structure before it is revised; one that fits needs 15 to 50."""
 
 REVISIONS = 4
 """How often a structure is revised before the next reading."""
@@ -98,6 +98,7 @@ class SmoothNlp:
         w: np.ndarray,
         *,
         options: dict[str, Any],
+        iterations: int = ITERATIONS,
         feasibility: float,
         remaining: Callable[[], float | None],
         report: Callable[[FinishReport], None],
@@ -105,12 +106,13 @@ class SmoothNlp:
     ) -> FinishReport | None:
         """Return the first exact end of a smooth NLP, None if no structure that w may mean leads to one.
 
-        A structure whose NLP does not converge within `ITERATIONS` is revised and continued from where it ended, at
+        A structure whose NLP does not converge within `iterations` is revised and continued from where it ended, at
         most `REVISIONS` times; then comes the next reading of w.
 
         Args:
             problem: the problem with pairs, which every end is checked against.
             options: of IPOPT, beside those set here: the linear solver.
+            iterations: of IPOPT, for each NLP.
             feasibility: largest constraint violation of an exact end.
             remaining: seconds left, None for no limit.
             report: called after every NLP.
@@ -122,7 +124,9 @@ class SmoothNlp:
                 seconds = remaining()
                 if seconds is not None and seconds <= 0:
                     return None
-                found = self._solve_on(structure, problem, point, options, feasibility, seconds, stop)
+                found = self._solve_on(
+                    structure, problem, point, {"max_iter": iterations, **options}, feasibility, seconds, stop
+                )
                 report(found)
                 if found.exact or found.status == "interrupted":
                     return found if found.exact else None
@@ -145,7 +149,6 @@ class SmoothNlp:
     ) -> FinishReport:
         held = self.finisher.held(structure)
         settings = {
-            "max_iter": ITERATIONS,
             "tol": TOLERANCE,
             "constr_viol_tol": VIOLATION,
             "acceptable_iter": 0,

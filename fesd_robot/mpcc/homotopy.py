@@ -11,7 +11,7 @@ import numpy as np
 
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.finish import Finisher, FinishReport, SmoothNlp
+from fesd_robot.mpcc.finish import ITERATIONS, Finisher, FinishReport, SmoothNlp
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.problem import Mpcc, Residuals
@@ -221,6 +221,7 @@ class _Run:
             self._problem,
             self._point.x[: self._problem.size],
             options={**_linear_solver(self._options.linear_solver), **self._options.ipopt},
+            iterations=min(ITERATIONS, self._options.max_iterations),
             feasibility=self._options.feasibility,
             remaining=self._remaining,
             report=report,
@@ -262,7 +263,8 @@ def _ipopt_options(
 ) -> dict[str, Any]:
     """IPOPT's options for one sigma; no NLP but one that may be the last is more accurate than its sigma deserves."""
     sigma, sigma_of_rank_1 = sigmas
-    tolerance = max(min(0.1 * (options.tolerance if last else sigma), 1e-3), 1e-9)
+    floor = min(1e-9, options.tolerance if last else 1e-9)
+    tolerance = max(min(0.1 * (options.tolerance if last else sigma), 1e-3), floor)
     settings: dict[str, Any] = {
         **_linear_solver(options.linear_solver),
         "max_iter": options.max_iterations,

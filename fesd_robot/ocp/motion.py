@@ -14,14 +14,15 @@ from fesd_robot.contact import (
     ContactSystem,
     Mechanics,
     PlanarContact,
-    Plane,
-    point_contact,
+    Surroundings,
+    pair_contact,
 )
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.constraints import with_zones
+from fesd_robot.ocp.ground import friction_of, surroundings_of
 from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
 from fesd_robot.ocp.reference import ReferenceMotion
@@ -36,7 +37,7 @@ from fesd_robot.robot import (
     mass_matrix,
     nonlinear_effects,
 )
-from fesd_robot.task import Task
+from fesd_robot.task import GROUND, CircleCircleContact, Task
 
 AUTOMATIC_STRENGTH = 10.0
 """Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
@@ -51,7 +52,7 @@ class MotionProblem:
 
     task: Task
     robot: Robot
-    ground: Plane
+    ground: Surroundings
     mechanics: Mechanics
     actuation: Actuation
     contacts: Sequence[PlanarContact]
@@ -74,7 +75,7 @@ def formulate(task: Task) -> MotionProblem:
     robot = load_task_robot(task)
     actuation = build_actuation(task, robot)
     endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
-    ground = Plane(task.ground.height, task.ground.slope)
+    ground = surroundings_of(task)
     mechanics = _mechanics(robot, actuation)
     contacts = _contacts(task, robot, mechanics.configuration, ground)
     gap = ca.Function("gap", [mechanics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
@@ -120,7 +121,7 @@ def formulate(task: Task) -> MotionProblem:
                 actuation=actuation,
                 contacts=contacts,
                 contact_system=contact_system,
-                ground=ground,
+                ground=ground.surfaces[GROUND],
                 gap=gap,
                 strength=strength,
                 endpoints=endpoints,
@@ -166,12 +167,11 @@ def _mechanics(robot: Robot, actuation: Actuation) -> Mechanics:
     )
 
 
-def _contacts(task: Task, robot: Robot, q: ca.SX, ground: Plane) -> list[PlanarContact]:
+def _contacts(task: Task, robot: Robot, q: ca.SX, ground: Surroundings) -> list[PlanarContact]:
     found = []
-    for name, contact in task.contacts.items():
-        friction = contact.friction if contact.friction is not None else task.ground.friction
+    for name, pair in ground.pairs.items():
         try:
-            found.append(point_contact(robot, q, ground, name=name, frame=contact.frame, friction=friction))
+            found.append(pair_contact(robot, q, pair, name=name, friction=friction_of(task, name)))
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
     return found
@@ -186,10 +186,19 @@ def _check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> N
         worst = int(np.argmin(gaps))
         if gaps[worst] < -_BELOW_GROUND:
             name = list(task.contacts)[worst]
-            raise task.error(
-                (key, "configuration"),
-                f"found contact '{name}' {-gaps[worst]:.6g} m below the ground, expected it on or above the ground",
-            )
+            raise task.error((key, "configuration"), _overlap(task, name, -gaps[worst]))
+
+
+def _overlap(task: Task, name: str, depth: float) -> str:
+    contact = task.contacts[name]
+    if isinstance(contact, CircleCircleContact):
+        return f"found the circles of contact '{name}' overlapping by {depth:.6g} m, expected them apart or touching"
+    wall = task.ground.walls.get(contact.surface)
+    if wall is None:
+        return f"found contact '{name}' {depth:.6g} m below the ground, expected it on or above the ground"
+    return (
+        f"found contact '{name}' {depth:.6g} m beyond the wall '{contact.surface}', expected it on its {wall.side} side"
+    )
 
 
 def _auxiliary_acceleration(task: Task, robot: Robot) -> float:

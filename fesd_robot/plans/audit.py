@@ -101,7 +101,7 @@ def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        force, rest = split_contact_force(required, jacobian, closed)
+        force, rest = split_contact_force(required, jacobian, closed, physics.friction)
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
         dynamics.append(np.abs(rest).max() / scale)
         normal, tangential = force[closed].T
@@ -125,7 +125,7 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         jacobian = physics.contact_jacobian(q)
         jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
         hit = impact.impulse[:, 0] > 1e-3 * impact.impulse[:, 0].max()
-        impulse, rest = split_contact_force(jump, jacobian, hit)
+        impulse, rest = split_contact_force(jump, jacobian, hit, physics.friction)
         normal, tangential = impulse[hit].T
         after = (jacobian @ motion.velocity[impact.after])[0::2][hit]
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)

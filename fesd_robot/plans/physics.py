@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Ground
+from fesd_robot.contact import CirclePair, Pair, PointPair, Surroundings, TwoCirclesPair
 from fesd_robot.robot import Robot
 
 
 @dataclass(frozen=True)
 class ContactPoint:
-    """A contact as the audit sees it: its name, the frame whose origin touches, its friction coefficient."""
+    """A contact as the audit sees it: its name, the frame that touches, its friction coefficient."""
 
     name: str
     frame: str
@@ -26,11 +27,12 @@ class NumericPhysics:
 
     Args:
         robot: the robot with its armature and damping.
-        ground: signed distance.
-        contacts: points that may touch.
+        ground: surfaces, and what touches what.
+        contacts: the contacts in their order; the geometry of each is that of its name in `ground.pairs`.
         control_matrix: q -> B, (n_v, n_u).
 
     Attributes:
+        ground: surfaces, and what touches what.
         friction: coefficient of every contact, (n_c).
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
     """
@@ -38,14 +40,15 @@ class NumericPhysics:
     def __init__(
         self,
         robot: Robot,
-        ground: Ground,
+        ground: Surroundings,
         contacts: Sequence[ContactPoint],
         control_matrix: Callable[[np.ndarray], np.ndarray],
     ) -> None:
+        self.ground = ground
         self._model = robot.model
         self._data = robot.model.createData()
-        self._frames = [robot.frame_id(contact.frame) for contact in contacts]
-        self._ground = ground
+        self._pairs = [ground.pairs[contact.name] for contact in contacts]
+        self._frames = {frame: robot.frame_id(frame) for pair in self._pairs for frame in _frames(pair)}
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
         self.friction = np.array([contact.friction for contact in contacts])
@@ -56,20 +59,15 @@ class NumericPhysics:
         return np.asarray(upper + np.triu(upper, 1).T)
 
     def gaps(self, q: np.ndarray) -> np.ndarray:
-        """Signed distance of every contact, m, (n_c)."""
+        """Gap of every contact, m, (n_c)."""
         pin.framesForwardKinematics(self._model, self._data, q)
-        return np.array([float(self._ground.distance(self._data.oMf[frame].translation)) for frame in self._frames])
+        return np.array([self._gap(pair) for pair in self._pairs])
 
     def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        rows = []
-        for frame in self._frames:
-            jacobian = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)[:3]
-            point = self._data.oMf[frame].translation
-            rows += [self._ground.normal(point) @ jacobian, self._ground.tangent(point) @ jacobian]
-        return np.array(rows)
+        return np.array([row for pair in self._pairs for row in self._rows(pair)])
 
     def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """B(q) u, (n_v)."""
@@ -90,17 +88,61 @@ class NumericPhysics:
         potential = -weight @ pin.centerOfMass(self._model, self._data, q)
         return float(0.5 * v @ self.mass_matrix(q) @ v + potential)
 
+    def _position(self, frame: str) -> np.ndarray:
+        return np.asarray(self._data.oMf[self._frames[frame]].translation)
+
+    def _jacobian(self, frame: str) -> np.ndarray:
+        """Rows of velocity and angular velocity in world axes, (6, n_v)."""
+        frame_id = self._frames[frame]
+        jacobian = pin.getFrameJacobian(self._model, self._data, frame_id, pin.LOCAL_WORLD_ALIGNED)
+        return np.asarray(jacobian).reshape(6, -1)  # Pinocchio gives a vector for a robot with one coordinate
+
+    def _gap(self, pair: Pair) -> float:
+        if isinstance(pair, PointPair):
+            return float(pair.surface.distance(self._position(pair.frame)))
+        if isinstance(pair, CirclePair):
+            return float(pair.path.distance(self._position(pair.frame)))
+        apart = self._position(pair.frame) - self._position(pair.other_frame)
+        return math.hypot(apart[0], apart[2]) - pair.radius - pair.other_radius
+
+    def _rows(self, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
+        """J_n and J_t of one contact, (n_v) each."""
+        position, jacobian = self._position(pair.frame), self._jacobian(pair.frame)
+        if isinstance(pair, PointPair):
+            return pair.surface.normal(position) @ jacobian[:3], pair.surface.tangent(position) @ jacobian[:3]
+        if isinstance(pair, CirclePair):
+            tangent = pair.path.tangent(position)
+            arm = pair.radius * np.array([tangent[2], 0.0, -tangent[0]])
+            return pair.path.normal(position) @ jacobian[:3], tangent @ self._at_rim(jacobian, arm)
+        other, apart = self._jacobian(pair.other_frame), position - self._position(pair.other_frame)
+        normal = np.array([apart[0], 0.0, apart[2]]) / math.hypot(apart[0], apart[2])
+        tangent = np.array([normal[2], 0.0, -normal[0]])
+        moving = self._at_rim(jacobian, -pair.radius * normal) - self._at_rim(other, pair.other_radius * normal)
+        return normal @ (jacobian[:3] - other[:3]), tangent @ moving
+
+    @staticmethod
+    def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
+        """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
+        return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
+
+
+def _frames(pair: Pair) -> list[str]:
+    return [pair.frame, *([pair.other_frame] if isinstance(pair, TwoCirclesPair) else [])]
+
 
 def split_contact_force(
-    generalized: np.ndarray, jacobian: np.ndarray, closed: np.ndarray
+    generalized: np.ndarray, jacobian: np.ndarray, closed: np.ndarray, friction: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return forces (n_c, 2) of the closed contacts with J^T f = generalized in least squares, and what is left over.
 
     Args:
         generalized: (n_v). jacobian: rows J_n, J_t of every contact, (2 n_c, n_v). closed: (n_c) of bool.
+        friction: coefficients (n_c); a contact with none has no tangential force. All have one if omitted.
     """
     force = np.zeros(len(jacobian))
     rows = np.repeat(closed, 2)
+    if friction is not None:
+        rows[1::2] &= friction > 0
     if rows.any():
         force[rows] = np.linalg.lstsq(jacobian[rows].T, generalized, rcond=None)[0]
     return force.reshape(-1, 2), generalized - jacobian.T @ force

@@ -8,9 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Ground, PhysicalMotion
+from fesd_robot.contact import PhysicalMotion
+from fesd_robot.plans.physics import NumericPhysics
 from fesd_robot.robot import Robot
 from fesd_robot.task import (
+    GROUND,
     AvoidBox,
     AvoidEllipse,
     AvoidSphere,
@@ -42,7 +44,7 @@ _EDGE = 1e-3
 def requirements(
     task: Task,
     robot: Robot,
-    ground: Ground,
+    physics: NumericPhysics,
     motion: PhysicalMotion,
     initial: tuple[np.ndarray, np.ndarray],
     goal: tuple[np.ndarray, np.ndarray],
@@ -53,7 +55,8 @@ def requirements(
 
     Args:
         task: what was asked for.
-        robot, ground: where.
+        robot: of the task.
+        physics: its ground and the gaps of its contacts.
         motion: the trajectory in physical time.
         initial, goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
 
@@ -61,7 +64,7 @@ def requirements(
         ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s,
         zero if nothing is violated.
     """
-    checks = _Checks(task, robot, ground, motion)
+    checks = _Checks(task, robot, physics, motion)
     return {
         "max_constraint_violation": _largest(checks.constraints()),
         "max_goal_violation": _largest(checks.goal(initial, goal)),
@@ -77,8 +80,9 @@ def _largest(violations: Iterable[float]) -> float:
 class _Checks:
     """Violations of one motion; negative where there is room left."""
 
-    def __init__(self, task: Task, robot: Robot, ground: Ground, motion: PhysicalMotion) -> None:
-        self._task, self._robot, self._ground, self._motion = task, robot, ground, motion
+    def __init__(self, task: Task, robot: Robot, physics: NumericPhysics, motion: PhysicalMotion) -> None:
+        self._task, self._robot, self._physics, self._motion = task, robot, physics, motion
+        self._ground = physics.ground.surfaces[GROUND]
         self._data = robot.model.createData()
         self._names = list(task.contacts)
 
@@ -120,15 +124,15 @@ class _Checks:
 
     def _window(self, window: ContactWindow) -> Iterator[float]:
         motion, (first, last) = self._motion, window.times
-        frame = self._task.contacts[window.contact].frame
+        i = self._names.index(window.contact)
         if window.touch == "forbidden":
             inside = (motion.time > first + _SAME_TIME) & (motion.time <= last + _SAME_TIME)
             for q in motion.configuration[inside]:
-                yield window.clearance - float(self._ground.distance(self._position(q, frame)))
+                yield window.clearance - float(self._physics.gaps(q)[i])
             return
         for time in motion.clock[(motion.clock >= first - _SAME_TIME) & (motion.clock <= last + _SAME_TIME)]:
             q = motion.configuration[self._samples(float(time))[-1]]
-            yield float(self._ground.distance(self._position(q, frame))) - window.tolerance
+            yield float(self._physics.gaps(q)[i]) - window.tolerance
 
     def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[float]:
         """Yield the violations of hard goals, of a period, and of the bounds of a free duration."""

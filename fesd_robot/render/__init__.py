@@ -5,18 +5,21 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["GroundVisual", "build_figures", "render_page", "write_figures"]
+__all__ = ["CircleVisual", "GroundVisual", "WallVisual", "build_figures", "render_page", "write_figures"]
 
 _HOME = {
+    "CircleVisual": "fesd_robot.render.circles",
     "GroundVisual": "fesd_robot.render.ground",
+    "WallVisual": "fesd_robot.render.ground",
     "build_figures": "fesd_robot.render.figures",
     "render_page": "fesd_robot.render.page",
     "write_figures": "fesd_robot.render.figures",
 }
 
 if TYPE_CHECKING:
+    from fesd_robot.render.circles import CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
-    from fesd_robot.render.ground import GroundVisual
+    from fesd_robot.render.ground import GroundVisual, WallVisual
     from fesd_robot.render.page import render_page
 
 

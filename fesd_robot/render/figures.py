@@ -143,8 +143,10 @@ def _draw_contact(
 
 
 def _friction(plan: Plan, contact: str) -> float | None:
-    """Return the friction coefficient of a contact: its own, else the ground's, else None."""
-    for section in (_section(_section(plan.task, "contacts"), contact), _section(plan.task, "ground")):
+    """Return the friction coefficient of a contact: its own, else that of the wall or ground it touches, else None."""
+    own, ground = _section(_section(plan.task, "contacts"), contact), _section(plan.task, "ground")
+    wall = _section(_section(ground, "walls"), str(own.get("surface")))
+    for section in (own, wall or ground):
         if section.get("friction") is not None:
             return float(section["friction"])
     return None

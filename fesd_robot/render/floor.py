@@ -1,4 +1,4 @@
-"""The drawn piece of the ground: a slab with grid lines and distance labels."""
+"""The drawn piece of the ground: a slab or block with grid lines and distance labels, and walls."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from meshcat.commands import SetObject, SetTransform
 from meshcat.path import Path
 
+from fesd_robot.render.block import add_block, add_walls
 from fesd_robot.render.geometry import mesh
 from fesd_robot.render.ground import GroundVisual
 from fesd_robot.render.window import SceneWindow
@@ -16,6 +17,8 @@ from fesd_robot.render.window import SceneWindow
 GROUND_COLOR = 0xD3D6D2
 GRID_COLOR = 0xB9BEBB
 LABELLED_COLOR = 0x8A918E
+LABEL_SHARE = 0.06
+"""Half the width of a distance label as a share of half the drawn ground's length."""
 
 
 class Floor(NamedTuple):
@@ -50,16 +53,32 @@ def floor_below(box: np.ndarray) -> Floor:
 
 def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
     """Return text and place, m, of each distance label on the ground in front of the robot."""
-    y = floor.center[1] - 0.6 * floor.half_size[1]
-    # Adding zero turns -0 into 0.
-    return [{"text": f"{x + 0.0:g} m", "at": [x, y, ground.elevation(x)]} for x in floor.labelled.round(9).tolist()]
+    y, half_width = floor.center[1] - 0.6 * floor.half_size[1], LABEL_SHARE * floor.half_size[0]
+    labels: list[dict[str, object]] = []
+    for x in floor.labelled.round(9).tolist():
+        z = ground.elevation(x)
+        if ground.profile is not None:
+            # A label is as wide as it is, and must not be buried in a rise beside it.
+            z = float(ground.outline(x - half_width, x + half_width)[:, 1].max())
+        # Adding zero turns -0 into 0.
+        labels.append({"text": f"{x + 0.0:g} m", "at": [x, y, z]})
+    return labels
 
 
-def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor) -> None:
-    """Add a slab whose top is the ground, with grid lines at multiples of `floor.spacing`."""
+def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor, top: float) -> None:
+    """Add the ground with grid lines at multiples of `floor.spacing`, and its walls up to the height `top`, m."""
+    (x, y), (half_x, half_y) = floor.center, floor.half_size
+    thickness = 0.024 * max(half_x, half_y)
+    if ground.profile is None:
+        _add_slab(window, ground, floor, thickness)
+    else:
+        _add_profile(window, ground, floor, 2 * thickness)
+    add_walls(window, ground, (x - half_x, x + half_x), (y - half_y, y + half_y), top, thickness)
+
+
+def _add_slab(window: SceneWindow, ground: GroundVisual, floor: Floor, thickness: float) -> None:
     (x, y), (half_x, half_y) = floor.center, floor.half_size
     along = 1.0 / np.cos(ground.slope)
-    thickness = 0.024 * max(half_x, half_y)
     window.send(SetTransform(ground.frame(x, y), Path(("ground",))))
     slab = mesh("slab", mg.Box([2 * half_x * along, 2 * half_y, thickness]), mg.MeshLambertMaterial(color=GROUND_COLOR))
     window.send(SetObject(slab, path=Path(("ground", "slab"))))
@@ -67,21 +86,46 @@ def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor) -> None:
     below[2, 3] = -thickness / 2
     window.send(SetTransform(below, Path(("ground", "slab"))))
 
-    # The lines float a little above the slab, or the two would flicker.
-    lift = 0.0008 * max(half_x, half_y)
-    across = _multiples(x - half_x, x + half_x, floor.spacing)
-    is_labelled = np.isclose(across[:, None], floor.labelled[None, :], atol=floor.spacing / 10).any(axis=1)
+    lift = _lift(floor)
+    across, is_labelled = _across(floor)
     ends = (-half_y, half_y)
-    lines = {
-        "grid": [[(c - x) * along, end, lift] for c in across[~is_labelled] for end in ends]
-        + [
-            [e * half_x * along, c - y, lift]
-            for c in _multiples(y - half_y, y + half_y, floor.spacing)
-            for e in (-1, 1)
-        ],
-        "labelled": [[(c - x) * along, end, lift] for c in across[is_labelled] for end in ends],
-    }
-    for (name, points), color in zip(lines.items(), (GRID_COLOR, LABELLED_COLOR), strict=True):
+    grid = [[(c - x) * along, end, lift] for c in across[~is_labelled] for end in ends]
+    grid += [
+        [e * half_x * along, c - y, lift] for c in _multiples(y - half_y, y + half_y, floor.spacing) for e in (-1, 1)
+    ]
+    _add_lines(window, grid, [[(c - x) * along, end, lift] for c in across[is_labelled] for end in ends])
+
+
+def _add_profile(window: SceneWindow, ground: GroundVisual, floor: Floor, depth: float) -> None:
+    (x, y), (half_x, half_y) = floor.center, floor.half_size
+    outline = ground.outline(x - half_x, x + half_x, tolerance=1e-4 * half_x)
+    add_block(window, outline, (y - half_y, y + half_y), depth, GROUND_COLOR)
+
+    lift = _lift(floor)
+    across, is_labelled = _across(floor)
+    ends = (y - half_y, y + half_y)
+    pairs = np.stack([outline[:-1], outline[1:]], axis=1).reshape(-1, 2).tolist()
+    grid = [[c, end, ground.elevation(c) + lift] for c in across[~is_labelled] for end in ends]
+    grid += [
+        [along, c, height + lift] for c in _multiples(y - half_y, y + half_y, floor.spacing) for along, height in pairs
+    ]
+    _add_lines(window, grid, [[c, end, ground.elevation(c) + lift] for c in across[is_labelled] for end in ends])
+
+
+def _lift(floor: Floor) -> float:
+    """Height of the lines above the ground, m: without it the two would flicker."""
+    return 0.0008 * max(floor.half_size)
+
+
+def _across(floor: Floor) -> tuple[np.ndarray, np.ndarray]:
+    """Return x of the grid lines that run across, and which of them are labelled."""
+    across = _multiples(floor.center[0] - floor.half_size[0], floor.center[0] + floor.half_size[0], floor.spacing)
+    return across, np.isclose(across[:, None], floor.labelled[None, :], atol=floor.spacing / 10).any(axis=1)
+
+
+def _add_lines(window: SceneWindow, grid: list[list[float]], labelled: list[list[float]]) -> None:
+    """Add separate lines, each given by two points that follow each other."""
+    for name, points, color in (("grid", grid, GRID_COLOR), ("labelled", labelled, LABELLED_COLOR)):
         geometry = mg.PointsGeometry(np.array(points, dtype=np.float32).reshape(-1, 3).T)
         element = mesh(name, geometry, mg.LineBasicMaterial(color=color), mg.LineSegments)
         window.send(SetObject(element, path=Path(("ground", name))))

@@ -18,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import DimensionError, FesdRobotError
+from fesd_robot.render.circles import CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
 from fesd_robot.render.ground import GroundVisual
@@ -47,6 +48,7 @@ def render_page(
     configuration: np.ndarray,
     ground: GroundVisual,
     traces: Mapping[str, np.ndarray],
+    circles: Mapping[str, CircleVisual] | None = None,
     subtitle: str = "",
 ) -> Path:
     """Write a page with the robot in motion, the ground and the given paths.
@@ -60,8 +62,9 @@ def render_page(
         visual_model: its shapes and colours.
         time: s, non-decreasing, shape (n,); of samples at the same time only the first is shown.
         configuration: shape (n, nq), m and rad.
-        ground: the plane to draw.
+        ground: the ground to draw, with its walls.
         traces: name -> path to draw as a line, e.g. of a foot, m, shape (n, 3).
+        circles: name -> circle of the robot to draw, e.g. of a wheel.
         subtitle: a line below the title, e.g. the status of the plan.
 
     Returns:
@@ -83,8 +86,10 @@ def render_page(
     if not visual_model.ngeoms:
         logger.warning("%s: %r has no visual geometry, the page shows no robot", path, model.name)
     window = SceneWindow()
-    add_floor(window, ground, floor)
-    add_traces(window, paths, radius=0.0013 * float(np.linalg.norm(box[1] - box[0])))
+    thickness = 0.0013 * float(np.linalg.norm(box[1] - box[0]))
+    add_floor(window, ground, floor, top=float(box[1, 2]))
+    add_traces(window, paths, radius=thickness)
+    add_circles(window, model, configuration[0], circles or {}, thickness)
     add_robot(window, model, visual_model, motion)
 
     settings: dict[str, object] = {"start": float(time[0]), "duration": float(motion.time[-1]), "box": box.tolist()}

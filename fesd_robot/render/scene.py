@@ -25,7 +25,7 @@ def view_box(motion: Motion, traces: Mapping[str, np.ndarray], ground: GroundVis
     points = [*traces.values(), *([motion.box] if np.isfinite(motion.box).all() else [])]
     cloud = np.vstack(points or [np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]])])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    levels = [ground.elevation(x) for x in (low[0], high[0])]
+    levels = ground.outline(low[0], high[0])[:, 1]
     low[2], high[2] = min(low[2], *levels), max(high[2], *levels)
     return np.array([low, high])
 
@@ -36,9 +36,7 @@ def add_robot(window: SceneWindow, model: pin.Model, visual_model: pin.GeometryM
     Only joint nodes move: placement and scale of the geometry stay in nodes of their own, which keeps mirrored
     meshes whole, and between key times every joint moves along its own axis instead of drifting off its parent.
     """
-    paths = [Path(("robot",))]
-    for joint in range(1, model.njoints):
-        paths.append(Path((*paths[model.parents[joint]].entries, f"{joint} {_label(model.names[joint])}")))
+    paths = joint_paths(model)
     animation = Animation(default_framerate=1)
     for joint, path in enumerate(paths):
         window.send(SetTransform(pin.XYZQUATToSE3(motion.placement[0, joint]).homogeneous, path))
@@ -55,6 +53,14 @@ def add_robot(window: SceneWindow, model: pin.Model, visual_model: pin.GeometryM
     window.send(SetAnimation(animation, play=False))
 
 
+def joint_paths(model: pin.Model) -> list[Path]:
+    """Return the place of every joint's node in the scene tree."""
+    paths = [Path(("robot",))]
+    for joint in range(1, model.njoints):
+        paths.append(Path((*paths[model.parents[joint]].entries, f"{joint} {_label(model.names[joint])}")))
+    return paths
+
+
 def add_traces(window: SceneWindow, traces: Mapping[str, np.ndarray], radius: float) -> None:
     """Add each path as a thin tube, because browsers draw lines one pixel wide only.
 
@@ -66,7 +72,7 @@ def add_traces(window: SceneWindow, traces: Mapping[str, np.ndarray], radius: fl
         corners = _thinned(points, radius / 2)
         if len(corners) < 2:
             continue
-        vertices, faces = _tube(corners, radius)
+        vertices, faces = tube(corners, radius)
         material = mg.MeshBasicMaterial(color=color_number(series_color(index)))
         element = mesh(f"trace {index}", mg.TriangularMeshGeometry(vertices, faces), material)
         window.send(SetObject(element, path=Path(("traces", f"{index} {_label(name)}"))))
@@ -81,7 +87,7 @@ def _thinned(points: np.ndarray, distance: float) -> np.ndarray:
     return points[kept]
 
 
-def _tube(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def tube(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices, shape (m * sides, 3), and faces of a tube along a polyline, shape (m, 3)."""
     tangent = np.gradient(points, axis=0)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)

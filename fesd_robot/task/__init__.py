@@ -18,9 +18,11 @@ from fesd_robot.task.constraints import (
     FrameLimits,
     PointConstraint,
 )
+from fesd_robot.task.contacts import CircleCircleContact, CircleContact, Contact, PointContact
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.expression import evaluate_expression, expression_names
 from fesd_robot.task.goal import Goal, Periodic, PointTarget, Tolerance, Waypoint
+from fesd_robot.task.ground import GROUND, Ground, HeightMap, Plane, Step, Steps, Wall
 from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
 from fesd_robot.task.limits import Limits, SpeedOfTime
 from fesd_robot.task.load import load_task
@@ -29,17 +31,20 @@ from fesd_robot.task.motion import FreeDuration, Horizon, Initial
 from fesd_robot.task.names import check_names, check_values
 from fesd_robot.task.reference import FromFile, Jumps, Line, Reference, ThroughWaypoints
 from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot
-from fesd_robot.task.scene import Plane, PointContact
 from fesd_robot.task.schema import Task
 
 __all__ = [
+    "GROUND",
     "Actuator",
     "AvoidBox",
     "AvoidEllipse",
     "AvoidSphere",
     "BodyPoint",
+    "CircleCircleContact",
+    "CircleContact",
     "Clearance",
     "Constraint",
+    "Contact",
     "ContactWindow",
     "Costs",
     "ForbiddenZone",
@@ -49,6 +54,8 @@ __all__ = [
     "FromFile",
     "GeneralizedForceActuator",
     "Goal",
+    "Ground",
+    "HeightMap",
     "Horizon",
     "Initial",
     "JointActuator",
@@ -66,10 +73,13 @@ __all__ = [
     "Robot",
     "Solver",
     "SpeedOfTime",
+    "Step",
     "StepEquilibration",
+    "Steps",
     "Task",
     "ThroughWaypoints",
     "Tolerance",
+    "Wall",
     "Waypoint",
     "check_names",
     "check_values",

@@ -67,7 +67,7 @@ class _Reader:
             if isinstance(node, ScalarNode):
                 return self._scalar(node, path)
             if isinstance(node, SequenceNode) and node.tag == f"{_TAG}seq":
-                return [self._item(item, (*path, str(i))) for i, item in enumerate(node.value)]
+                return [self._item(item, (*path, str(index))) for index, item in enumerate(node.value)]
             if isinstance(node, MappingNode) and node.tag == f"{_TAG}map":
                 return self._mapping(node, path)
         finally:

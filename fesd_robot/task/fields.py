@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
@@ -33,6 +34,16 @@ def is_number(value: Any) -> bool:
         return not math.isnan(float(value))
     except OverflowError:
         return False
+
+
+def kind_of(default: str) -> Callable[[Any], str]:
+    """Return the discriminator of a tagged union whose key `type` may be left out, which means `default`."""
+
+    def kind(value: Any) -> str:
+        # What is no mapping at all is reported by the default's own model.
+        return str(value.get("type", default)) if isinstance(value, dict) else getattr(value, "type", default)
+
+    return kind
 
 
 _BOUNDS = "two numbers [lower, upper] with lower < upper (null for no limit on that side)"

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
+from fesd_robot.task.contacts import CircleCircleContact
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.motion import Initial
@@ -140,8 +141,10 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
             yield ("constraints", name, "frame"), _FRAME, constraint.frame
         else:
             yield ("constraints", name, "contact"), "contact", constraint.contact
-    for contact, point in task.contacts.items():
-        yield ("contacts", contact, "frame"), _FRAME, point.frame
+    for name, contact in task.contacts.items():
+        yield ("contacts", name, "frame"), _FRAME, contact.frame
+        if isinstance(contact, CircleCircleContact):
+            yield ("contacts", name, "other_frame"), _FRAME, contact.other_frame
     for control, actuator in (task.robot.actuators or {}).items():
         at = ("robot", "actuators", control)
         if isinstance(actuator, JointActuator):

@@ -8,19 +8,20 @@ from typing import Annotated
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from fesd_robot.errors import TaskError
+from fesd_robot.errors import TaskError, nearest
 from fesd_robot.task.agreement import disagreements
 from fesd_robot.task.constraints import Constraint
+from fesd_robot.task.contacts import CircleCircleContact, Contact
 from fesd_robot.task.costs import Costs
-from fesd_robot.task.fields import Name, Section
+from fesd_robot.task.fields import Name, Section, conflict
 from fesd_robot.task.goal import Goal, Waypoint
+from fesd_robot.task.ground import GROUND, Ground, Plane
 from fesd_robot.task.limits import Limits
 from fesd_robot.task.method import Method, Output, Solver
 from fesd_robot.task.motion import Horizon, Initial
 from fesd_robot.task.origins import Origins
 from fesd_robot.task.reference import Line, Reference
 from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot
-from fesd_robot.task.scene import Plane, PointContact
 
 
 class Task(Section):
@@ -30,9 +31,11 @@ class Task(Section):
         description="Name of the task; files are named after it, so letters, digits, '_', '-' and '.' only."
     )
     robot: Robot = Field(description="The robot: its model, its root, which joints move and which are driven.")
-    ground: Plane = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
-    contacts: dict[Name, PointContact] = Field(
-        min_length=1, description="Name of a contact -> the point of the robot that may touch the ground."
+    ground: Ground = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
+    contacts: dict[Name, Contact] = Field(
+        min_length=1,
+        description="Name of a contact -> the point or circle of the robot and what it may touch: the ground, a wall, "
+        "another part of the robot.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
     initial: Initial = Field(default_factory=Initial, description="State at time 0, m, rad, m/s, rad/s.")
@@ -62,6 +65,18 @@ class Task(Section):
     def _agrees(self) -> Task:
         for error in disagreements(self):
             raise error
+        return self
+
+    @model_validator(mode="after")
+    def _surfaces_exist(self) -> Task:
+        surfaces = [GROUND, *self.ground.walls]
+        for name, contact in self.contacts.items():
+            if not isinstance(contact, CircleCircleContact) and contact.surface not in surfaces:
+                raise conflict(
+                    ("contacts", name, "surface"),
+                    f"found '{contact.surface}', expected '{GROUND}' or the name of a wall in ground.walls"
+                    f"{nearest(contact.surface, surfaces)}",
+                )
         return self
 
     @property

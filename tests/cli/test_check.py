@@ -66,6 +66,38 @@ def test_check_sees_the_overrides(run: Callable[..., Any], task: Path) -> None:
         assert words in text
 
 
+def test_check_describes_ground_and_contacts(run: Callable[..., Any], task: Path) -> None:
+    """Steps, walls, circles and their gaps at the start are told in words."""
+    values = [
+        "ground={type: steps, steps: [{x: 0.6, height: 0.2}], walls: {end: {x: 2, side: left, friction: 0}}}",
+        "contacts.body={type: circle, frame: body, radius: 0.1, surface: end}",
+        "contacts.knee={type: circle_circle, frame: body, radius: 0.1, other_frame: foot, other_radius: 0.05}",
+        "goal.configuration.root_z=0.9",
+    ]
+    outcome = run("check", task, *[word for value in values for word in ("--set", value)])
+    assert outcome.code == 0
+    text = " ".join(outcome.out.split())
+    for words in (
+        "Steps: 0 m high, then 0.2 m from x = 0.6 m; every edge smoothed over 0.1 m; friction 0.8",
+        "Wall 'end' at x = 2 m, the robot on its left; friction 0.",
+        "body: the circle of 0.1 m about frame 'body' against wall 'end', friction 0, inelastic; 1.8 m from the wall",
+        "knee: the circle of 0.1 m about frame 'body' against that of 0.05 m about frame 'foot', friction 0.8",
+        "0.35 m apart at the start",
+    ):
+        assert words in text
+
+
+def test_check_describes_a_height_map(run: Callable[..., Any], task: Path, tmp_path: Path) -> None:
+    """A height map is told by its extent and its heights."""
+    path = tmp_path / "hills.csv"
+    path.write_text("x,z\n-1,-0.1\n1,-0.1\n2,-0.2\n3,-0.1\n", encoding="utf-8")
+    outcome = run("check", task, "--set", f"ground={{type: height_map, file: {path}}}")
+    assert outcome.code == 0, outcome.err
+    text = " ".join(outcome.out.split())
+    assert f"Height map {path}, x from -1.4 to 3.4 m, heights from -0.2" in text
+    assert "level beyond; friction 0.8" in text
+
+
 @pytest.mark.parametrize(
     ("elements", "words"),
     [

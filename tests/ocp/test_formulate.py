@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -10,9 +11,10 @@ import pytest
 
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
-from fesd_robot.task import Task
+from fesd_robot.task import Task, load_task
 
 Load = Callable[[str], Task]
+TASKS = sorted((Path(__file__).parents[2] / "tasks").glob("*.yaml"))
 
 
 def test_ten_lines_are_enough(short: str, load: Load) -> None:
@@ -25,6 +27,14 @@ def test_ten_lines_are_enough(short: str, load: Load) -> None:
     np.testing.assert_allclose(ocp.parameters[0], [0.25, 0.5, 0.75, 1.0])
     np.testing.assert_allclose(ocp.parameters[1], 0.6)
     assert problem.contacts[0].friction == 0.8
+
+
+@pytest.mark.parametrize("path", TASKS, ids=lambda path: path.stem)
+def test_every_shipped_task_fits_its_robot(path: Path) -> None:
+    """Names, limits, ground files and start of every shipped task suit its robot."""
+    problem = formulate(load_task(path))
+    assert list(problem.ground.pairs) == list(problem.task.contacts)
+    assert [contact.name for contact in problem.contacts] == list(problem.task.contacts)
 
 
 def test_joints_with_an_effort_limit_are_driven(short: str, load: Load) -> None:

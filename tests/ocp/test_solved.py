@@ -9,6 +9,7 @@ import pytest
 
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.planner import numeric_physics
 from fesd_robot.plans.requirements import requirements
 
 from .cart import FORCE, MASS, cart, puck, solved
@@ -35,7 +36,7 @@ def missed(motion: MotionProblem, physical: object) -> dict[str, float]:
     return requirements(
         motion.task,
         motion.robot,
-        motion.ground,
+        numeric_physics(motion),
         physical,  # type: ignore[arg-type]
         (ends.initial_configuration, ends.initial_velocity),
         (ends.goal_configuration, ends.goal_velocity),

@@ -48,7 +48,7 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
         requirements=requirements(
             hopper.task,
             hopper.robot,
-            hopper.ground,
+            numeric_physics(hopper),
             motion,
             (motion.configuration[0], motion.velocity[0]),
             (motion.configuration[-1], motion.velocity[-1]),

@@ -303,3 +303,19 @@ def test_energy_of_a_robot_with_mimic_joints() -> None:
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
     energy = ca.Function("energy", [q, v], [kinetic_energy(robot, q, v) + potential_energy(robot, q)])
     assert physics.energy(at, speed) == pytest.approx(float(energy(at, speed)), rel=1e-12)
+
+
+def test_contacts_without_friction_carry_no_tangential_force() -> None:
+    """Where friction is zero a force is split along the normals alone, also where tangents would add nothing new."""
+    floor, wall = np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]])
+    rows, closed = np.vstack([floor, wall]), np.array([True, True])
+    pushed = np.array([-3.0, 20.0])
+    found, rest = split_contact_force(pushed, rows, closed, np.zeros(2))
+    np.testing.assert_allclose(found, [[20.0, 0.0], [3.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(rest, 0, atol=1e-12)
+    shared, _ = split_contact_force(pushed, rows, closed)
+    np.testing.assert_allclose(rows.T @ shared.ravel(), pushed, atol=1e-12)
+    assert np.abs(shared[:, 1]).min() > 1
+    found, rest = split_contact_force(pushed, rows, np.array([True, False]), np.array([0.0, 0.5]))
+    np.testing.assert_allclose(found, [[20, 0], [0, 0]], atol=1e-12)
+    np.testing.assert_allclose(rest, [-3, 0], atol=1e-12)

@@ -9,6 +9,7 @@ import pytest
 
 from fesd_robot.contact import PhysicalMotion
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.planner import numeric_physics
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.task import load_task
 
@@ -22,7 +23,7 @@ def missed(hopper: MotionProblem, motion: PhysicalMotion, *overrides: str) -> di
     """What a motion misses of the demands in these overrides; its own start and end are start and goal."""
     task = load_task(TASK, [*SAME, *overrides])
     start = (motion.configuration[0], motion.velocity[0])
-    found = requirements(task, hopper.robot, hopper.ground, motion, start, (np.zeros(4), np.zeros(4)))
+    found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
     return {key.removeprefix("max_").removesuffix("_violation"): value for key, value in found.items()}
 
 
@@ -76,7 +77,7 @@ def test_a_start_that_is_not_the_tasks(hopper: MotionProblem) -> None:
     """A motion that begins elsewhere misses by the distance."""
     motion, task = drop(), load_task(TASK, SAME)
     start = (motion.configuration[0] + [0, 0.25, 0, 0], motion.velocity[0])
-    found = requirements(task, hopper.robot, hopper.ground, motion, start, (np.zeros(4), np.zeros(4)))
+    found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
     assert found["max_goal_violation"] == pytest.approx(0.25)
 
 

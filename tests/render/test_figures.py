@@ -88,6 +88,14 @@ def test_forces_stand_in_their_cone(plan: Plan, own: float | None) -> None:
     assert min(limit.min() for limit in limits) == pytest.approx(-(own or FRICTION) * contact.normal_force.max())
 
 
+def test_the_cone_of_a_wall(plan: Plan) -> None:
+    """A contact that touches a wall has the wall's friction, not the ground's."""
+    ground = {"friction": FRICTION, "walls": {"end": {"x": 1, "friction": 0.2}}}
+    task = {"ground": ground, "contacts": {"foot": {"surface": "end", "friction": None}}}
+    tangential = build_figures(plan.model_copy(update={"task": task}))["contacts"].axes[2]
+    assert tangential.get_title(loc="right").endswith("0.2")
+
+
 def test_no_friction_no_cone(plan: Plan) -> None:
     """A task that names no friction gives forces without a cone."""
     axes = build_figures(plan.model_copy(update={"task": {}}))["contacts"].axes

@@ -1,28 +1,12 @@
-"""The ground as a signed distance; the same code serves numbers and CasADi expressions."""
+"""A flat ground; the same code serves numbers and CasADi expressions."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-
-
-class Ground(Protocol):
-    """What contact needs to know of a ground that does not vary along y."""
-
-    def distance(self, point: Any) -> Any:
-        """Signed distance of a point (x, y, z), m; negative inside the ground."""
-        ...
-
-    def normal(self, point: Any) -> np.ndarray:
-        """Unit normal, out of the ground, (3,)."""
-        ...
-
-    def tangent(self, point: Any) -> np.ndarray:
-        """Unit tangent in the x-z plane, towards +x, (3,)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -50,3 +34,7 @@ class Plane:
     def tangent(self, point: Any) -> np.ndarray:
         """Unit tangent in the x-z plane, (3,)."""
         return np.array([math.cos(self.slope), 0.0, math.sin(self.slope)])
+
+    def raised(self, radius: float) -> Plane:
+        """The plane that is higher by `radius`, m, along the normal."""
+        return Plane(self.height + radius / math.cos(self.slope), self.slope)

@@ -1,0 +1,60 @@
+"""The contacts of a task: what may touch what."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from fesd_robot.task.fields import Name, NonNegative, Positive, Section, conflict, kind_of
+from fesd_robot.task.ground import GROUND
+
+_FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
+_SURFACE = f"What it touches: {GROUND}, or the name of a wall in ground.walls."
+
+
+class PointContact(Section):
+    """One point of the robot that may touch the ground or a wall; its impacts are inelastic."""
+
+    type: Literal["point"] = Field(default="point", description="Shape of the contact.")
+    frame: Name = Field(description="Name of the robot's frame whose origin touches.")
+    surface: Name = Field(default=GROUND, description=_SURFACE)
+    friction: NonNegative | None = Field(default=None, description=_FRICTION)
+
+
+class CircleContact(Section):
+    """A circle of the robot in the x-z plane that may touch the ground or a wall, and roll or slide on it."""
+
+    type: Literal["circle"] = Field(description="Shape of the contact.")
+    frame: Name = Field(description="Name of the robot's frame about whose origin the circle lies; it turns with it.")
+    radius: Positive = Field(description="Radius of the circle, m.")
+    surface: Name = Field(default=GROUND, description=_SURFACE)
+    friction: NonNegative | None = Field(default=None, description=_FRICTION)
+
+
+class CircleCircleContact(Section):
+    """Two circles in the x-z plane on two bodies that may touch each other, and roll or slide."""
+
+    type: Literal["circle_circle"] = Field(description="Shape of the contact.")
+    frame: Name = Field(description="Name of the frame about whose origin the first circle lies; it turns with it.")
+    radius: Positive = Field(description="Radius of the first circle, m.")
+    other_frame: Name = Field(description="Name of the frame about whose origin the second circle lies.")
+    other_radius: Positive = Field(description="Radius of the second circle, m.")
+    friction: NonNegative | None = Field(
+        default=None,
+        description="Coefficient of Coulomb friction of this contact, without unit; default: the ground's.",
+    )
+
+    @model_validator(mode="after")
+    def _distinct(self) -> CircleCircleContact:
+        if self.frame == self.other_frame:
+            raise conflict(("other_frame",), f"found '{self.frame}' twice, expected two frames that move apart")
+        return self
+
+
+Contact = Annotated[
+    Annotated[PointContact, Tag("point")]
+    | Annotated[CircleContact, Tag("circle")]
+    | Annotated[CircleCircleContact, Tag("circle_circle")],
+    Discriminator(kind_of("point")),
+]

@@ -1,0 +1,128 @@
+"""The ground of a task: its shape, its friction, its walls."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+
+from fesd_robot.task.fields import Name, NonNegative, Number, Positive, Section, conflict, expected, kind_of
+
+GROUND = "ground"
+"""Name of the ground among the surfaces that a contact may choose."""
+
+STEEPEST = 20.0
+"""Largest slope of a rise, the one that `fesd_robot.contact.ground` can compute with."""
+
+_SMOOTHEST = 15 / 8
+"""Steepest slope of a smoothed rise over its height per length."""
+
+
+class Wall(Section):
+    """A vertical wall without ends."""
+
+    x: Number = Field(description="Where the wall stands, m.")
+    side: Literal["left", "right"] = Field(
+        description="The side of the wall where the robot is: left (smaller x) or right (larger x)."
+    )
+    friction: NonNegative = Field(default=0.8, description="Coefficient of Coulomb friction, without unit.")
+
+
+def _check_walls(walls: dict[str, Wall]) -> dict[str, Wall]:
+    if GROUND in walls:
+        raise conflict((GROUND,), f"a wall cannot be called '{GROUND}', choose another name")
+    return walls
+
+
+Walls = Annotated[dict[Name, Wall], AfterValidator(_check_walls)]
+_FRICTION = "Coefficient of Coulomb friction of the ground, without unit."
+_WALLS = "Name of a wall -> where it stands; contacts choose it by that name as their surface; default: none."
+
+
+def _check_slope(value: float) -> float:
+    if not abs(value) < math.pi / 2:
+        raise expected("an angle between -pi/2 and pi/2 (rad)")
+    return value
+
+
+class Plane(Section):
+    """A flat ground, horizontal or sloped."""
+
+    type: Literal["plane"] = Field(default="plane", description="Shape of the ground.")
+    height: Number = Field(default=0.0, description="Height of the ground at x = 0, m.")
+    slope: Annotated[Number, AfterValidator(_check_slope)] = Field(
+        default=0.0,
+        description="Angle by which the ground rises along +x, rad, between -pi/2 and pi/2.",
+        json_schema_extra={"exclusiveMinimum": -math.pi / 2, "exclusiveMaximum": math.pi / 2},
+    )
+    friction: NonNegative = Field(default=0.8, description=_FRICTION)
+    walls: Walls = Field(default_factory=dict, description=_WALLS)
+
+
+class Step(Section):
+    """An edge of the ground."""
+
+    x: Number = Field(description="Where the edge is, m.")
+    height: Number = Field(description="Height of the ground from this edge to the next, m.")
+
+
+class Steps(Section):
+    """Level treads at different heights: stairs, gaps, holes."""
+
+    type: Literal["steps"] = Field(description="Shape of the ground.")
+    height: Number = Field(default=0.0, description="Height of the ground before the first edge, m.")
+    steps: list[Step] = Field(min_length=1, description="The edges along +x, each with the height behind it.")
+    smoothing: Positive = Field(
+        default=0.1,
+        description="Length along x over which the ground rises or falls at an edge, centred there, m; edges are at "
+        "least as far apart. It should be longer than what a contact travels within a finite element.",
+    )
+    friction: NonNegative = Field(default=0.8, description=_FRICTION)
+    walls: Walls = Field(default_factory=dict, description=_WALLS)
+
+    @model_validator(mode="after")
+    def _fit(self) -> Steps:
+        height = self.height
+        for i, step in enumerate(self.steps):
+            at = ("steps", str(i))
+            if i and not step.x > self.steps[i - 1].x:
+                raise conflict(
+                    (*at, "x"), f"found x {step.x:g} after {self.steps[i - 1].x:g}, expected edges with increasing x"
+                )
+            # The length of a rise is a sum of decimals: rounding must not forbid rises that meet.
+            if i and step.x - self.steps[i - 1].x < self.smoothing * (1 - 1e-9):
+                raise conflict(
+                    (*at, "x"),
+                    f"found an edge {step.x - self.steps[i - 1].x:g} m after the one before, expected at least the "
+                    f"smoothing, {self.smoothing:g} m",
+                )
+            slope = _SMOOTHEST * abs(step.height - height) / self.smoothing
+            if slope > STEEPEST:
+                raise conflict(
+                    (*at, "height"),
+                    f"found a step of {abs(step.height - height):g} m smoothed over {self.smoothing:g} m, a slope of "
+                    f"{slope:.3g}, expected at most {STEEPEST:g}: a smoothing of at least "
+                    f"{_SMOOTHEST * abs(step.height - height) / STEEPEST:.3g} m, or a wall",
+                )
+            height = step.height
+        return self
+
+
+class HeightMap(Section):
+    """A ground through measured heights."""
+
+    type: Literal["height_map"] = Field(description="Shape of the ground.")
+    file: Annotated[str, Field(min_length=1)] = Field(
+        description="Path, relative to the task file, of a CSV file with columns x,z: points of the ground, m, x "
+        "increasing. A natural cubic spline joins them; beyond both ends the ground levels off over a tenth of the "
+        "map's length and is flat."
+    )
+    friction: NonNegative = Field(default=0.8, description=_FRICTION)
+    walls: Walls = Field(default_factory=dict, description=_WALLS)
+
+
+Ground = Annotated[
+    Annotated[Plane, Tag("plane")] | Annotated[Steps, Tag("steps")] | Annotated[HeightMap, Tag("height_map")],
+    Discriminator(kind_of("plane")),
+]

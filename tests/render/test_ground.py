@@ -1,0 +1,105 @@
+"""Uneven grounds, walls and circles as the page draws them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fesd_robot.cli.outputs import circle_visuals, ground_visual
+from fesd_robot.errors import FesdRobotError
+from fesd_robot.render import CircleVisual, GroundVisual, WallVisual, render_page
+from fesd_robot.render.floor import floor_below, tick_labels
+from fesd_robot.robot import load_robot
+from fesd_robot.task import load_task
+
+from .browser import Browser
+from .conftest import Hop
+
+TASK = Path(__file__).parents[2] / "tasks" / "hopper_stairs.yaml"
+CORNERS = np.array([[-1.0, 0.0], [0.2, 0.0], [0.4, 0.3], [2.0, 0.3]])
+
+
+def test_an_outline_keeps_its_corners() -> None:
+    """Points on straight lines are left out, corners stay, and beyond its ends a profile is level."""
+    x = np.linspace(-1, 2, 301)
+    ground = GroundVisual(profile=np.stack([x, np.interp(x, *CORNERS.T)], axis=1))
+    assert ground.outline(-5, 5, 1e-9) == pytest.approx(np.array([[-5, 0], *CORNERS[1:3], [5, 0.3]]))
+    assert ground.outline(0.25, 0.35, 1e-9) == pytest.approx(np.array([[0.25, 0.075], [0.35, 0.225]]))
+    fine = GroundVisual(profile=np.stack([x, np.sin(x)], axis=1)).outline(-1, 2, 1e-3)
+    assert len(fine) < 60
+    assert np.abs(np.interp(x, *fine.T) - np.sin(x)).max() <= 1e-3
+    with pytest.raises(FesdRobotError, match="a ground with a profile has no height"):
+        GroundVisual(height=1.0, profile=CORNERS)
+
+
+def test_labels_stand_on_the_ground() -> None:
+    """Distance labels stand at least as high as the ground, also beside a rise."""
+    ground = GroundVisual(profile=CORNERS)
+    labels = tick_labels(ground, floor_below(np.array([[-1.0, -0.1, 0.0], [2.0, 0.1, 1.0]])))
+    assert len(labels) > 3
+    for label in labels:
+        x, _, z = label["at"]  # type: ignore[misc]
+        assert z >= ground.elevation(x)  # type: ignore[has-type]
+
+
+def test_a_task_is_drawn_as_it_computes() -> None:
+    """Steps, walls and circles of a task have the heights, places and radii that the planner computes with."""
+    task = load_task(TASK)
+    robot = load_robot(task.locate_model(), root=task.robot.root)
+    ground = ground_visual(task)
+    assert [ground.elevation(x) for x in (0, 0.4, 0.6, 2)] == pytest.approx([0, 0.075, 0.15, 0.3], abs=1e-9)
+    assert ground.walls == {"end": WallVisual(1.4, "left")}
+    assert circle_visuals(task, robot) == {"body": CircleVisual(robot.frame_id("body"), 0.1, 1)}
+
+
+def test_stairs_walls_and_circles_stand_in_the_browser(browser: Browser, hop: Hop, tmp_path: Path) -> None:
+    """The drawn block reaches up to the profile, the wall stands on its far side, and the rim goes with the body."""
+    body = hop.model.getFrameId("body", pin.FrameType.BODY)
+    page = render_page(
+        tmp_path / "stairs.html",
+        title="stairs",
+        model=hop.model,
+        visual_model=hop.visual_model,
+        time=hop.time,
+        configuration=hop.configuration,
+        ground=GroundVisual(profile=CORNERS, walls={"end": WallVisual(1.5, "left")}),
+        traces={"foot": hop.foot},
+        circles={"body": CircleVisual(body, 0.25, 0)},
+    )
+    browser.console.clear()
+    browser.open(page)
+    block, wall = drawn_box(browser, "block"), drawn_box(browser, "wall 0 end")
+    assert block[1, 2] == pytest.approx(0.3, abs=1e-6) and block[0, 2] < 0
+    assert wall[0, 0] == pytest.approx(1.5, abs=1e-6)
+    assert wall[1, 0] > 1.51
+    assert wall[0, 2] == pytest.approx(0.3, abs=1e-6)
+    row = 20
+    browser.run(f"fesdRobot.seek({hop.time[row]})")
+    rim = drawn_box(browser, "rim 0 body")
+    center = np.array([hop.configuration[row, 0], 0.0, hop.configuration[row, 1]])
+    assert rim == pytest.approx(center + np.array([[-0.25, 0, -0.25], [0.25, 0, 0.25]]), abs=0.01)
+    assert browser.console == []
+
+
+def drawn_box(browser: Browser, name: str) -> np.ndarray:
+    """Return the corners of the box around a node's vertices, m, in the robot's axes, shape (2, 3)."""
+    points = browser.run(
+        f"""(() => {{
+          const node = fesdRobot.viewer.scene.getObjectByName({json.dumps(name)});
+          fesdRobot.viewer.scene.updateMatrixWorld(true);
+          const found = [], point = new MeshCat.THREE.Vector3();
+          node.traverse((object) => {{
+            const places = object.geometry && object.geometry.attributes.position;
+            for (let k = 0; places && k < places.count; k++) {{
+              point.fromBufferAttribute(places, k).applyMatrix4(object.matrixWorld);
+              found.push([point.x, -point.z, point.y]);
+            }}
+          }});
+          return found;
+        }})()"""
+    )
+    return np.array([np.min(points, axis=0), np.max(points, axis=0)])
