@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from bench_step_nosnoc import machine, markdown
+
 from compare.outcome import TITLES, Outcome, Settings
 from compare.problems import PROBLEMS
 
@@ -146,21 +147,24 @@ Times are wall times from the description of a problem to its result.
 
 {summary(found)}
 
-Targets: fesd-robot solves the problem with complementarity of at most {tolerance:g}, at a cost at most {margin:.0f} % above that
-of nosnoc. Time ratio: nosnoc's over fesd-robot's; cost ratio: fesd-robot's over nosnoc's. Costs are those of the
-returned motions, evaluated for both by the same function and without the terms that the tools add for themselves (equal
-steps, choice of multipliers); complementarity is the largest product of a relaxed pair, as each tool adds up its stages.
+Targets: fesd-robot solves the problem with complementarity of at most {tolerance:g}, at a cost at most {margin:.0f} %
+above that of nosnoc. Time ratio: nosnoc's over fesd-robot's; cost ratio: fesd-robot's over nosnoc's. Costs are those of
+the returned motions, evaluated for both by the same function and without the terms that the tools add for themselves
+(equal steps, choice of multipliers); complementarity is the largest product of a relaxed pair, as each tool adds up its
+stages.
 
-The problems, each written down once in `scripts/compare/`, with the same bounds, costs, start, control intervals,
-finite elements and scheme (Radau IIA with two stages) in both tools:
+The problems, each written down once in `scripts/compare/`, with the same bounds, costs, control intervals, finite
+elements, scheme (Radau IIA with two stages) and start in both tools; nosnoc runs with its authors' settings, among them
+the complementarity where it stops.
 
-- *Hoppers*: the shipped tasks; nosnoc poses its authors' example. fesd-robot has the shares of the vector fields as
-  variables and the switch on the integrated gap, nosnoc step functions, and stops, as its authors chose, at
-  complementarity 1e-3. With the example's own (published) weights the fields do not sum to one in contact: those
-  motions are not of the same physics, and their costs cannot be compared. The correct weights are the same physics.
-- *Sliding mode*, *motor with friction*, *cart-pole with friction*: nosnoc's examples in Stewart's form with its
-  authors' settings; in fesd-robot the same form, cross complementarity and equal-step term. Best cost known for the
-  sliding-mode problem, in closed form: 5.592183.
+- *Hoppers*: the shipped tasks in fesd-robot, its authors' example in nosnoc. fesd-robot has the shares of the vector
+  fields as variables, switches on the integrated gap and starts at its reference with velocities that fit; nosnoc has
+  step functions and starts, as published, at the reference at rest. With the published weights of the fields these do
+  not sum to one in contact: such motions are not of the same physics, and their costs show nothing. With the correct
+  weights they are.
+- *Sliding mode*, *motor with friction*, *cart-pole with friction*: nosnoc's examples, in both tools in Stewart's form
+  with the same cross complementarity and the same equal-step term. The best cost known for the sliding-mode problem, in
+  closed form, is 5.592183.
 - *Two-disc swap*: nosnoc for Python has no impulses at element boundaries in this version, so both tools freeze time,
   with the same auxiliary field; step functions in nosnoc, the shares of the fields in fesd-robot.
 
