@@ -168,8 +168,9 @@ the complementarity where it stops.
 - *Two-disc swap*: nosnoc for Python has no impulses at element boundaries in this version, so both tools freeze time,
   with the same auxiliary field; step functions in nosnoc, the shares of the fields in fesd-robot.
 
-fesd-robot runs with its own linear solver and compiled functions (the default), nosnoc with MUMPS. All problems are
-nonconvex: a result is one local optimum of several, and can change with the last bit of the input.
+fesd-robot runs with its own linear solver and compiled functions (the default), nosnoc with MUMPS; compiling the
+functions of a large problem, which takes some seconds, counts only where they were not compiled before. All problems
+are nonconvex: a result is one local optimum of several, and can change with the last bit of the input.
 
 {tables}
 """

@@ -4,8 +4,8 @@ q = (q_1, q_2), masses 2 and 1 kg, radii 0.3 and 0.2 m, from (-2, 0) and (2, 0) 
 obstacle is a disc of radius 1 m at 0, drag is -2 v_i / sqrt(|v_i|^2 + 0.1^2) (the paper writes |v_i + 0.1|, which
 vanishes for some velocities), contact is inelastic and without friction. nosnoc for Python had no impulses at element
 boundaries (FESD-J) at version 0.2.0, so that both tools freeze time: gap and normal velocity switch between the motion
-and an auxiliary field in which the clock stands still. The obstacle is the bound of an algebraic variable at every
-stage, in both tools.
+and an auxiliary field in which the clock stands still. An impact fills an element of its own, hence three elements an
+interval instead of the two of FESD-J. The obstacle is the bound of an algebraic variable at every stage, in both tools.
 
 Source: arXiv 2305.17003, section 5.2 (the problem); nosnoc's example disc_switch_places (time-freezing of discs).
 """
@@ -206,6 +206,7 @@ def nosnoc(settings: Settings) -> Outcome:
     opts.step_equilibration = nosnoc.StepEquilibrationMode.HEURISTIC_MEAN
     opts.time_freezing, opts.equidistant_control_grid, opts.time_freezing_tolerance = True, True, 0.0
     opts.initialization_strategy = nosnoc.InitializationStrategy.EXTERNAL
+    # Seven NLPs, to sigma 1e-6, as in the authors' example; with two more it ends at IPOPT's limit and a higher cost.
     opts.sigma_0, opts.homotopy_update_slope, opts.max_iter_homotopy = 1.0, 0.1, 7
     opts.nlp_max_iter = 1000
     ends = DURATION * np.arange(1, INTERVALS + 1) / INTERVALS
