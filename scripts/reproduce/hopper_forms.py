@@ -15,6 +15,7 @@ from _common import Report, markdown_table, reference  # isort: skip  # sets OMP
 
 import re
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -35,7 +36,7 @@ TASK = Path(__file__).resolve().parents[2] / "tasks" / "hopper_five_jumps.yaml"
 INTERVALS = (60, 66, 72, 78, 84, 90, 96, 102, 108)
 WHOLE = (60, 84)
 """Intervals of the problems that are solved."""
-TIME_LIMIT, LAST_SIGMA = 60.0, 1e-3  # s, of a whole homotopy
+TIME_LIMIT, LAST_SIGMA = 45.0, 1e-3  # s, of a whole homotopy
 ITERATIONS, REPEAT = 40, 3
 TARGET = 0.8
 """Largest ratio of the time of an iteration, step functions over Stewart's form."""
@@ -68,13 +69,11 @@ class Form:
 
     Attributes:
         problem, nlp: the MPCC and its relaxation.
-        stage: algebraic variables at a stage.
         runs: milliseconds an iteration by part.
     """
 
     problem: Mpcc
     nlp: RelaxedNlp
-    stage: int
     runs: list[dict[str, float]] = field(default_factory=list)
 
     def time(self) -> None:
@@ -149,9 +148,8 @@ def stewart_form(motion: MotionProblem) -> OptimalControlProblem:
 
 def prepare(form: str, intervals: int) -> Form:
     """Return a form of the problem, relaxed, with its functions interpreted as in the publication."""
-    transcription = transcribe(form, intervals)
-    problem = transcription.problem
-    return Form(problem, assemble(problem, RELAXATIONS["scholtes"]), transcription.ocp.system.algebraic.numel())
+    problem = transcribe(form, intervals).problem
+    return Form(problem, assemble(problem, RELAXATIONS["scholtes"]))
 
 
 def iteration_table(counts: Sequence[int], repeat: int) -> tuple[str, str, dict[int, float]]:
@@ -188,23 +186,26 @@ def whole_table(counts: Sequence[int]) -> str:
     for count in counts:
         for form in FORMS:
             problem = transcribe(form, count).problem
-            options = HomotopyOptions(tolerance=LAST_SIGMA, time_limit=TIME_LIMIT, compile="never")
+            options = HomotopyOptions(
+                tolerance=LAST_SIGMA, time_limit=TIME_LIMIT, linear_solver="auto", compile="never"
+            )
+            begin = time.process_time()
             found = solve(problem, options)
-            iterations = max(found.iterations, 1)
+            seconds, iterations = time.process_time() - begin, max(found.iterations, 1)
             rows.append(
                 [
                     f"{count}",
                     TITLES[form],
-                    f"{found.solve_seconds:.1f}",
+                    f"{seconds:.1f}",
                     f"{found.iterations}",
-                    f"{1e3 * found.solve_seconds / iterations:.1f}",
+                    f"{1e3 * seconds / iterations:.1f}",
                     f"{found.reports[-1].sigma:.1e}",
                     f"{found.residuals.objective:.2f}",
                     "solved" if found.solved else found.status,
                 ]
             )
             print("  ".join(rows[-1]), flush=True)
-    header = ["N", "form", "seconds", "iterations", "ms / iteration", "last sigma", "objective", "end"]
+    header = ["N", "form", "CPU [s]", "iterations", "ms / iteration", "last sigma", "objective", "end"]
     return markdown_table(header, rows)
 
 
@@ -234,8 +235,10 @@ def main() -> None:
         f"{100 * min(known):.0f} to {100 * max(known):.0f} % on the same grid."
     )
     report.add(
-        f"Whole homotopies, sigma from 1 to {LAST_SIGMA:g}, at most {TIME_LIMIT:.0f} s each. The problems are "
-        "nonconvex: different forms end in different optima, and iterations are one draw.\n\n" + whole_table(whole)
+        f"Whole homotopies, sigma from 1 to {LAST_SIGMA:g}, at most {TIME_LIMIT:.0f} s each, with fesd-robot's own linear "
+        "solver. Last sigma: of the conditions that decide where contact is; those on velocities trail behind in the "
+        "multiplier form. The problems are nonconvex: different forms end in different optima, and iterations are one "
+        "draw.\n\n" + whole_table(whole)
     )
     report.check("an iteration with step functions is cheaper at every N", max(ratios.values()) < 1)
     report.check(f"its ratio is below {TARGET:g} at every N", max(ratios.values()) < TARGET)
