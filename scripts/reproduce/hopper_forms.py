@@ -235,7 +235,7 @@ def main() -> None:
         f"{100 * min(known):.0f} to {100 * max(known):.0f} % on the same grid."
     )
     report.add(
-        f"Whole homotopies, sigma from 1 to {LAST_SIGMA:g}, at most {TIME_LIMIT:.0f} s each, with fesd-robot's own linear "
+        f"Whole homotopies, sigma from 1 to {LAST_SIGMA:g}, at most {TIME_LIMIT:.0f} s each, with our own linear "
         "solver. Last sigma: of the conditions that decide where contact is; those on velocities trail behind in the "
         "multiplier form. The problems are nonconvex: different forms end in different optima, and iterations are one "
         "draw.\n\n" + whole_table(whole)
