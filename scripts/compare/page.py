@@ -86,6 +86,10 @@ def table(one: Comparison, versions: dict[str, str]) -> str:
     if len(one.runs) > 1:
         lines.append(["time ratio", *(f"{one.seconds(tool) / fastest:.2f}" for tool in one.runs)])
     lines += [[label, *(show(shown[tool]) for tool in one.runs)] for label, show in ROWS]
+    if len(one.runs) > 1:
+        level = shown["nosnoc"].complementarity
+        passed = [_objective_at(run, level) for run in shown.values()]
+        lines.append([f"own objective at complementarity {level:.0e}", *passed])
     labels = list(dict.fromkeys(label for run in shown.values() for label in run.further))
     lines += [[label, *(run.further.get(label, "") for run in shown.values())] for label in labels]
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
@@ -98,6 +102,12 @@ def table(one: Comparison, versions: dict[str, str]) -> str:
     if "ours" in one.runs:
         heading += f", fesd-robot to complementarity {one.settings.tolerance:g}"
     return "\n".join([heading, "", texts[0], rule, *texts[1:]])
+
+
+def _objective_at(run: Outcome, complementarity: float) -> str:
+    """Return the objective of the first NLP that was so complementary, which costs of later ones cannot show."""
+    steps = [step for step in run.homotopy if step["complementarity"] <= ROUNDING * complementarity]
+    return f"{steps[0]['objective']:.6g}" if steps else ""
 
 
 def summary(found: Sequence[Comparison]) -> str:
@@ -151,7 +161,8 @@ Targets: fesd-robot solves the problem with complementarity of at most {toleranc
 above that of nosnoc. Time ratio: nosnoc's over fesd-robot's; cost ratio: fesd-robot's over nosnoc's. Costs are those of
 the returned motions, evaluated for both by the same function and without the terms that the tools add for themselves
 (equal steps, choice of multipliers); complementarity is the largest product of a relaxed pair, as each tool adds up its
-stages.
+stages. A looser complementarity allows a lower cost: where nosnoc stops earlier, the tables below also give the
+objective that fesd-robot's homotopy had on passing there.
 
 The problems, each written down once in `scripts/compare/`, with the same bounds, costs, control intervals, finite
 elements, scheme (Radau IIA with two stages) and start in both tools; nosnoc runs with its authors' settings, among them
