@@ -1,12 +1,13 @@
-"""Plan the same jumping hopper with fesd-robot and with nosnoc, one after the other, and compare in one table.
+"""Solve the same problems with fesd-robot and with nosnoc, one after the other, and compare in one table.
 
     python scripts/compare_nosnoc.py
     python scripts/compare_nosnoc.py --task one_jump --order nosnoc-first --repeat 3 --json comparison.json
+    python scripts/compare_nosnoc.py --task all --page docs/results/compare_nosnoc.md
 
-Robot, limits, costs, reference, control intervals and finite elements are the same. fesd-robot plans the shipped task
-file; nosnoc solves the published step-function form with its published settings, see `nosnoc_hopper.py`. Each run is a
-process of its own with one thread. Wall time runs from the description of the problem to the result; starting Python
-and importing packages is left out. Needs the extra `bench`.
+Model, bounds, costs, start, control intervals and finite elements are the same; each problem is written down once, in
+`compare/`. nosnoc runs with its authors' settings for the example. Each run is a process of its own with one thread.
+Wall time runs from the description of the problem to the result; starting Python and importing packages is left out.
+Needs the extra `bench`.
 """
 
 from __future__ import annotations
@@ -21,214 +22,43 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from nosnoc_hopper import Multipliers
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy is imported
 
-TASKS = {
-    "five_jumps": Path(__file__).resolve().parent.parent / "tasks" / "hopper_five_jumps.yaml",
-    "one_jump": Path(__file__).resolve().parent.parent / "tasks" / "hopper_one_jump.yaml",
-}
-TOOLS = ("ours", "nosnoc")
-TITLES = {"ours": "fesd-robot", "nosnoc": "nosnoc"}
+from compare.outcome import TITLES, TOOLS, Outcome, Settings
+from compare.page import Comparison, page, table, typical
+from compare.problems import PROBLEMS
+
 PACKAGES = {"ours": ("fesd-robot", "casadi", "numpy", "pin"), "nosnoc": ("nosnoc", "casadi", "numpy")}
-TOUCHING = 2e-3
-"""m; a foot closer to the ground than this is on it."""
-CLEARANCE = 0.1
-"""m; a flight counts if the foot rises higher than this."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What one run of one tool gave.
-
-    Attributes:
-        verdict: the tool's own word on its result.
-        last_nlp: how its last NLP ended.
-        wall_seconds, cpu_seconds: from the problem's description to the result.
-        iterations: of IPOPT, over all NLPs.
-        complementarity: largest product of a relaxed pair, as the tool pairs sums over stages.
-        objective: of the tool's own last NLP.
-        tracking_cost: costs of tracking, controls and end, integrated in physical time by the same rule for both.
-        final_x: of the body, m.
-        flights: with more than `CLEARANCE`.
-        clock_error: largest |t - kT/N| at the ends of the control intervals, s.
-        theta_error: largest |sum of the multipliers - 1| over all stages.
-        min_gap: lowest point of the foot over all stages, m.
-        constraint_violation: largest violation of a constraint or bound.
-        homotopy: every NLP.
-        details: what else the tool reports.
-    """
-
-    verdict: str
-    last_nlp: str
-    wall_seconds: float
-    cpu_seconds: float
-    iterations: int
-    complementarity: float
-    objective: float
-    tracking_cost: float
-    final_x: float
-    flights: int
-    clock_error: float
-    theta_error: float
-    min_gap: float
-    constraint_violation: float
-    variables: int
-    constraints: int
-    homotopy: list[dict[str, Any]] = field(default_factory=list)
-    details: dict[str, Any] = field(default_factory=dict)
-
-
-ROWS: list[tuple[str, Callable[[Outcome], str]]] = [
-    ("CPU time [s]", lambda run: f"{run.cpu_seconds:.1f}"),
-    ("IPOPT iterations", lambda run: f"{run.iterations}"),
-    ("complementarity reached", lambda run: f"{run.complementarity:.1e}"),
-    ("largest constraint violation", lambda run: f"{run.constraint_violation:.1e}"),
-    ("objective, each tool's own", lambda run: f"{run.objective:.3f}"),
-    ("tracking cost in physical time", lambda run: f"{run.tracking_cost:.3f}"),
-    ("final x [m]", lambda run: f"{run.final_x:.4f}"),
-    (f"flights with more than {CLEARANCE:g} m clearance", lambda run: f"{run.flights}"),
-    ("clock error [s]", lambda run: f"{run.clock_error:.1e}"),
-    ("max |sum theta - 1|", lambda run: f"{run.theta_error:.1e}"),
-    ("min gap [m]", lambda run: f"{run.min_gap:.1e}"),
-    ("NLP variables", lambda run: f"{run.variables}"),
-    ("NLP constraints", lambda run: f"{run.constraints}"),
-    ("the tool's own verdict", lambda run: run.verdict),
-    ("last NLP", lambda run: run.last_nlp),
-]
-
-
-def count_flights(gap: Sequence[float]) -> int:
-    """Return how many maximal runs of samples off the ground rise above `CLEARANCE`."""
-    flights, highest = 0, 0.0
-    for value in [*gap, 0.0]:
-        if value > TOUCHING:
-            highest = max(highest, value)
-        else:
-            flights += highest > CLEARANCE
-            highest = 0.0
-    return flights
-
-
-def run_ours(task: str, tolerance: float) -> Outcome:
-    """Plan the task file with fesd-robot."""
-    import numpy as np
-    from nosnoc_hopper import COURSES, tracking_cost
-
-    from fesd_robot import load_task, plan
-
-    begin, cpu = time.perf_counter(), time.process_time()
-    made = plan(load_task(TASKS[task], [f"solver.tolerance={tolerance!r}"]), progress=_show)
-    wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
-    trajectory, statistic, foot = made.trajectory, made.statistics, made.contacts["foot"]
-    states = np.column_stack([*trajectory.configuration.values(), *trajectory.velocity.values()])
-    middle = 0.5 * (trajectory.time[:-1] + trajectory.time[1:])
-    interval = np.clip(np.searchsorted(made.controls["time"], middle) - 1, 0, None)
-    controls = np.column_stack([made.controls["reaction_torque"], made.controls["leg_force"]])
-    return Outcome(
-        verdict="solved" if made.status.solved else "not solved",
-        last_nlp=made.status.nlp,
-        wall_seconds=wall,
-        cpu_seconds=cpu,
-        iterations=statistic.iterations,
-        complementarity=made.status.complementarity,
-        objective=statistic.objective,
-        tracking_cost=tracking_cost(COURSES[task], trajectory.time, states, controls, interval),
-        final_x=float(trajectory.configuration["root_x"][-1]),
-        flights=count_flights(foot.gap.tolist()),
-        clock_error=made.audit.max_clock_error,
-        theta_error=made.audit.max_theta_sum_error,
-        min_gap=made.audit.min_gap,
-        constraint_violation=made.status.constraint_violation,
-        variables=statistic.variables,
-        constraints=statistic.constraints,
-        homotopy=[step.model_dump() for step in statistic.homotopy],
-        details={
-            "status": made.status.model_dump(),
-            "audit": made.audit.model_dump(),
-            "cost_terms": statistic.cost_terms,
-            "build_seconds": statistic.build_seconds,
-            "solve_seconds": statistic.solve_seconds,
-        },
-    )
-
-
-def _show(step: Any) -> None:
-    print(f"sigma {step.sigma:.1e}: {step.iterations} iterations, {step.seconds:.1f} s, {step.status}", flush=True)
-
-
-def run_nosnoc(task: str, multipliers: Multipliers) -> Outcome:
-    """Solve the published step-function form of the same hopper with nosnoc."""
-    import nosnoc_hopper
-    import numpy as np
-
-    course = nosnoc_hopper.COURSES[task]
-    begin, cpu = time.perf_counter(), time.process_time()
-    solver = nosnoc_hopper.prepare(course, multipliers)
-    built = time.perf_counter()
-    found = nosnoc_hopper.solve(solver)
-    end, cpu = time.perf_counter(), time.process_time() - cpu
-    states, clock, gap = found.states[:, :8], found.states[:, 8], nosnoc_hopper.gap(found.states)
-    ends = course.duration * np.arange(1, course.intervals + 1) / course.intervals
-    return Outcome(
-        verdict="solved" if found.success else "not solved",
-        last_nlp=found.status.replace("_", " ").lower(),
-        wall_seconds=end - begin,
-        cpu_seconds=cpu,
-        iterations=sum(step["iterations"] for step in found.homotopy),
-        complementarity=found.complementarity,
-        objective=found.objective,
-        tracking_cost=nosnoc_hopper.tracking_cost(course, clock, states, found.controls[:, :2], found.interval),
-        final_x=float(found.states[-1, 0]),
-        flights=count_flights(gap.tolist()),
-        clock_error=float(np.abs(found.interval_ends - ends).max()),
-        theta_error=float(np.abs(found.weights.sum(axis=1) - 1).max()),
-        min_gap=float(gap.min()),
-        constraint_violation=found.constraint_violation,
-        variables=len(solver.problem.lbw),
-        constraints=len(solver.problem.lbg),
-        homotopy=found.homotopy,
-        details={
-            "multipliers": multipliers,
-            "stage_complementarity": found.stage_complementarity,
-            "final_state": found.states[-1].tolist(),
-            "build_seconds": built - begin,
-            "solve_seconds": end - built,
-        },
-    )
 
 
 def work(arguments: argparse.Namespace) -> None:
     """Do one run in this process and leave its outcome in the file asked for."""
-    if arguments.worker == "ours":
-        outcome = run_ours(arguments.task, arguments.tolerance)
-    else:
-        outcome = run_nosnoc(arguments.task, arguments.multipliers)
+    settings = Settings(arguments.tolerance, arguments.multipliers)
+    outcome = PROBLEMS[arguments.task].run[arguments.worker](settings)
     arguments.json.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
 
 
-def run_in_child(tool: str, arguments: argparse.Namespace) -> Outcome:
+def run_in_child(tool: str, task: str, settings: Settings, verbose: bool) -> Outcome:
     """Run one tool in a process of its own, with one thread."""
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "outcome.json"
         options = {
             "--worker": tool,
-            "--task": arguments.task,
-            "--multipliers": arguments.multipliers,
-            "--tolerance": repr(arguments.tolerance),
+            "--task": task,
+            "--multipliers": settings.multipliers,
+            "--tolerance": repr(settings.tolerance),
             "--json": str(answer),
         }
         finished = subprocess.run(
             [sys.executable, str(Path(__file__).resolve()), *(word for pair in options.items() for word in pair)],
             env={**os.environ, "OMP_NUM_THREADS": "1"},
-            stdout=sys.stderr if arguments.verbose else subprocess.DEVNULL,
-            stderr=None if arguments.verbose else subprocess.PIPE,
+            stdout=sys.stderr if verbose else subprocess.DEVNULL,
+            stderr=None if verbose else subprocess.PIPE,
             text=True,
             check=False,
         )
@@ -238,31 +68,20 @@ def run_in_child(tool: str, arguments: argparse.Namespace) -> Outcome:
         return Outcome(**json.loads(answer.read_text(encoding="utf-8")))
 
 
-def typical(runs: Sequence[Outcome]) -> Outcome:
-    """Return the run with the median wall time, the faster of the middle two."""
-    return sorted(runs, key=lambda run: run.wall_seconds)[(len(runs) - 1) // 2]
+def compare(task: str, tools: Sequence[str], settings: Settings, arguments: argparse.Namespace) -> Comparison:
+    """Run the tools in turns on one problem.
 
-
-def table(runs: dict[str, list[Outcome]], arguments: argparse.Namespace) -> str:
-    """Return the comparison, one column per tool."""
-    medians = {tool: statistics.median(run.wall_seconds for run in found) for tool, found in runs.items()}
-    shown = {tool: typical(found) for tool, found in runs.items()}
-    fastest = min(medians.values())
-    wall = "wall time [s]" if arguments.repeat == 1 else f"wall time [s], median of {arguments.repeat}"
-    lines = [
-        ["", *(f"{TITLES[tool]} {version(PACKAGES[tool][0])}" for tool in runs)],
-        [wall, *(f"{medians[tool]:.1f}" for tool in runs)],
-    ]
-    if len(runs) > 1:
-        lines.append(["time ratio", *(f"{medians[tool] / fastest:.2f}" for tool in runs)])
-    lines += [[label, *(show(shown[tool]) for tool in runs)] for label, show in ROWS]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    rule = "  ".join("-" * width for width in widths)
-    texts = [
-        "  ".join([line[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(line[1:], widths[1:], strict=True))])
-        for line in lines
-    ]
-    return "\n".join([texts[0], rule, *texts[1:]])
+    Args:
+        tools: in the order in which they run.
+    """
+    runs: dict[str, list[Outcome]] = {tool: [] for tool in TOOLS if tool in tools}
+    for turn in range(1, arguments.repeat + 1):
+        for tool in tools:
+            what = f"{PROBLEMS[task].title}: {TITLES[tool]}, run {turn} of {arguments.repeat} ... "
+            print(what, end="", file=sys.stderr, flush=True)
+            runs[tool].append(run_in_child(tool, task, settings, arguments.verbose))
+            print(f"{runs[tool][-1].wall_seconds:.1f} s", file=sys.stderr, flush=True)
+    return Comparison(task, settings, runs)
 
 
 def version(package: str) -> str:
@@ -276,10 +95,15 @@ def version(package: str) -> str:
 def parse(words: Sequence[str] | None) -> argparse.Namespace:
     """Return the command line's options."""
     parser = argparse.ArgumentParser(
-        description="Plan the same jumping hopper with fesd-robot and with nosnoc, and compare.",
+        description="Solve the same problems with fesd-robot and with nosnoc, and compare.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
-    parser.add_argument("--task", choices=list(TASKS), default="five_jumps", help="which hopper")
+    parser.add_argument(
+        "--task",
+        choices=[*PROBLEMS, "all"],
+        default="five_jumps",
+        help="which problem; all: every one, the hoppers also with the other multipliers in nosnoc",
+    )
     parser.add_argument(
         "--tolerance", type=float, default=1e-8, help="complementarity fesd-robot is asked for; nosnoc keeps its own"
     )
@@ -287,13 +111,14 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
         "--multipliers",
         choices=["published", "correct"],
         default="published",
-        help="how nosnoc's problem weighs its vector fields: as in its authors' example, where the weights do not sum "
+        help="how nosnoc's hopper weighs its vector fields: as in its authors' example, where the weights do not sum "
         "to 1 in contact, or so that they do",
     )
     parser.add_argument("--order", choices=["ours-first", "nosnoc-first"], default="ours-first", help="who runs first")
     parser.add_argument("--only", choices=TOOLS, help="run one tool alone")
     parser.add_argument("--repeat", type=int, default=1, help="runs of each tool, in turns; the median time is shown")
     parser.add_argument("--json", type=Path, metavar="FILE", help="save all numbers of all runs")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="write a page with the tables")
     parser.add_argument("--verbose", action="store_true", help="show what the tools print while they run")
     parser.add_argument("--worker", choices=TOOLS, help=argparse.SUPPRESS)
     arguments = parser.parse_args(words)
@@ -301,8 +126,12 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f"argument --repeat: found {arguments.repeat}, expected 1 or more")
     if not 0 < arguments.tolerance < 1:
         parser.error(f"argument --tolerance: found {arguments.tolerance:g}, expected more than 0 and less than 1")
-    if arguments.json and not arguments.json.parent.is_dir():
-        parser.error(f"argument --json: there is no folder {arguments.json.parent}")
+    for option in ("json", "page"):
+        file = getattr(arguments, option)
+        if file and not file.parent.is_dir():
+            parser.error(f"argument --{option}: there is no folder {file.parent}")
+    if arguments.page and arguments.only:
+        parser.error("argument --page: compares both tools, leave out --only")
     return arguments
 
 
@@ -319,32 +148,43 @@ def main(words: Sequence[str] | None = None) -> None:
             "nosnoc is not installed. Install it with the extra 'bench': pip install 'fesd-robot[bench]'\n"
             "Or run fesd-robot alone: --only ours"
         )
-    runs: dict[str, list[Outcome]] = {tool: [] for tool in TOOLS if tool in tools}
-    for turn in range(1, arguments.repeat + 1):
-        for tool in tools:
-            print(f"{TITLES[tool]}, run {turn} of {arguments.repeat} ... ", end="", file=sys.stderr, flush=True)
-            runs[tool].append(run_in_child(tool, arguments))
-            print(f"{runs[tool][-1].wall_seconds:.1f} s", file=sys.stderr, flush=True)
-    notes = {
-        "ours": f"fesd-robot to complementarity {arguments.tolerance:g}",
-        "nosnoc": f"nosnoc with {arguments.multipliers} multipliers",
+    versions = {"python": platform.python_version()} | {
+        package: version(package) for tool in tools for package in PACKAGES[tool]
     }
-    print(f"Hopper, {arguments.task.replace('_', ' ')}: {', '.join(notes[tool] for tool in runs)}\n")
-    print(table(runs, arguments))
+    settings = Settings(arguments.tolerance, arguments.multipliers)
+    found: list[Comparison] = []
+    for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
+        found.append(compare(task, tools, settings, arguments))
+        if arguments.task == "all" and PROBLEMS[task].weighed and "nosnoc" in tools:
+            other = replace(settings, multipliers="correct" if settings.multipliers == "published" else "published")
+            again = compare(task, ["nosnoc"], other, arguments)
+            found.append(replace(again, runs=found[-1].runs | again.runs))
+        print(table(found[-1], versions), end="\n\n", flush=True)
+    if arguments.page:
+        command = f"python scripts/compare_nosnoc.py {' '.join(words or sys.argv[1:])}"
+        arguments.page.write_text(page(found, versions, command), encoding="utf-8")
     if arguments.json:
-        record = {
-            "task": arguments.task,
-            "tolerance": arguments.tolerance,
-            "multipliers": arguments.multipliers,
-            "order": tools,
-            "versions": {"python": platform.python_version()}
-            | {package: version(package) for tool in tools for package in PACKAGES[tool]},
-            "median_wall_seconds": {
-                tool: statistics.median(run.wall_seconds for run in found) for tool, found in runs.items()
-            },
-            "runs": {tool: [asdict(run) for run in found] for tool, found in runs.items()},
-        }
-        arguments.json.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        arguments.json.write_text(json.dumps(_record(found, arguments, versions), indent=1) + "\n", encoding="utf-8")
+
+
+def _record(found: Sequence[Comparison], arguments: argparse.Namespace, versions: dict[str, str]) -> dict[str, Any]:
+    return {
+        "versions": versions,
+        "order": arguments.order,
+        "comparisons": [
+            {
+                "task": one.task,
+                "tolerance": one.settings.tolerance,
+                "multipliers": one.settings.multipliers,
+                "median_wall_seconds": {
+                    tool: statistics.median(run.wall_seconds for run in runs) for tool, runs in one.runs.items()
+                },
+                "typical": {tool: asdict(typical(runs)) for tool, runs in one.runs.items()},
+                "runs": {tool: [asdict(run) for run in runs] for tool, runs in one.runs.items()},
+            }
+            for one in found
+        ],
+    }
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
 
-ITERATIONS = 60
+ITERATIONS = 40
 """IPOPT iterations for one structure before it is revised; one that fits needs 15 to 50."""
 
 REVISIONS = 4

@@ -25,6 +25,9 @@ _TRIALS = ("first", "again")
 _FINAL = ("interrupted", "time limit", "iteration limit")
 """Ends of an NLP after which another trial is pointless."""
 
+LOSS = 0.2
+"""Share of the cost that an exact point may lose against the relaxed one; a structure that costs more was misread."""
+
 SKETCH_TOLERANCE = 1e-2
 """IPOPT's tolerance while sketching."""
 
@@ -149,7 +152,9 @@ class _Run:
 
     def solved(self, build_seconds: float) -> MpccSolution:
         """Run to the end."""
-        size, sigmas, exact = self._problem.size, self._steps.start(), None
+        size, sigmas = self._problem.size, self._steps.start()
+        exact: FinishReport | None = None
+        candidate: FinishReport | None = None
         sketching, finished = self._smooth is not None and not self._elastic, False
         while not finished:
             sketching = sketching and not self._steps.is_last(sigmas)
@@ -161,13 +166,18 @@ class _Run:
             settled = slack <= self._options.tolerance and self._is_feasible(self._reports[-1].residuals)
             finished = self._steps.is_last(sigmas) or (self._elastic and settled)
             if self._smooth and (finished or (sketching and sigmas[0] <= self._options.finish_at)):
-                exact, sketching = self._finish(), False
+                found, sketching = self._finish(), False
+                if found and _keeps_cost(found.residuals.objective, self._problem.residuals(self._point.x[:size])):
+                    exact = found
                 if exact or self._status in _FINAL:
                     break
+                candidate = found or candidate
             if finished and self._elastic and not settled:
                 finished, self._status = False, "slack left"
                 break
             sigmas = self._steps.after(sigmas, result.iterations)
+        if exact is None and not (finished and self._is_feasible(self._problem.residuals(self._best.x[:size]))):
+            exact = candidate
         w = exact.w if exact else self._best.x[:size]
         residuals = self._problem.residuals(w)
         feasible = self._is_feasible(residuals)
@@ -244,6 +254,10 @@ class _Run:
     def _is_feasible(self, residuals: Residuals) -> bool:
         product, violation = residuals.complementarity, residuals.constraint_violation
         return violation <= self._options.feasibility and product <= 1.01 * self._options.tolerance
+
+
+def _keeps_cost(objective: float, relaxed: Residuals) -> bool:
+    return objective - relaxed.objective <= LOSS * max(abs(objective), abs(relaxed.objective))
 
 
 def _linear_solver(name: str) -> dict[str, Any]:

@@ -57,7 +57,7 @@ class HomotopyOptions:
     sigma_power: float = 1.5
     finish: bool = True
     finish_at: float = 1e-5
-    sketch_iterations: int = 50
+    sketch_iterations: int = 200
 
     def __post_init__(self) -> None:
         relaxation_named(self.relaxation)

@@ -10,7 +10,7 @@ import pinocchio as pin
 from fesd_robot.errors import JointError, RobotError
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.robot import Robot, load_robot
-from fesd_robot.task import Task, check_names, check_values
+from fesd_robot.task import CircleCircleContact, Task, check_names, check_values
 
 _SAME_PLACE = 1e-9
 """m; contacts that stay closer than this in the x-z plane are one."""
@@ -63,12 +63,16 @@ def _check_distinct_contacts(task: Task, robot: Robot) -> None:
     """Refuse two contacts that touch together wherever the robot is: nothing would tell their forces apart."""
     model = robot.model
     data, paths = model.createData(), []
-    frames = {name: robot.frame_id(contact.frame) for name, contact in task.contacts.items()}
+    points = {name: one for name, one in task.contacts.items() if not isinstance(one, CircleCircleContact)}
+    frames = {name: robot.frame_id(contact.frame) for name, contact in points.items()}
     for share in (0.0, 0.3, -0.7):
         pin.framesForwardKinematics(model, data, pin.integrate(model, robot.neutral, np.linspace(share, 1, model.nv)))
         paths.append({name: data.oMf[frame].translation[[0, 2]] for name, frame in frames.items()})
+    kinds = {name: contact.model_copy(update={"frame": "", "friction": None}) for name, contact in points.items()}
     for first, second in combinations(frames, 2):
-        if all(np.abs(path[first] - path[second]).max() <= _SAME_PLACE for path in paths):
+        if kinds[first] == kinds[second] and all(
+            np.abs(path[first] - path[second]).max() <= _SAME_PLACE for path in paths
+        ):
             raise task.error(
                 ("contacts", second),
                 f"found a contact that is always where '{first}' is in the x-z plane, expected one of the two: its "

@@ -169,7 +169,9 @@ class Solver(Section):
         "solved down to the tolerance.",
     )
     sketch_iterations: Count = Field(
-        default=50, description="Largest number of iterations of each relaxed problem of the sketch before the finish."
+        default=200,
+        description="Largest number of iterations of each relaxed problem of the sketch; fewer are faster, more "
+        "find cheaper motions more often.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[

@@ -20,6 +20,7 @@ def solution(status: str, *, solved: bool = False, violation: float = 0.0, steps
         residuals=residuals,
         feasible=solved,
         solved=solved,
+        exact=False,
         status=status,
         reports=[report] * steps,
         build_seconds=0.1,

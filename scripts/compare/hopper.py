@@ -1,28 +1,36 @@
-"""The jumping hopper as a problem for nosnoc, in the step-function form of the FESD papers.
+"""The jumping hopper: the shipped task in fesd-robot, the step-function form of the FESD papers in nosnoc.
 
 State (x, y, angle, leg length, their rates, clock), controls (torque, leg force, slack, speed of time). Contact by
 time-freezing: gap, normal and tangential foot velocity switch between the motion and an auxiliary field in which the
-clock stands still. `Multipliers` says how the steps weigh these fields: `published` as in the example that
-accompanies the paper, where the weights do not sum to 1 at the ground, `correct` with weights that do.
-
-Course, reference and `tracking_cost` can be used without nosnoc.
+clock stands still. `Settings.multipliers` says how nosnoc's steps weigh these fields: `published` as in the example
+that accompanies the paper, where the weights do not sum to 1 at the ground, `correct` with weights that do.
 
 Sources: arXiv 2303.18066 (step functions, the hopper), arXiv 2111.06759 (time-freezing).
 """
 
 from __future__ import annotations
 
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-if TYPE_CHECKING:
-    from nosnoc import NosnocModel, NosnocOcp, NosnocOpts, NosnocSolver
+from compare import nosnoc_tool
+from compare.outcome import Outcome, Settings, show_nlp
 
-Multipliers = Literal["published", "correct"]
+if TYPE_CHECKING:
+    from nosnoc import NosnocModel, NosnocOcp, NosnocOpts
+
+TASKS = Path(__file__).resolve().parents[2] / "tasks"
+TOUCHING = 2e-3
+"""m; a foot closer to the ground than this is on it."""
+CLEARANCE = 0.1
+"""m; a flight counts if the foot rises higher than this."""
 
 TOTAL_MASS, LEG_MASS, TOTAL_INERTIA = 1.1, 0.1, 0.275  # kg, kg, kg m2
 FRICTION, GRAVITY, AUXILIARY_ACCELERATION = 0.45, 9.81, 100.0  # -, m/s2, m/s2
@@ -89,7 +97,107 @@ def _squares(rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.sum((rows @ weights) * rows, axis=1)
 
 
-def build(course: Course, multipliers: Multipliers) -> tuple[NosnocModel, NosnocOcp]:
+def count_flights(gap: Sequence[float]) -> int:
+    """Return how many maximal runs of samples off the ground rise above `CLEARANCE`."""
+    flights, highest = 0, 0.0
+    for value in [*gap, 0.0]:
+        if value > TOUCHING:
+            highest = max(highest, value)
+        else:
+            flights += highest > CLEARANCE
+            highest = 0.0
+    return flights
+
+
+def further(final_x: float, gap: Sequence[float], clock_error: float, theta_error: float) -> dict[str, str]:
+    """Return what else tells two motions of the hopper apart."""
+    return {
+        "final x [m]": f"{final_x:.4f}",
+        f"flights with more than {CLEARANCE:g} m clearance": f"{count_flights(gap)}",
+        "clock error [s]": f"{clock_error:.1e}",
+        "max |sum theta - 1|": f"{theta_error:.1e}",
+        "min gap [m]": f"{min(gap):.1e}",
+    }
+
+
+def ours(name: str, settings: Settings) -> Outcome:
+    """Plan the task file with fesd-robot."""
+    from fesd_robot import load_task, plan
+
+    begin, cpu = time.perf_counter(), time.process_time()
+    task = load_task(TASKS / f"hopper_{name}.yaml", [f"solver.tolerance={settings.tolerance!r}"])
+    made = plan(task, progress=show_nlp)
+    wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
+    trajectory, statistic, foot = made.trajectory, made.statistics, made.contacts["foot"]
+    states = np.column_stack([*trajectory.configuration.values(), *trajectory.velocity.values()])
+    middle = 0.5 * (trajectory.time[:-1] + trajectory.time[1:])
+    interval = np.clip(np.searchsorted(made.controls["time"], middle) - 1, 0, None)
+    controls = np.column_stack([made.controls["reaction_torque"], made.controls["leg_force"]])
+    return Outcome(
+        verdict="solved" if made.status.solved else "not solved",
+        last_nlp=made.status.nlp,
+        wall_seconds=wall,
+        cpu_seconds=cpu,
+        iterations=sum(attempt.iterations for attempt in statistic.attempts),
+        complementarity=made.status.complementarity,
+        constraint_violation=made.status.constraint_violation,
+        objective=statistic.objective,
+        cost=tracking_cost(COURSES[name], trajectory.time, states, controls, interval),
+        variables=statistic.variables,
+        constraints=statistic.constraints,
+        further=further(
+            float(trajectory.configuration["root_x"][-1]),
+            foot.gap.tolist(),
+            made.audit.max_clock_error,
+            made.audit.max_theta_sum_error,
+        ),
+        homotopy=[step.model_dump() for step in statistic.homotopy],
+        details={
+            "status": made.status.model_dump(),
+            "audit": made.audit.model_dump(),
+            "attempts": len(statistic.attempts),
+            "cost_terms": statistic.cost_terms,
+            "build_seconds": statistic.build_seconds,
+            "solve_seconds": statistic.solve_seconds,
+        },
+    )
+
+
+def nosnoc(name: str, settings: Settings) -> Outcome:
+    """Solve the step-function form of the same hopper with nosnoc, started at the reference."""
+    begin = time.perf_counter(), time.process_time()
+    course = COURSES[name]
+    opts, (model, ocp) = options(course), build(course, settings.multipliers)
+    clock = np.linspace(0, course.duration, course.intervals + 1)
+    found = nosnoc_tool.run(opts, model, ocp, begin, np.column_stack([course.reference(), clock])[1:])
+    problem, w = found.solver.problem, found.w
+    elements = [stages for interval in problem.ind_x for stages in interval]
+    per_interval = opts.N_finite_elements * opts.n_s
+    stages = w[np.array(elements).reshape(-1, 9)]
+    states = np.vstack([found.solver.model.x0, stages])
+    algebraic = np.array([stages for interval in problem.ind_z for stages in interval]).reshape(-1, 4)
+    ends = stages[per_interval - 1 :: per_interval, 8]
+    cost = tracking_cost(
+        course,
+        states[:, 8],
+        states[:, :8],
+        w[np.array(problem.ind_u)][:, :2],
+        np.repeat(np.arange(course.intervals), per_interval),
+    )
+    return found.outcome(
+        cost,
+        further(
+            float(states[-1, 0]),
+            gap(states).tolist(),
+            float(np.abs(ends - clock[1:]).max()),
+            float(np.abs(w[algebraic[:, :3]].sum(axis=1) - 1).max()),
+        ),
+        multipliers=settings.multipliers,
+        final_state=states[-1].tolist(),
+    )
+
+
+def build(course: Course, multipliers: str) -> tuple[NosnocModel, NosnocOcp]:
     """Return the hopper's dynamics and its optimal control problem."""
     from nosnoc import NosnocModel, NosnocOcp
 
@@ -151,7 +259,7 @@ def options(course: Course) -> NosnocOpts:
     """Return the settings of the published run."""
     import nosnoc
 
-    opts = nosnoc.NosnocOpts()
+    opts = nosnoc_tool.options()
     opts.terminal_time = course.duration
     opts.N_stages, opts.N_finite_elements = course.intervals, 3
     opts.irk_scheme, opts.n_s = nosnoc.IrkSchemes.RADAU_IIA, 2
@@ -166,100 +274,7 @@ def options(course: Course) -> NosnocOpts:
     opts.homotopy_update_rule, opts.homotopy_update_slope = nosnoc.HomotopyUpdateRule.LINEAR, 0.1
     opts.max_iter_homotopy = 6
     opts.initialization_strategy = nosnoc.InitializationStrategy.EXTERNAL
-    opts.print_level = 1
     opts.opts_casadi_nlp["ipopt"].update(
         max_iter=4000, acceptable_tol=1e-6, mu_strategy="adaptive", mu_oracle="quality-function"
     )
     return opts
-
-
-def prepare(course: Course, multipliers: Multipliers) -> NosnocSolver:
-    """Return the solver, started at the reference."""
-    from nosnoc import NosnocSolver
-
-    solver = NosnocSolver(options(course), *build(course, multipliers))
-    clock = np.linspace(0, course.duration, course.intervals + 1)
-    solver.set("x", np.column_stack([course.reference(), clock])[1:])
-    return solver
-
-
-@dataclass(frozen=True)
-class Solution:
-    """What nosnoc returned.
-
-    Attributes:
-        states: initial value and all stage values in order, clock last, (n, 9).
-        interval: interval of the piece after each sample but the last, (n - 1).
-        interval_ends: clock at the end of every interval, s.
-        controls: torque, leg force, slack, speed of time per interval, (intervals, 4).
-        weights: the three multipliers at all stages, (n - 1, 3).
-        success: nosnoc's own verdict.
-        status: IPOPT's word on the last NLP.
-        objective: of the NLP, with its step-equilibration term.
-        complementarity: largest product of a relaxed pair as nosnoc adds them up.
-        stage_complementarity: largest product of single stage values, nosnoc's own residual.
-        constraint_violation: largest violation of a constraint of the last NLP or of a bound.
-        homotopy: sigma, iterations, seconds, objective and complementarity of every NLP.
-    """
-
-    states: np.ndarray
-    interval: np.ndarray
-    interval_ends: np.ndarray
-    controls: np.ndarray
-    weights: np.ndarray
-    success: bool
-    status: str
-    objective: float
-    complementarity: float
-    stage_complementarity: float
-    constraint_violation: float
-    homotopy: list[dict[str, Any]]
-
-
-def solve(solver: NosnocSolver) -> Solution:
-    """Run nosnoc's homotopy and read the result off all stages."""
-    from nosnoc import Status
-
-    results = solver.solve()
-    problem, opts, w = solver.problem, solver.opts, results["w_sol"]
-    elements = [stages for interval in problem.ind_x for stages in interval]
-    per_interval = opts.N_finite_elements * opts.n_s
-    stage_states = w[np.array(elements).reshape(-1, 9)]
-    algebraic = np.array([stages for interval in problem.ind_z for stages in interval]).reshape(-1, 4)
-    homotopy, sigma = [], opts.sigma_0
-    for iterations, seconds, point in zip(
-        results["nlp_iter"], results["cpu_time_nlp"], results["w_all"][1:], strict=False
-    ):
-        homotopy.append(
-            {"sigma": sigma, "iterations": iterations, "seconds": seconds, **_residuals(solver, point, sigma)}
-        )
-        sigma = solver.homotopy_sigma_update(sigma)
-    last = homotopy[-1]
-    return Solution(
-        states=np.vstack([solver.model.x0, stage_states]),
-        interval=np.repeat(np.arange(opts.N_stages), per_interval),
-        interval_ends=stage_states[per_interval - 1 :: per_interval, 8],
-        controls=w[np.array(problem.ind_u)],
-        weights=w[algebraic[:, :3]],
-        success=results["status"] == Status.SUCCESS,
-        status=solver.solver.stats()["return_status"],
-        objective=last["objective"],
-        complementarity=last["complementarity"],
-        stage_complementarity=last["stage_complementarity"],
-        constraint_violation=last["constraint_violation"],
-        homotopy=homotopy,
-    )
-
-
-def _residuals(solver: NosnocSolver, w: np.ndarray, sigma: float) -> dict[str, float]:
-    problem = solver.problem
-    solver.setup_p_val(sigma, 0.0)
-    g = np.asarray(problem.g_fun(w, solver.p_val)).ravel()
-    pairs = np.concatenate([rows for interval in problem.ind_comp for element in interval for rows in element])
-    excess = np.concatenate([problem.lbg - g, g - problem.ubg, problem.lbw - w, w - problem.ubw])
-    return {
-        "objective": float(problem.cost_fun(w, solver.p_val)),
-        "complementarity": float(g[pairs].max() + sigma),
-        "stage_complementarity": float(problem.comp_res(w, solver.p_val)),
-        "constraint_violation": max(0.0, float(excess.max())),
-    }
