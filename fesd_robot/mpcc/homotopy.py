@@ -169,7 +169,7 @@ class _Run:
                 found, sketching = self._finish(), False
                 if found and _keeps_cost(found.residuals.objective, self._problem.residuals(self._point.x[:size])):
                     exact = found
-                if exact or self._status in _FINAL:
+                if exact or self._status in ("interrupted", "time limit"):
                     break
                 candidate = found or candidate
             if finished and self._elastic and not settled:
