@@ -11,6 +11,7 @@ Changes = dict[str, Any]
 """``section.key`` of the task -> value."""
 
 LADDER: tuple[Callable[[Task], Changes], ...] = (
+    lambda task: {"solver.sketch_iterations": max(task.solver.sketch_iterations // 3, 30)},
     lambda task: {"solver.sigma_factor": round(task.solver.sigma_factor**0.5, 3)},
     lambda task: {"solver.velocity_relaxation": max(1.0, task.solver.velocity_relaxation / 10)},
     lambda task: {"method.step_freedom": task.method.step_freedom + 1.0},
@@ -18,8 +19,8 @@ LADDER: tuple[Callable[[Task], Changes], ...] = (
     lambda task: {"solver.sigma_start": 10 * task.solver.sigma_start},
     lambda task: {"method.elements": task.method.elements + 1},
 )
-"""A gentler homotopy, velocity conditions that trail less, longer elements, another relaxation, a softer start, more
-elements.
+"""A shorter sketch, a gentler homotopy, velocity conditions that trail less, longer elements, another relaxation, a
+softer start, more elements.
 
 None changes what is asked for: goal, limits, costs and tolerances stay. A homotopy through a nonconvex problem ends
 where its way leads it; a small change of the way often leads elsewhere.

@@ -191,10 +191,10 @@ class Solver(Section):
         default="linear",
         description="How sigma falls: by sigma_factor; faster and faster; or by how hard the last problem was.",
     )
-    retries: Annotated[int, Field(strict=True, ge=0, le=6)] = Field(
+    retries: Annotated[int, Field(strict=True, ge=0, le=7)] = Field(
         default=3,
-        description="How many other ways are tried when a task is not solved, 0 to 6: gentler sigma_factor, smaller "
-        "velocity_relaxation, larger method.step_freedom, relaxation fischer_burmeister, larger sigma_start, one more "
+        description="How many other ways are tried when a task is not solved, 0 to 7: a third of sketch_iterations, "
+        "gentler sigma_factor, smaller velocity_relaxation, larger method.step_freedom, relaxation fischer_burmeister, larger sigma_start, one more "
         "of method.elements.",
     )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(
