@@ -34,8 +34,8 @@ def cells(report: NlpReport) -> list[str]:
     """Return one NLP as the entries of its row."""
     residuals = report.residuals
     return [
-        f"{report.sigma:.0e}",
-        f"{report.sigma_of_rank_1:.0e}",
+        f"{report.sigma:.0e}" if report.sigma else "exact",
+        f"{report.sigma_of_rank_1:.0e}" if report.sigma_of_rank_1 else "exact",
         report.status,
         str(report.iterations),
         f"{residuals.objective:.6g}",

@@ -89,6 +89,7 @@ class Status(Record):
         nlp: the last NLP's own verdict (``converged``, ``iteration limit``, ``infeasible``, ``time limit``,
             ``interrupted`` or ``failed: ...``).
         complementarity: largest product a b over all pairs, recomputed from the returned point.
+        exact: the smooth problem on the sequence of contacts was solved, so that products are zero to round-off.
         natural_residual: largest min(a, b) over all pairs, recomputed from the returned point.
         constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
         stationarity: ``S``, ``M``, ``C``, ``W`` or ``none`` of a solved problem, else ``unknown``.
@@ -102,6 +103,7 @@ class Status(Record):
     solved: bool
     nlp: str
     complementarity: float
+    exact: bool = False
     natural_residual: float
     constraint_violation: float
     stationarity: Literal["S", "M", "C", "W", "none", "unknown"]

@@ -48,6 +48,7 @@ def _answers(plan: Plan) -> str:
     rows = [
         ["last NLP", status.nlp],
         ["complementarity, largest a b", f"{status.complementarity:.2e} (asked for {asked:.0e})"],
+        ["exact contact sequence", "yes" if status.exact else "no, relaxed to the tolerance"],
         ["natural residual, largest min(a, b)", f"{status.natural_residual:.2e}"],
         ["constraint violation", f"{status.constraint_violation:.2e}"],
         ["kind of stationary point", _stationarity(status)],
@@ -111,8 +112,8 @@ def _effort(plan: Plan) -> str:
     s = plan.statistics
     rows = [
         [
-            f"{step.sigma:.0e}",
-            f"{step.velocity_sigma:.0e}",
+            f"{step.sigma:.0e}" if step.sigma else "exact",
+            f"{step.velocity_sigma:.0e}" if step.velocity_sigma else "exact",
             step.status,
             str(step.iterations),
             f"{step.objective:.6g}",

@@ -45,6 +45,7 @@ def status_of(solution: MpccSolution, found: Audit, tolerance: float, certificat
         solved=solution.solved and audit_passed,
         nlp=solution.status,
         complementarity=residuals.complementarity,
+        exact=solution.exact,
         natural_residual=residuals.natural_residual,
         constraint_violation=residuals.constraint_violation,
         stationarity=certificate.kind if certificate else "unknown",

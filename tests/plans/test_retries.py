@@ -112,5 +112,5 @@ def test_tries_are_written_down(monkeypatch: pytest.MonkeyPatch, task: Task, pla
     write_plan(found, tmp_path / "run")
     assert read_plan(tmp_path / "run").statistics.attempts == found.statistics.attempts
     text = report(found)
-    assert "### Tries" in text and "solver.sigma_factor = 0.592" in text and "infeasible 1" in text
+    assert "### Tries" in text and "solver.sketch_iterations = 66" in text and "infeasible 1" in text
     assert "### Tries" not in report(plan)
