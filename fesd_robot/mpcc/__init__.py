@@ -4,6 +4,7 @@ from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.finish import Finisher, FinishReport, Held, SmoothNlp
 from fesd_robot.mpcc.homotopy import HomotopyOptions, MpccSolution, NlpReport, solve
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
+from fesd_robot.mpcc.sides import PairFinisher
 
 __all__ = [
     "Block",
@@ -15,6 +16,7 @@ __all__ = [
     "Mpcc",
     "MpccSolution",
     "NlpReport",
+    "PairFinisher",
     "Residuals",
     "SmoothNlp",
     "certify",

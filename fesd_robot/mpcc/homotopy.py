@@ -167,7 +167,8 @@ class _Run:
             finished = self._steps.is_last(sigmas) or (self._elastic and settled)
             if self._smooth and (finished or (sketching and sigmas[0] <= self._options.finish_at)):
                 found, sketching = self._finish(), False
-                if found and _keeps_cost(found.residuals.objective, self._problem.residuals(self._point.x[:size])):
+                relaxed = self._problem.residuals(self._point.x[:size]).objective
+                if found and _keeps_cost(found.residuals.objective, relaxed, sigmas[0]):
                     exact = found
                 if exact or self._status in ("interrupted", "time limit"):
                     break
@@ -256,8 +257,9 @@ class _Run:
         return violation <= self._options.feasibility and product <= 1.01 * self._options.tolerance
 
 
-def _keeps_cost(objective: float, relaxed: Residuals) -> bool:
-    return objective - relaxed.objective <= LOSS * max(abs(objective), abs(relaxed.objective))
+def _keeps_cost(exact: float, relaxed: float, sigma: float) -> bool:
+    """Whether an exact point costs little more than the relaxed one, which gains up to about sqrt(sigma) by itself."""
+    return exact - relaxed <= LOSS * max(abs(exact), abs(relaxed)) + sigma**0.5
 
 
 def _linear_solver(name: str) -> dict[str, Any]:

@@ -87,14 +87,15 @@ class Holding:
         return Held(self._lower, self._upper, self._g_lower, self._g_upper)
 
     def _hold(self, e: int, alternative: Alternative, choice: Choice, left: Point, before: Choice | None) -> None:
-        quantities, stages = self._alternatives.quantities, self._points[e][: self._stages]
+        quantities = self._alternatives.quantities
         if choice is not Choice.LEVEL:
             quantity = quantities[alternative.share if choice is Choice.SHARE else alternative.rest]
-            for point in stages:
+            for point in self._with_shares(e, alternative, left):
                 self._clamp(quantity, point, 1, one_sided=False)
             return
         level = quantities[alternative.level]
-        begins = [left] if left is not self._start or self._start_is_free else []
+        held_here = left is not self._start or self._start_is_free or not alternative.one_sided
+        begins = [left] if held_here else []
         if alternative.kept < 0:
             for point in [*begins, *self._points[e]]:
                 self._clamp(level, point, alternative.direction, one_sided=alternative.one_sided)
@@ -107,13 +108,19 @@ class Holding:
         for row in self._state_rows[e][alternative.kept]:
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
 
+    def _with_shares(self, e: int, alternative: Alternative, left: Point | None = None) -> list[Point]:
+        """Points at which a share is part of a condition; a pair also has one at the start and at an own right end."""
+        if alternative.one_sided:
+            return self._points[e][: self._stages]
+        return [self._start, *self._points[e]] if left is self._start else self._points[e]
+
     def _collapse(self, e: int, choices: tuple[Choice, ...]) -> None:
         """No length, no shares, and the states of the left boundary, whose bounds need not be repeated."""
         at = self._steps[e]
         self._lower[at] = self._upper[at] = 0.0
         for alternative, choice in zip(self._alternatives.members, choices, strict=True):
             if alternative.one_sided or choice is Choice.SHARE:
-                for point in self._points[e][: self._stages]:
+                for point in self._with_shares(e, alternative):
                     self._clamp(self._alternatives.quantities[alternative.share], point, 1, one_sided=False)
         last = e == len(self._points) - 1
         for point in self._points[e][:-1] if last else self._points[e]:
