@@ -21,6 +21,7 @@ from fesd_robot.plans.requirements import requirements
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.retries import LADDER, Changes, changed
 from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.starts import solved_from_everywhere
 from fesd_robot.task import Task
 
 CERTIFICATE_SECONDS = 30.0
@@ -33,48 +34,74 @@ def plan(
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
     retrying: Callable[[Changes, Plan], None] | None = None,
+    started: Callable[[int, Plan], None] | None = None,
 ) -> Plan:
-    """Plan the motion that a task describes, on other ways where the first does not solve it (`retries.LADDER`).
+    """Plan the motion that a task describes, from several starts, and on other ways where no start solves it.
 
     Args:
-        task: from `load_task`; `task.solver.retries` is the number of other ways.
+        task: from `load_task`; `task.solver.starts` is the number of first guesses, each solved in a process of its own
+            if there are several, and `task.solver.retries` the number of other ways (`retries.LADDER`).
         progress: called after every NLP of the homotopy.
-        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve, and the best iterate is
-            returned as not solved.
+        stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
+            (0, NaN); True ends the solve, and the best iterate is returned as not solved.
         retrying: called before every other way with what it changes and the plan that was not solved.
+        started: called with the seed and the plan of every one of several starts when it is there.
 
     Returns:
-        The first plan that is solved, else the first of all; `plan.status.solved` says whether it can be relied on, and
-        `plan.statistics.attempts` what was tried.
+        The cheapest solved plan of the starts, else the first that is solved, else the first of all;
+        `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was tried.
 
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
     begin = time.perf_counter()
-    ways: list[Changes] = [{}, *(way(task) for way in LADDER[: task.solver.retries])]
-    attempts: list[Attempt] = []
-    found: list[Plan] = []
+    tries = _starts(task, stop, started) if task.solver.starts > 1 else []
+    ways: list[Changes] = [{}] if not tries else []
+    if not any(result.status.solved for _, result, _ in tries) and not (tries and stop and stop(0, float("nan"))):
+        ways += [way(task) for way in LADDER[: task.solver.retries]]
     for changes in ways:
-        if found and retrying:
-            retrying(changes, found[-1])
+        if any(result.status.solved for _, result, _ in tries):
+            break
+        if tries and retrying:
+            retrying(changes, tries[-1][1])
         seconds, before = task.solver.time_limit, time.perf_counter()
         left = {} if seconds is None else {"solver.time_limit": max(seconds - (before - begin), 1e-3)}
         result = attempt(changed(task, {**changes, **left}), progress=progress, stop=stop)
-        found.append(result)
-        attempts.append(
-            Attempt(
-                changes=changes,
-                solved=result.status.solved,
-                objective=result.statistics.objective,
-                iterations=result.statistics.iterations,
-                seconds=time.perf_counter() - before,
-                message=result.status.message,
-            )
-        )
-        if result.status.solved or result.status.nlp in ("interrupted", "time limit"):
+        tries.append((changes, result, time.perf_counter() - before))
+        if result.status.nlp in ("interrupted", "time limit"):
             break
-    best = next((one for one in found if one.status.solved), found[0])
+    solved = [result for _, result, _ in tries if result.status.solved]
+    best = min(solved, key=lambda one: one.statistics.objective) if solved else tries[0][1]
+    attempts = [
+        Attempt(
+            changes=changes,
+            solved=result.status.solved,
+            objective=result.statistics.objective,
+            iterations=result.statistics.iterations,
+            seconds=seconds,
+            message=result.status.message,
+        )
+        for changes, result, seconds in tries
+    ]
     return best.model_copy(update={"statistics": best.statistics.model_copy(update={"attempts": attempts})})
+
+
+def _starts(
+    task: Task, stop: Callable[[int, float], bool] | None, started: Callable[[int, Plan], None] | None
+) -> list[tuple[Changes, Plan, float]]:
+    """Solve the task from several first guesses at once."""
+    seeds = range(task.solver.seed, task.solver.seed + task.solver.starts)
+    found = solved_from_everywhere(
+        attempt,
+        [changed(task, {"solver.seed": seed}) for seed in seeds],
+        (lambda number, result: started(seeds[number], result)) if started else None,
+        (lambda: stop(0, float("nan"))) if stop else None,
+    )
+    return [
+        ({"solver.seed": seed}, result, result.statistics.build_seconds + result.statistics.solve_seconds)
+        for seed, result in zip(seeds, found, strict=True)
+        if result is not None
+    ]
 
 
 def attempt(
@@ -92,10 +119,11 @@ def attempt(
     transcription = transcribe(motion.ocp, motion.fesd)
     problem = transcription.problem
     build_seconds = time.perf_counter() - begin
+    finisher = SmoothTranscription(transcription)
     solution = solve(
         problem,
         homotopy_options(task),
-        finisher=SmoothTranscription(transcription) if task.solver.finish else None,
+        finisher=finisher,
         progress=progress,
         stop=stop,
     )
@@ -119,6 +147,7 @@ def attempt(
             found,
             task.solver.tolerance,
             _certificate(task, problem, solution, begin),
+            [] if solution.solved else finisher.crowded(solution.w),
         ),
         audit=found,
         units=Units(

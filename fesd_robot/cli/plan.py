@@ -67,7 +67,7 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
 
     logger.debug("building the problem of %s", task.name)
     with progress:
-        found = planner.plan(task, progress=progress.nlp, stop=stop, retrying=progress.retry)
+        found = planner.plan(task, progress=progress.nlp, stop=stop, retrying=progress.retry, started=progress.start)
     interrupts.solved()
     return found
 

@@ -51,6 +51,11 @@ def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
     return f"{failed.status.message} Next try: {what}."
 
 
+def start_line(seed: int, found: Plan) -> str:
+    """Return the sentence about one of several starts."""
+    return f"seed {seed}: cost {found.statistics.objective:.6g}. {found.status.message}"
+
+
 class Progress:
     """Shows nothing; base of the kinds that do."""
 
@@ -62,6 +67,9 @@ class Progress:
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why another way is tried, and which."""
+
+    def start(self, seed: int, found: Plan) -> None:
+        """Say what came of one of several starts."""
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
@@ -97,6 +105,10 @@ class PlainProgress(Progress):
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why another way is tried, and which."""
         typer.echo(retry_line(changes, failed))
+
+    def start(self, seed: int, found: Plan) -> None:
+        """Say what came of one of several starts."""
+        typer.echo(start_line(seed, found))
 
     def _begin(self) -> None:
         if not self._begun:
@@ -144,6 +156,10 @@ class LiveProgress(Progress):
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why another way is tried, and which."""
         self._live.console.print(retry_line(changes, failed), style="yellow", highlight=False)
+
+    def start(self, seed: int, found: Plan) -> None:
+        """Say what came of one of several starts."""
+        self._live.console.print(start_line(seed, found), highlight=False)
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""

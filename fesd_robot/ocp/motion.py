@@ -23,6 +23,7 @@ from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlPro
 from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.constraints import with_zones
 from fesd_robot.ocp.ground import friction_of, surroundings_of
+from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
 from fesd_robot.ocp.reference import ReferenceMotion
@@ -127,6 +128,7 @@ def formulate(task: Task) -> MotionProblem:
                 endpoints=endpoints,
                 limits=limits,
                 reference=reference,
+                guess=guess_of(task, robot, reference, grid.nominal),
                 grid=grid,
                 points=points,
                 parameters=parameters,

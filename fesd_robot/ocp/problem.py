@@ -42,6 +42,7 @@ class ProblemParts:
     endpoints: Endpoints
     limits: StateLimits
     reference: ReferenceMotion
+    guess: ReferenceMotion
     grid: TimeGrid
     points: Points
     parameters: ca.SX
@@ -78,8 +79,8 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     clock = state[parts.clock]
 
     def guess(time: float) -> np.ndarray:
-        velocity = np.clip(reference.velocity(time), limits.lower_velocity, limits.upper_velocity)
-        return parts.state(reference.configuration(time), velocity, time)
+        velocity = np.clip(parts.guess.velocity(time), limits.lower_velocity, limits.upper_velocity)
+        return parts.state(parts.guess.configuration(time), velocity, time)
 
     initial_lower, initial_upper = _initial_box(parts)
     goal_lower, goal_upper = _goal_box(parts)

@@ -1,4 +1,4 @@
-"""Reading a reference motion: a CSV file, or an earlier plan."""
+"""Reading a motion: a CSV file, or an earlier plan."""
 
 from __future__ import annotations
 
@@ -12,41 +12,40 @@ import pinocchio as pin
 from fesd_robot.errors import nearest
 from fesd_robot.plans import PlanFileError, read_plan
 from fesd_robot.robot import Robot
-from fesd_robot.task import FromFile, Task
+from fesd_robot.task import Task
 
 _UNIT = re.compile(r"\s*\[[^\]]*\]$")
-_KEY = "reference.path"
 
 _ROUNDED = 1e-9
 """s; a time less than this before the one above it is the same, rounded."""
 
 
-def read_reference(task: Task, reference: FromFile, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times, increasing, (n), and the configurations, (n, n_q), of a reference file.
+def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times, increasing, (n), and the configurations, (n, n_q), of a file that a key of the task names.
 
     Raises:
         TaskError: no such file, no such columns, or values that are no motion.
     """
     folder = task.source_path.parent if task.source_path is not None else Path()
-    path = folder / reference.path
+    path = folder / name
     if not path.exists():
-        raise task.error(_KEY, f"found '{reference.path}', but there is no file {path}")
+        raise task.error(key, f"found '{name}', but there is no file {path}")
     try:
         columns = _of_plan(path) if path.is_dir() or path.suffix == ".json" else _of_csv(path)
     except (OSError, UnicodeDecodeError, ValueError, csv.Error, PlanFileError) as error:
-        raise task.error(_KEY, f"found {path}, which cannot be read as a motion: {error}") from error
-    for name in ("time", *robot.configuration_names):
-        if name not in columns:
+        raise task.error(key, f"found {path}, which cannot be read as a motion: {error}") from error
+    for column in ("time", *robot.configuration_names):
+        if column not in columns:
             raise task.error(
-                _KEY, f"found no column '{name}' in {path}, expected one for 'time' and every configuration coordinate"
-                f"{nearest(name, columns)}"
+                key, f"found no column '{column}' in {path}, expected one for 'time' and every configuration coordinate"
+                f"{nearest(column, columns)}"
             )  # fmt: skip
     times, first = np.unique(np.maximum.accumulate(columns["time"]), return_index=True)
     rows = np.column_stack([columns[name] for name in robot.configuration_names])[first]
     if not len(times) or not (np.isfinite(times).all() and np.isfinite(rows).all()):
-        raise task.error(_KEY, f"found no rows, or values that are not finite, in {path}, expected numbers")
+        raise task.error(key, f"found no rows, or values that are not finite, in {path}, expected numbers")
     if np.any(np.diff(columns["time"]) < -_ROUNDED):
-        raise task.error(_KEY, f"found times that decrease in {path}, expected increasing ones")
+        raise task.error(key, f"found times that decrease in {path}, expected increasing ones")
     return times, np.array([pin.normalize(robot.model, row) for row in rows])
 
 

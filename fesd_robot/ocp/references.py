@@ -10,7 +10,7 @@ import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
 from fesd_robot.ocp.reference import LineMotion, ReferenceMotion
-from fesd_robot.ocp.reference_file import read_reference
+from fesd_robot.ocp.reference_file import read_motion
 from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
@@ -55,10 +55,10 @@ def reference_of(
     """
     reference, duration = task.reference, grid.nominal
     if isinstance(reference, FromFile):
-        times, rows = read_reference(task, reference, robot)
+        times, rows = read_motion(task, "reference.path", reference.path, robot)
         if reference.stretch:
             times = (times - times[0]) * duration / max(times[-1] - times[0], 1e-300)
-        return SampledMotion(robot, lambda time: _between(robot, times, rows, time), duration)
+        return SampledMotion(robot, lambda time: between(robot, times, rows, time), duration)
     if isinstance(reference, ThroughWaypoints):
         return SampledMotion(robot, _splines(task, robot, endpoints, limits, grid), duration)
     jumps = reference if isinstance(reference, Jumps) else None
@@ -73,7 +73,7 @@ def reference_of(
     )
 
 
-def _between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> np.ndarray:
+def between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> np.ndarray:
     """Interpolate the rows on the configuration manifold; before the first and after the last they hold still."""
     after = int(np.clip(np.searchsorted(times, time, side="right"), 1, len(times) - 1)) if len(times) > 1 else 0
     if after == 0:

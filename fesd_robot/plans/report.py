@@ -147,7 +147,13 @@ def _attempts(plan: Plan) -> str:
         for one in plan.statistics.attempts
     ]
     header = ["way", "solved", "cost", "iterations", "seconds", "outcome"]
-    return "\n### Tries\n\nThe first that was solved is kept, else the first.\n\n" + _table(header, rows)
+    costs = [one.objective for one in plan.statistics.attempts if one.solved]
+    spread = (
+        f" Costs of the {len(costs)} solved: {min(costs):.6g} to {max(costs):.6g}, median {np.median(costs):.6g}."
+        if len(costs) > 1
+        else ""
+    )
+    return f"\n### Tries\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + _table(header, rows)
 
 
 def _provenance(plan: Plan) -> str:

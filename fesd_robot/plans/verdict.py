@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from fesd_robot.mpcc import Certificate, MpccSolution
+import re
+from collections.abc import Sequence
+
+from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.plan import Audit, Status
 
 _HELP = {
@@ -15,11 +18,23 @@ _HELP = {
 _DEFAULT_HELP = "try another reference, solver.sigma_start or more method.elements"
 
 
-def status_of(solution: MpccSolution, found: Audit, tolerance: float, certificate: Certificate | None = None) -> Status:
+def status_of(
+    solution: MpccSolution,
+    found: Audit,
+    tolerance: float,
+    certificate: Certificate | None = None,
+    crowded: Sequence[int] = (),
+) -> Status:
     """Return the status of a solved MPCC and its audit; solved only if every answer is good.
 
     The kind of stationary point is told beside them: whether another motion nearby is cheaper does not make this one
     wrong.
+
+    Args:
+        solution, found: of the solver and of the audit.
+        tolerance: complementarity asked for.
+        certificate: what kind of point it is, if that was computed.
+        crowded: intervals without an element to spare, for the message.
     """
     residuals = solution.residuals
     audit_passed = not found.violations
@@ -40,7 +55,8 @@ def status_of(solution: MpccSolution, found: Audit, tolerance: float, certificat
             f"worst at {residuals.worst_pair}"
         )
         help_text = _HELP.get(solution.status, _DEFAULT_HELP)
-        message = f"Not solved: {solution.status} at sigma = {sigma:.0e}; {where}; {help_text}."
+        at = f"sigma = {sigma:.0e}" if sigma else "the exact problem"
+        message = f"Not solved: {solution.status} at {at}; {where}; {_elements(residuals, crowded)}{help_text}."
     return Status(
         solved=solution.solved and audit_passed,
         nlp=solution.status,
@@ -55,3 +71,12 @@ def status_of(solution: MpccSolution, found: Audit, tolerance: float, certificat
         audit_passed=audit_passed,
         message=message,
     )
+
+
+def _elements(residuals: Residuals, crowded: Sequence[int]) -> str:
+    """Say that an interval ran out of elements, if the worst place is in one of them."""
+    worst = residuals.worst_constraint if residuals.constraint_violation > 1e-8 else residuals.worst_pair
+    match = re.search(r"interval (\d+)$", worst)
+    if match is None or int(match[1]) not in crowded:
+        return ""
+    return f"interval {match[1]} ran out of finite elements, all lie between two switches: more method.elements; "

@@ -191,6 +191,21 @@ class Solver(Section):
         default="linear",
         description="How sigma falls: by sigma_factor; faster and faster; or by how hard the last problem was.",
     )
+    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        default=1,
+        description="How many first guesses the task is solved from, on all cores at once; the cheapest solved motion "
+        "is kept, and the report tells the costs of all.",
+    )
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(
+        default=0,
+        description="Seed of the random bend of the first guess, 0 for none; further starts have the next seeds.",
+    )
+    warm_start: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None,
+        description="An earlier plan (its folder or plan.json) or a CSV file with 'time' and names of configuration "
+        "coordinates, relative to the task file, that the first guess is taken from, whatever its grid; default: the "
+        "reference.",
+    )
     retries: Annotated[int, Field(strict=True, ge=0, le=7)] = Field(
         default=3,
         description="How many other ways are tried when a task is not solved, 0 to 7: a third of sketch_iterations, "

@@ -85,6 +85,13 @@ def test_feasible_but_not_complementary(clean: Audit) -> None:
     assert "complementarity is 2.0e-03 (asked for 1e-08), worst at gap, interval 3" in message
 
 
+def test_an_interval_that_ran_out_of_elements(clean: Audit) -> None:
+    """If the worst place lies in an interval without an element to spare, that is said; in another one it is not."""
+    there, elsewhere = (status_of(solution("infeasible", violation=0.5), clean, 1e-8, None, [k]) for k in (7, 3))
+    assert "interval 7 ran out of finite elements" in there.message and "method.elements" in there.message
+    assert "ran out" not in elsewhere.message
+
+
 def test_no_nlp_was_run(clean: Audit) -> None:
     """A time limit that leaves no time for a single NLP is a status too."""
     status = status_of(solution("time limit", steps=0), clean, 1e-8)

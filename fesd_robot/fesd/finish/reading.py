@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -60,6 +61,20 @@ def collapse(structure: Structure, elements: Sequence[Element], steps: np.ndarra
     short = [e.step < COLLAPSED * h for e, h in zip(elements, steps, strict=True)]
     collapsed = tuple(bool(old or new) for old, new in zip(structure.collapsed, short, strict=True))
     return None if collapsed == structure.collapsed else replace(structure, collapsed=collapsed)
+
+
+def crowded(structure: Structure, elements: Sequence[Element]) -> list[int]:
+    """Return the intervals that have no element to spare: each of theirs has a length and differs from its neighbours.
+
+    One switch more, and such an interval cannot hold its motion.
+    """
+    found = []
+    for interval in sorted({element.interval for element in elements}):
+        own = [e for e, element in enumerate(elements) if element.interval == interval]
+        switches = all(structure.choices[a] != structure.choices[b] for a, b in pairwise(own))
+        if len(own) > 1 and switches and not any(structure.collapsed[e] for e in own):
+            found.append(interval)
+    return found
 
 
 def _values(alternatives: Alternatives, element: Element) -> tuple[np.ndarray, np.ndarray]:

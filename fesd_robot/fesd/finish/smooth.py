@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.fesd.element import read_elements
 from fesd_robot.fesd.finish.alternatives import Alternatives, alternatives_of
 from fesd_robot.fesd.finish.holding import Holding
-from fesd_robot.fesd.finish.reading import HOVER, Structure, collapse, read_structure
+from fesd_robot.fesd.finish.reading import HOVER, Structure, collapse, crowded, read_structure
 from fesd_robot.fesd.interval import IntervalFunctions
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import Block, Held, Mpcc
@@ -54,6 +54,10 @@ class SmoothTranscription:
             if structure not in found:
                 found.append(structure)
                 yield structure
+
+    def crowded(self, w: np.ndarray) -> list[int]:
+        """Return the intervals of which no element is to spare at w, see `reading.crowded`."""
+        return crowded(next(self.readings(w)), self.transcription.unpack(w))
 
     def revised(self, structure: Structure, w: np.ndarray) -> Structure | None:
         """Return the structure without elements that have shrunk to nothing at w; None if there are none."""
