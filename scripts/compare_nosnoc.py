@@ -38,7 +38,7 @@ PACKAGES = {"ours": ("fesd-robot", "casadi", "numpy", "pin"), "nosnoc": ("nosnoc
 
 def work(arguments: argparse.Namespace) -> None:
     """Do one run in this process and leave its outcome in the file asked for."""
-    settings = Settings(arguments.tolerance, arguments.multipliers)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
     outcome = PROBLEMS[arguments.task].run[arguments.worker](settings)
     arguments.json.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
 
@@ -51,6 +51,7 @@ def run_in_child(tool: str, task: str, settings: Settings, verbose: bool) -> Out
             "--worker": tool,
             "--task": task,
             "--multipliers": settings.multipliers,
+            "--linear-solver": settings.linear_solver,
             "--tolerance": repr(settings.tolerance),
             "--json": str(answer),
         }
@@ -114,6 +115,9 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
         help="how nosnoc's hopper weighs its vector fields: as in its authors' example, where the weights do not sum "
         "to 1 in contact, or so that they do",
     )
+    parser.add_argument(
+        "--linear-solver", choices=["auto", "mumps"], default="auto", help="of fesd-robot; nosnoc uses MUMPS"
+    )
     parser.add_argument("--order", choices=["ours-first", "nosnoc-first"], default="ours-first", help="who runs first")
     parser.add_argument("--only", choices=TOOLS, help="run one tool alone")
     parser.add_argument("--repeat", type=int, default=1, help="runs of each tool, in turns; the median time is shown")
@@ -151,7 +155,7 @@ def main(words: Sequence[str] | None = None) -> None:
     versions = {"python": platform.python_version()} | {
         package: version(package) for tool in tools for package in PACKAGES[tool]
     }
-    settings = Settings(arguments.tolerance, arguments.multipliers)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
     found: list[Comparison] = []
     for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
         found.append(compare(task, tools, settings, arguments))

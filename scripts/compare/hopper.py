@@ -125,7 +125,8 @@ def ours(name: str, settings: Settings) -> Outcome:
     from fesd_robot import load_task, plan
 
     begin, cpu = time.perf_counter(), time.process_time()
-    task = load_task(TASKS / f"hopper_{name}.yaml", [f"solver.tolerance={settings.tolerance!r}"])
+    chosen = [f"solver.tolerance={settings.tolerance!r}", f"solver.linear_solver={settings.linear_solver}"]
+    task = load_task(TASKS / f"hopper_{name}.yaml", chosen)
     made = plan(task, progress=show_nlp)
     wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
     trajectory, statistic, foot = made.trajectory, made.statistics, made.contacts["foot"]

@@ -16,10 +16,12 @@ class Settings:
     Attributes:
         tolerance: complementarity asked of fesd-robot; nosnoc keeps its authors' own.
         multipliers: how nosnoc weighs the vector fields of the hopper, ``published`` or ``correct``.
+        linear_solver: of fesd-robot, ``auto`` or ``mumps``; nosnoc uses MUMPS.
     """
 
     tolerance: float = 1e-8
     multipliers: str = "published"
+    linear_solver: str = "auto"
 
 
 @dataclass(frozen=True)

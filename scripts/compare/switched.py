@@ -15,6 +15,7 @@ from compare.outcome import Outcome, Settings, show_nlp
 from compare.samples import Samples
 from fesd_robot.dcs import Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
+from fesd_robot.fesd.finish import SmoothTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
 
 TABLEAU = make_tableau("radau_iia", 2)
@@ -136,8 +137,9 @@ def solved(transcription: Transcription, settings: Settings, begin: tuple[float,
         begin: `time.perf_counter` and `time.process_time` before the description of the problem.
         judge: trajectory -> (cost, what else tells two motions apart).
     """
-    options = HomotopyOptions(tolerance=settings.tolerance, linear_solver="auto")
-    solution = solve(transcription.problem, options, progress=show_nlp)
+    options = HomotopyOptions(tolerance=settings.tolerance, linear_solver=settings.linear_solver)
+    finisher = SmoothTranscription(transcription)
+    solution = solve(transcription.problem, options, finisher=finisher, progress=show_nlp)
     wall, cpu = time.perf_counter() - begin[0], time.process_time() - begin[1]
     cost, further = judge(Samples.of(transcription.unpack(solution.w), transcription.options.tableau))
     residuals = solution.residuals
