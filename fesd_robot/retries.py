@@ -10,8 +10,14 @@ from fesd_robot.task import Task
 Changes = dict[str, Any]
 """``section.key`` of the task -> value."""
 
+
+def _other_sketch(iterations: int) -> int:
+    """A third of a long sketch, three times a short one."""
+    return iterations // 3 if iterations >= 150 else 3 * iterations
+
+
 LADDER: tuple[Callable[[Task], Changes], ...] = (
-    lambda task: {"solver.sketch_iterations": max(task.solver.sketch_iterations // 3, 30)},
+    lambda task: {"solver.sketch_iterations": _other_sketch(task.solver.sketch_iterations)},
     lambda task: {"solver.sigma_factor": round(task.solver.sigma_factor**0.5, 3)},
     lambda task: {"solver.velocity_relaxation": max(1.0, task.solver.velocity_relaxation / 10)},
     lambda task: {"method.step_freedom": task.method.step_freedom + 1.0},
@@ -19,7 +25,7 @@ LADDER: tuple[Callable[[Task], Changes], ...] = (
     lambda task: {"solver.sigma_start": 10 * task.solver.sigma_start},
     lambda task: {"method.elements": task.method.elements + 1},
 )
-"""A shorter sketch, a gentler homotopy, velocity conditions that trail less, longer elements, another relaxation, a
+"""Another sketch, a gentler homotopy, velocity conditions that trail less, longer elements, another relaxation, a
 softer start, more elements.
 
 None changes what is asked for: goal, limits, costs and tolerances stay. A homotopy through a nonconvex problem ends

@@ -208,9 +208,9 @@ class Solver(Section):
     )
     retries: Annotated[int, Field(strict=True, ge=0, le=7)] = Field(
         default=3,
-        description="How many other ways are tried when a task is not solved, 0 to 7: a third of sketch_iterations, "
-        "gentler sigma_factor, smaller velocity_relaxation, larger method.step_freedom, relaxation fischer_burmeister, "
-        "larger sigma_start, one more of method.elements.",
+        description="How many other ways are tried when a task is not solved, 0 to 7: a third or three times "
+        "sketch_iterations, gentler sigma_factor, smaller velocity_relaxation, larger method.step_freedom, relaxation "
+        "fischer_burmeister, larger sigma_start, one more of method.elements.",
     )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(
         default="auto",
