@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.errors import nearest
+from fesd_robot.errors import nearest, nearest_file
 from fesd_robot.plans import PlanFileError, read_plan
 from fesd_robot.robot import Robot
 from fesd_robot.task import FromFile, Task
@@ -30,7 +30,7 @@ def read_reference(task: Task, reference: FromFile, robot: Robot) -> tuple[np.nd
     folder = task.source_path.parent if task.source_path is not None else Path()
     path = folder / reference.path
     if not path.exists():
-        raise task.error(_KEY, f"found '{reference.path}', but there is no file {path}")
+        raise task.error(_KEY, f"found '{reference.path}', but there is no file {path}{nearest_file(path)}")
     try:
         columns = _of_plan(path) if path.is_dir() or path.suffix == ".json" else _of_csv(path)
     except (OSError, UnicodeDecodeError, ValueError, csv.Error, PlanFileError) as error:
