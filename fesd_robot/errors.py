@@ -51,6 +51,10 @@ class JointError(RobotError):
         super().__init__(message)
 
 
+class PlanFileError(FesdRobotError):
+    """A plan that cannot be read or exported, or a folder that cannot be written to."""
+
+
 class GroundError(FesdRobotError):
     """A ground that cannot be built, or on which a contact cannot be computed."""
 

@@ -27,8 +27,7 @@ def read_reference(task: Task, reference: FromFile, robot: Robot) -> tuple[np.nd
     Raises:
         TaskError: no such file, no such columns, or values that are no motion.
     """
-    folder = task.source_path.parent if task.source_path is not None else Path()
-    path = folder / reference.path
+    path = task.folder / reference.path
     if not path.exists():
         raise task.error(_KEY, f"found '{reference.path}', but there is no file {path}{nearest_file(path)}")
     try:

@@ -87,7 +87,7 @@ class Task(Section):
     @property
     def folder(self) -> Path:
         """Where relative paths start: the folder of the task file, the working directory for a task made in Python."""
-        return Path() if self.source_path is None else self.source_path.parent
+        return self._origins.folder
 
     @property
     def origins(self) -> Origins:

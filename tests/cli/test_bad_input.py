@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 
 def test_a_missing_task_file_is_named(run: Callable[..., Any], tmp_path: Path) -> None:
     """The message names the file that is not there."""
@@ -21,17 +19,6 @@ def test_a_bad_override_is_quoted(run: Callable[..., Any], task: Path, tmp_path:
     outcome = run("plan", task, "--set", "horizon.interval=3")
     _assert_refused(outcome, tmp_path)
     assert "--set horizon.interval=3" in outcome.err and "'intervals'" in outcome.err
-
-
-@pytest.mark.parametrize("content", [None, "{", "{}", '{"schema_version": 99}'])
-def test_a_report_of_what_is_no_plan_is_refused(run: Callable[..., Any], tmp_path: Path, content: str | None) -> None:
-    """A missing, broken or foreign plan.json is one message that names the file."""
-    path = tmp_path / "plan.json"
-    if content is not None:
-        path.write_text(content, encoding="utf-8")
-    outcome = run("report", path)
-    _assert_refused(outcome, tmp_path)
-    assert str(path) in outcome.err
 
 
 def _assert_refused(outcome: Any, folder: Path) -> None:
