@@ -39,12 +39,14 @@ _LEAST_DEGREES, _STEP_OF_DEGREES = 10.0, 5.0
 
 
 def cautions(motion: MotionProblem) -> list[str]:
-    """Return a sentence for everything about a task that is valid and perhaps not meant."""
+    """Return a sentence for everything about a task that is valid and perhaps not meant.
+
+    Of a motion that repeats the start is free, so that nothing is said about what happens there.
+    """
     return [
         *_degrees(motion),
         *_far_from_the_ground(motion),
-        *_hitting_at_the_start(motion),
-        *_too_weak(motion),
+        *([] if motion.task.goal.periodic else [*_hitting_at_the_start(motion), *_too_weak(motion)]),
         *_buried_reference(motion),
         *_goal_against_constraints(motion),
         *_long_intervals(motion),

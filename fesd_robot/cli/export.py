@@ -29,8 +29,8 @@ def export(
             "--out",
             "-o",
             metavar="FILE",
-            help="Where to write it; default: beside the plan. A joint-trajectory is YAML, or JSON if FILE ends in "
-            ".json.",
+            help="Where to write it, - for stdout; default: beside the plan. A joint-trajectory is YAML, or JSON if "
+            "FILE ends in .json.",
         ),
     ] = None,
     joints: Annotated[
@@ -59,6 +59,9 @@ def export(
     if path.is_dir():
         raise PlanFileError(f"{path}: is a folder, expected the name of a file")
     content = exported(found, kind.value, joints=joints or None, as_json=path.suffix == ".json")
+    if str(path) == "-":
+        typer.echo(content, nl=False)
+        return
     try:
         write_atomically(path, content)
     except OSError as error:

@@ -38,8 +38,8 @@ def check_inertia(task: Task, robot: Robot, configuration: np.ndarray) -> None:
     name = robot.velocity_names[int(np.argmax(np.abs(vectors[:, 0])))]
     raise task.error(
         ("robot", "armature", name),
-        f"found coordinate '{name}' without inertia: no body that it moves has mass; expected a mass in the model, or "
-        f"robot.armature.{name} (kg or kg m2)",
+        f"found coordinate '{name}' without inertia, so that a force accelerates it without bound; expected mass on "
+        f"what it moves in the model, or robot.armature.{name} (kg or kg m2)",
     )
 
 

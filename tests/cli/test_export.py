@@ -53,6 +53,16 @@ def test_json_holds_every_column(run: Run, plan: Path, tmp_path: Path) -> None:
     assert set(data["modes"]) == {"foot"} and len(data["modes"]["foot"]) == len(trajectory.time)
 
 
+def test_a_pipe_gets_the_content_alone(run: Run, finished: Any, plan: Path) -> None:
+    """With ``--out -`` stdout is the file and no file is written."""
+    before = sorted(plan.iterdir())
+    outcome = run("export", plan, "--format", "csv", "--out", "-")
+    assert (outcome.code, outcome.err) == (0, "")
+    # The table ends its lines as CSV does, the captured text as Python does.
+    assert outcome.out.splitlines() == (finished.folder / "trajectory.csv").read_text(encoding="utf-8").splitlines()
+    assert sorted(plan.iterdir()) == before
+
+
 @pytest.mark.parametrize("name", ["motion.yaml", "motion.json"])
 def test_a_joint_trajectory_is_a_message(run: Run, plan: Path, tmp_path: Path, name: str) -> None:
     """The fields of the message as YAML or JSON, for the joints asked for; what is left out is told on stderr."""
