@@ -51,6 +51,10 @@ class JointError(RobotError):
         super().__init__(message)
 
 
+class PlanFileError(FesdRobotError):
+    """A plan that cannot be read or exported, or a folder that cannot be written to."""
+
+
 class GroundError(FesdRobotError):
     """A ground that cannot be built, or on which a contact cannot be computed."""
 
@@ -74,3 +78,13 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     if close:
         return f" (did you mean '{close[0]}'?)"
     return f" (valid: {', '.join(sorted(names))})" if names else ""
+
+
+def nearest_file(path: Path) -> str:
+    """Return `` (did you mean 'x'?)`` for the file beside a missing one with the closest name, else nothing."""
+    folder = path.parent
+    names = [file.name for file in folder.iterdir() if file.is_file()] if folder.is_dir() else []
+    if names:
+        hint = nearest(path.name, names)
+        return hint if hint.startswith(" (did") else ""
+    return "" if folder.is_dir() else f" (nor a folder {folder})"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
@@ -161,7 +160,7 @@ def attempt(
         switches=assemble.switches_of(physical, names),
         impulses=assemble.impulses_of(physical, names),
         statistics=_statistics(transcription, solution, build_seconds),
-        provenance=assemble.provenance(task.source_path.parent if task.source_path else Path()),
+        provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
     )
 

@@ -8,9 +8,11 @@ import typer
 
 from fesd_robot import __version__
 from fesd_robot.cli.check import check
+from fesd_robot.cli.export import export
 from fesd_robot.cli.group import CommandGroup
 from fesd_robot.cli.logs import set_up_logging
 from fesd_robot.cli.plan import plan
+from fesd_robot.cli.render import render
 from fesd_robot.cli.report import report
 from fesd_robot.cli.robots import robots
 from fesd_robot.cli.schema import schema
@@ -45,5 +47,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, check, report, robots, schema):
+for command in (plan, check, report, render, export, robots, schema):
     app.command()(command)

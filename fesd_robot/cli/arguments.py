@@ -9,6 +9,11 @@ import typer
 
 TaskFile = Annotated[Path, typer.Argument(metavar="TASK.yaml", help="The task file.", show_default=False)]
 
+PlanFile = Annotated[
+    Path,
+    typer.Argument(metavar="PLAN", help="A folder of results, or the plan.json in it.", show_default=False),
+]
+
 Overrides = Annotated[
     list[str] | None,
     typer.Option(

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.cli.cautions import TOUCHING, cautions, reference_gaps
 from fesd_robot.cli.demands import (
     described_constraints,
     described_costs,
@@ -28,11 +29,6 @@ from fesd_robot.task import Robot as RobotSection
 
 WIDTH = 100
 LABEL = 12
-TOUCHING = 1e-6
-"""m; a gap up to this is called touching."""
-
-REFERENCE_SAMPLES = 400
-
 _SCHEMES = {"radau_iia": "Radau IIA", "gauss_legendre": "Gauss-Legendre"}
 
 
@@ -43,7 +39,9 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         motion: the task, formulated.
         problem: the same task, transcribed.
     """
+    warnings = cautions(motion)
     sections = {
+        "Warnings": warnings,
         "Robot": _robot(motion),
         "Controls": _controls(motion),
         "Ground": _ground(motion),
@@ -57,7 +55,8 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         "Problem": _problem(motion, problem),
         "Left out": list(motion.robot.notes) or ["nothing of what the model file says"],
     }
-    lines = [f"{motion.task.name}: the task fits its robot; this is what will be solved."]
+    count = f", with {len(warnings)} warning{'s' * (len(warnings) != 1)}" if warnings else ""
+    lines = [f"{motion.task.name}: the task fits its robot; this is what will be solved{count}."]
     for label, paragraphs in sections.items():
         if not paragraphs:
             continue
@@ -154,16 +153,20 @@ def _controls(motion: MotionProblem) -> list[str]:
         f"{count} control{'s' * (count != 1)}, constant on every interval, and the speed of time in "
         f"{_interval(speed.lower, speed.upper)}:",
         *_table(rows),
-        *_passive(motion),
+        _driven(motion),
     ]
 
 
-def _passive(motion: MotionProblem) -> list[str]:
-    """Name the coordinates that no control ever pushes."""
-    robot = motion.robot
+def _driven(motion: MotionProblem) -> str:
+    """Say which degrees of freedom controls push, and which none ever does."""
+    names = motion.robot.velocity_names
     rows = set(motion.actuation.matrix.sparsity_out(0).get_triplet()[0])
-    free = [name for row, name in enumerate(robot.velocity_names) if row not in rows]
-    return [f"Not driven: {', '.join(free)}."] if free else []
+    driven = [name for row, name in enumerate(names) if row in rows]
+    free = [name for name in names if name not in driven]
+    first = f"Driven: {', '.join(driven)}, {len(driven)} of {len(names)} degrees of freedom."
+    if not free:
+        return first
+    return f"{first} Not driven: {', '.join(free)}; gravity, contacts and the other coordinates move them."
 
 
 def _ground(motion: MotionProblem) -> list[str]:
@@ -246,11 +249,14 @@ def capacity(elements: int) -> str:
     if elements == 1:
         return f"{rule} With 1, no impact is possible, and everything else happens between intervals."
     if elements == 2:
-        return f"{rule} With 2, an interval can hold an impact only at its start or its end, or one other switch."
+        return (
+            f"{rule} With 2, an interval can hold an impact only at its start or its end, or one other switch, besides "
+            "switches at its ends."
+        )
     impacts = (elements - 1) // 2
     return (
         f"{rule} With {elements}, an interval can hold {impacts} impact{'s' * (impacts != 1)}, or up to {elements - 1} "
-        "other switches."
+        "other switches, besides switches at its ends."
     )
 
 
@@ -272,13 +278,10 @@ def _goal(motion: MotionProblem) -> list[str]:
 
 
 def _reference(motion: MotionProblem) -> list[str]:
-    physics = numeric_physics(motion)
-    what = described_reference(motion.task.reference)
-    times = np.linspace(0.0, motion.grid.nominal, REFERENCE_SAMPLES)
-    gaps = np.array([physics.gaps(motion.reference.configuration(float(time))) for time in times])
+    what, gaps = described_reference(motion.task.reference), reference_gaps(motion)
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
-    for i, (name, contact) in enumerate(motion.task.contacts.items()):
-        least, on_ground = float(gaps[:, i].min()), getattr(contact, "surface", None) == GROUND
+    for least, (name, contact) in zip(gaps, motion.task.contacts.items(), strict=True):
+        on_ground = getattr(contact, "surface", None) == GROUND
         if least < -TOUCHING:
             where = "below the ground" if on_ground else "too far"
             lines.append(f"Along it {name} gets {-least:.4g} m {where}; the planned motion will not.")

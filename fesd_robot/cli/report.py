@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
+from fesd_robot.cli.arguments import PlanFile
 
-def report(
-    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="A folder of results, or the plan.json in it.")],
-) -> None:
+
+def report(plan: PlanFile) -> None:
     """Print the report of a plan.
 
     Status, contacts, audit, cost and effort; as Markdown unless on a terminal.

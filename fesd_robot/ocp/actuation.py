@@ -108,10 +108,11 @@ def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -
     high = actuator.upper if actuator.upper is not None else high
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         limited = actuator.joint in task.limits.effort
+        found = f"with effort limits [{low + 0.0:g}, {high:g}]" if low or high else "without effort limit"
         raise task.error(
             ("limits", "effort", actuator.joint) if limited else key,
-            f"found joint '{actuator.joint}' with effort limits [{low:g}, {high:g}], expected finite bounds with "
-            "lower < upper" + ("" if limited else "; write 'lower' and 'upper' beside it"),
+            f"found joint '{actuator.joint}' {found}, expected finite bounds with lower < upper"
+            + ("" if limited else "; write 'lower' and 'upper' beside it"),
         )
     return row, low, high
 

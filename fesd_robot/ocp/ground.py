@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from fesd_robot.contact import CirclePair, Ground, Pair, Plane, PointPair, Surroundings, Terrain, TwoCirclesPair, Wall
 from fesd_robot.contact.ground import height_map, read_heights, steps
 from fesd_robot.errors import GroundError
@@ -49,9 +47,8 @@ def _ground(task: Task) -> Ground:
         except GroundError as error:
             raise task.error("ground.steps", str(error)) from error
     if isinstance(ground, HeightMap):
-        folder = task.source_path.parent if task.source_path is not None else Path()
         try:
-            return Terrain(height_map(*read_heights(folder / ground.file)))
+            return Terrain(height_map(*read_heights(task.folder / ground.file)))
         except GroundError as error:
             raise task.error("ground.file", f"found '{ground.file}', but {error}") from error
     return Plane(ground.height, ground.slope)

@@ -21,6 +21,7 @@ from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation
+from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
 from fesd_robot.ocp.constraints import with_zones
 from fesd_robot.ocp.ground import friction_of, surroundings_of
 from fesd_robot.ocp.guess import guess_of
@@ -79,8 +80,11 @@ def formulate(task: Task) -> MotionProblem:
     ground = surroundings_of(task)
     mechanics = _mechanics(robot, actuation)
     contacts = _contacts(task, robot, mechanics.configuration, ground)
+    check_contacts_move(task, contacts, mechanics.configuration)
     gap = ca.Function("gap", [mechanics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
     _check_above_ground(task, gap, endpoints)
+    check_inertia(task, robot, endpoints.initial_configuration)
+    check_forces(task, actuation, endpoints.initial_configuration)
     strength = _auxiliary_acceleration(task, robot)
     formulation = task.method.formulation
     n_q = len(robot.configuration_names)
@@ -101,6 +105,7 @@ def formulate(task: Task) -> MotionProblem:
     points = points_of(task, robot, mechanics.configuration, mechanics.velocity)
     contact_system = with_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
     grid = time_grid(task)
+    check_pace(task, robot, endpoints, limits, grid)
     reference = reference_of(task, robot, endpoints, limits, grid)
     return MotionProblem(
         task=task,

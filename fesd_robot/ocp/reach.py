@@ -12,15 +12,24 @@ _SLACK = 1e-6
 """m."""
 
 
-def check_reach(points: Points, frame: str, target: PointTarget, key: tuple[str, ...]) -> None:
+Reach = tuple[np.ndarray, np.ndarray, float]
+"""Lower and upper corner of a box, m, (3) each, and a radius, m: a point is never further than it from the box."""
+
+
+def check_reach(points: Points, frame: str | None, target: PointTarget, key: tuple[str, ...]) -> None:
     """Raise if a frame cannot come as near to a target as its tolerance asks, whatever its joints do.
+
+    Args:
+        frame: name of the frame; None stands for the centre of mass.
 
     Raises:
         TaskError: at `key`, saying how far it is out of reach.
     """
     if target.position is None:
         return
-    lower, upper, radius = reach(points.robot, points.task, frame)
+    lower, upper, radius = (
+        reach_of_mass(points.robot, points.task) if frame is None else reach(points.robot, points.task, frame)
+    )
     out = [
         max(low - wanted, wanted - high, 0.0)
         for wanted, low, high in zip(target.position, lower, upper, strict=True)
@@ -29,23 +38,37 @@ def check_reach(points: Points, frame: str, target: PointTarget, key: tuple[str,
     missing = float(np.linalg.norm(out)) - radius - (target.tolerance or 0.0) * np.sqrt(len(out))
     if missing > _SLACK:
         found = ", ".join(f"{a} {w:g}" for a, w in zip(AXES, target.position, strict=True) if w is not None)
+        what = "the centre of mass" if frame is None else f"frame '{frame}'"
         raise points.task.error(
-            key, f"found {found}, which is {missing:.3g} m out of reach of frame '{frame}', expected a position within "
-            "its joints' limits and the lengths of its links"
+            key, f"found {found}, which is {missing:.3g} m out of reach of {what}, expected a position within its "
+            "joints' limits and the lengths of its links"
         )  # fmt: skip
 
 
-def reach(robot: Robot, task: Task, frame: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return a box and a radius: the frame's origin is never further than the radius from the box.
+def reach(robot: Robot, task: Task, frame: str) -> Reach:
+    """Return what the origin of a frame can reach.
 
     Along the joints from the world to the frame, lengths and the travel of sliding joints add up: as a box while no
     joint before turns, as a radius afterwards. A joint of another kind, or without limits, reaches everywhere.
-
-    Returns:
-        lower and upper corner of the box, m, (3) each, and the radius, m.
     """
-    model, found = robot.model, robot.model.frames[robot.frame_id(frame)]
-    joints = [] if found.parentJoint == 0 else [j for j in model.supports[found.parentJoint] if j]
+    found = robot.model.frames[robot.frame_id(frame)]
+    return _reach(robot, task, found.parentJoint, np.asarray(found.placement.translation))
+
+
+def reach_of_mass(robot: Robot, task: Task) -> Reach:
+    """Return what the centre of mass can reach: the mean of what the bodies' reach, weighed by their masses."""
+    inertias = [(joint, robot.model.inertias[joint]) for joint in range(1, robot.model.njoints)]
+    bodies = [(each.mass, _reach(robot, task, joint, each.lever)) for joint, each in inertias if each.mass > 0]
+    total = sum(mass for mass, _ in bodies)
+    lower = sum((mass / total * one[0] for mass, one in bodies), np.zeros(3))
+    upper = sum((mass / total * one[1] for mass, one in bodies), np.zeros(3))
+    return lower, upper, sum(mass / total * one[2] for mass, one in bodies)
+
+
+def _reach(robot: Robot, task: Task, parent: int, last: np.ndarray) -> Reach:
+    """Return what a point can reach that is fixed to the body of a joint, at `last` in its axes."""
+    model = robot.model
+    joints = [] if parent == 0 else [j for j in model.supports[parent] if j]
     lower, upper, radius = np.zeros(3), np.zeros(3), 0.0
     rotation = np.eye(3)
     turning = False
@@ -71,7 +94,6 @@ def reach(robot: Robot, task: Task, frame: str) -> tuple[np.ndarray, np.ndarray,
         with np.errstate(invalid="ignore"):
             ends = np.nan_to_num(np.outer((low, high), axis), nan=0.0, posinf=np.inf, neginf=-np.inf)
         lower, upper = lower + ends.min(axis=0), upper + ends.max(axis=0)
-    last = found.placement.translation
     if turning:
         return lower, upper, radius + float(np.linalg.norm(last))
     return lower + rotation @ last, upper + rotation @ last, radius

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.errors import nearest
+from fesd_robot.errors import nearest, nearest_file
 from fesd_robot.plans import PlanFileError, read_plan
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
@@ -26,10 +26,9 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
     Raises:
         TaskError: no such file, no such columns, or values that are no motion.
     """
-    folder = task.source_path.parent if task.source_path is not None else Path()
-    path = folder / name
+    path = task.folder / name
     if not path.exists():
-        raise task.error(key, f"found '{name}', but there is no file {path}")
+        raise task.error(key, f"found '{name}', but there is no file {path}{nearest_file(path)}")
     try:
         columns = _of_plan(path) if path.is_dir() or path.suffix == ".json" else _of_csv(path)
     except (OSError, UnicodeDecodeError, ValueError, csv.Error, PlanFileError) as error:

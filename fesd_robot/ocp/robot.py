@@ -10,6 +10,7 @@ import pinocchio as pin
 from fesd_robot.errors import JointError, RobotError
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.robot import Robot, load_robot
+from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import CircleCircleContact, Task, check_names, check_values
 
 _SAME_PLACE = 1e-9
@@ -54,6 +55,7 @@ def load_task_robot(task: Task) -> Robot:
         task,
         dict(zip(robot.configuration_names, positions, strict=True)),
         {name: (-v, v) for name, v in zip(robot.velocity_names, robot.velocity_limit, strict=True)},
+        configuration_units(robot),
     )
     _check_distinct_contacts(task, robot)
     return robot

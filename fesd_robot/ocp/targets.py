@@ -95,7 +95,9 @@ def _add_points(
         _add_point(rows, point, points.frame(name), f"{prefix}{name}", cost, (points, at))
     if target.center_of_mass is not None:
         at = (*key, "center_of_mass")
-        _add_point(rows, target.center_of_mass, points.center_of_mass(at), f"{prefix}{WHOLE}", cost, (points, at))
+        symbols = points.center_of_mass(at)
+        check_reach(points, None, target.center_of_mass, (*at, "position"))
+        _add_point(rows, target.center_of_mass, symbols, f"{prefix}{WHOLE}", cost, (points, at))
 
 
 def _add_point(

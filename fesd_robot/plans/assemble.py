@@ -66,7 +66,7 @@ def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
 
 
 def provenance(folder: Path) -> Provenance:
-    """Return package versions, the git state of the folder the task lies in, and the time in UTC."""
+    """Return package versions, the folder that the task lies in with its git state, and the time in UTC."""
     versions: dict[str, str] = {"python": platform.python_version()}
     for package in PACKAGES:
         try:
@@ -74,7 +74,7 @@ def provenance(folder: Path) -> Provenance:
         except importlib.metadata.PackageNotFoundError:
             versions[package] = "not installed"
     created = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-    return Provenance(versions=versions, git=_git_state(folder), created=created)
+    return Provenance(versions=versions, git=_git_state(folder), created=created, folder=str(folder.absolute()))
 
 
 def _git_state(folder: Path) -> str:

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 from pydantic import ValidationError
 
-from fesd_robot.errors import FesdRobotError
-from fesd_robot.plans.plan import Plan
+from fesd_robot.errors import PlanFileError
+from fesd_robot.plans.exports import EXPORTS
+from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.report import report
+from fesd_robot.plans.tables import csv_table, npz_arrays
 
 PLAN_FILE = "plan.json"
-
-
-class PlanFileError(FesdRobotError):
-    """A plan that cannot be read, or a folder that cannot be written to."""
 
 
 def read_plan(path: Path | str) -> Plan:
@@ -31,6 +27,9 @@ def read_plan(path: Path | str) -> Plan:
     """
     path = Path(path)
     file = path / PLAN_FILE if path.is_dir() else path
+    if not file.is_file():
+        what = f"the folder holds no {PLAN_FILE}" if path.is_dir() else "there is no such file or folder"
+        raise PlanFileError(f"{path}: {what}, expected a folder of results or the {PLAN_FILE} in it")
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -38,9 +37,22 @@ def read_plan(path: Path | str) -> Plan:
     try:
         return Plan.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise PlanFileError(f"{file}: not a plan of this version: {where}: {first['msg']}") from error
+        raise PlanFileError(f"{file}: {_why_no_plan(error)}") from error
+
+
+def _why_no_plan(error: ValidationError) -> str:
+    """Return what makes a file no plan, in words; a later version before all that follows from it."""
+    found = error.errors(include_url=False)
+    version = next((each["input"] for each in found if each["loc"] == ("schema_version",)), None)
+    if isinstance(version, int) and version > SCHEMA_VERSION:
+        return (
+            f"found a plan of schema version {version}, expected {SCHEMA_VERSION}, the one that this version of "
+            "fesd-robot reads; use the version that wrote it, or a later one"
+        )
+    where = ".".join(str(part) for part in found[0]["loc"])
+    if not where:
+        return f"not a plan: expected the JSON that fesd-robot plan writes ({found[0]['msg']})"
+    return f"not a plan of this version: {where}: {found[0]['msg']}"
 
 
 def check_output_folder(folder: Path) -> None:
@@ -82,15 +94,15 @@ def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None =
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _staged(folder) as stage:
         (stage / PLAN_FILE).write_text(plan.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        write_csv(plan, stage / "trajectory.csv")
-        write_npz(plan, stage / "trajectory.npz")
+        (stage / "trajectory.csv").write_bytes(csv_table(plan))
+        (stage / "trajectory.npz").write_bytes(npz_arrays(plan))
         (stage / "report.md").write_text(report(plan), encoding="utf-8")
         if extras:
             extras(stage)
     return folder
 
 
-_OWN = {PLAN_FILE, "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures"}
+_OWN = {PLAN_FILE, "report.md", "plan.html", "figures", *EXPORTS.values()}
 
 
 @contextmanager
@@ -117,55 +129,3 @@ def _staged(folder: Path) -> Iterator[Path]:
                 if not folder.exists():
                     earlier.rename(folder)
             raise
-
-
-def columns_of(plan: Plan) -> dict[str, np.ndarray]:
-    """Return the trajectory as named columns with units, controls held over their interval."""
-    trajectory, units = plan.trajectory, plan.units
-    columns = {"time [s]": trajectory.time}
-    for name, values in trajectory.configuration.items():
-        columns[f"{name} [{units.configuration[name]}]"] = values
-    for name, values in trajectory.velocity.items():
-        columns[f"{name} velocity [{units.velocity[name]}]"] = values
-    starts = plan.controls["time"]
-    interval = np.clip(np.searchsorted(starts, trajectory.time - 1e-9, side="right") - 1, 0, len(starts) - 1)
-    for name, values in plan.controls.items():
-        if name != "time":
-            columns[f"{name} [{units.controls[name]}]"] = values[interval]
-    for name, contact in plan.contacts.items():
-        columns[f"{name} gap [m]"] = contact.gap
-        columns[f"{name} normal force [N]"] = contact.normal_force
-        columns[f"{name} tangential force [N]"] = contact.tangential_force
-    return columns
-
-
-def write_csv(plan: Plan, path: Path) -> None:
-    """Write the trajectory with a header of names and units; an impact stands twice at the same time."""
-    columns = columns_of(plan)
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow([*columns, *(f"{name} mode" for name in plan.contacts)])
-        modes = [contact.mode for contact in plan.contacts.values()]
-        for row in zip(*[values.tolist() for values in columns.values()], *modes, strict=True):
-            writer.writerow([repr(value) if isinstance(value, float) else value for value in row])
-
-
-def write_npz(plan: Plan, path: Path) -> None:
-    """Write the trajectory as numpy arrays: time, configuration (n, n_q), velocity (n, n_v), controls, contacts."""
-    trajectory = plan.trajectory
-    arrays = {
-        "time": trajectory.time,
-        "configuration": np.column_stack(list(trajectory.configuration.values())),
-        "velocity": np.column_stack(list(trajectory.velocity.values())),
-        "configuration_names": np.array(list(trajectory.configuration)),
-        "velocity_names": np.array(list(trajectory.velocity)),
-        "control_names": np.array([name for name in plan.controls if name != "time"]),
-        "control_time": plan.controls["time"],
-        "control": np.column_stack([values for name, values in plan.controls.items() if name != "time"]),
-        "contact_names": np.array(list(plan.contacts)),
-        "gap": np.column_stack([contact.gap for contact in plan.contacts.values()]),
-        "normal_force": np.column_stack([contact.normal_force for contact in plan.contacts.values()]),
-        "tangential_force": np.column_stack([contact.tangential_force for contact in plan.contacts.values()]),
-        "mode": np.column_stack([contact.mode for contact in plan.contacts.values()]),
-    }
-    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]

@@ -213,11 +213,19 @@ class Statistics(Record):
 
 
 class Provenance(Record):
-    """Where the plan comes from: package versions, git state, UTC time of creation (ISO 8601)."""
+    """Where the plan comes from.
+
+    Attributes:
+        versions: package name -> version.
+        git: state of the repository that the task lies in, or ``none``.
+        created: UTC time, ISO 8601.
+        folder: absolute path of the folder where relative paths in the task start; None in plans that do not say it.
+    """
 
     versions: dict[str, str]
     git: str
     created: str
+    folder: str | None = None
 
 
 class Plan(Record):

@@ -14,6 +14,7 @@ from ruamel.yaml.reader import ReaderError
 
 from fesd_robot.errors import TaskError
 from fesd_robot.task.origins import KeyPath, Origin, Origins
+from fesd_robot.task.yaml_hints import yaml_sentence
 
 _MAX_NODES = 100_000
 _TAG = "tag:yaml.org,2002:"
@@ -46,8 +47,7 @@ class _Reader:
             return self._convert(node, ())
         except MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
-            reason = " ".join(str(error.problem or error.context).split())
-            raise _Problem(f"this is not valid YAML: {reason}", None if mark is None else mark.line + 1) from error
+            raise _Problem(yaml_sentence(error), None if mark is None else mark.line + 1) from error
         except ReaderError as error:
             position = error.position if isinstance(error.position, int) else 0
             line = text.count("\n", 0, position) + 1

@@ -67,7 +67,21 @@ def _parse(expression: str | float) -> ast.expr:
         _check(node)
     except (SyntaxError, RecursionError, MemoryError) as error:
         raise ValueError("it is not an arithmetic expression") from error
+    _check_constants(node)
     return node
+
+
+def _check_constants(node: ast.expr) -> None:
+    """Refuse parts without names that have no finite real value, such as 1/0."""
+    functions = {name: getattr(math, name) for name in FUNCTIONS}
+    for part in ast.walk(node):
+        if isinstance(part, ast.BinOp | ast.Call) and not list(_names(part)):
+            try:
+                value = _evaluate(part, {}, functions)
+            except (ArithmeticError, ValueError):
+                value = math.nan
+            if isinstance(value, complex) or not math.isfinite(value):
+                raise ValueError(f"'{ast.unparse(part)}' is no finite number")
 
 
 def _check(node: ast.expr) -> None:

@@ -104,6 +104,13 @@ class Goal(Section):
                     raise conflict((key,), f"found a goal {key} beside 'periodic', expected one of the two")
             if self.tolerance.configuration or self.tolerance.velocity:
                 raise conflict(("tolerance",), "found tolerances beside 'periodic', which always holds exactly")
+        for name in self.tolerance.configuration if self.has_points and self.periodic is None else ():
+            if name not in self.configuration:
+                raise conflict(
+                    ("tolerance", "configuration", name),
+                    f"found a tolerance of '{name}', which this goal gives no configuration beside its frames or "
+                    "centre of mass; expected both or neither",
+                )
         return self
 
     @property

@@ -42,7 +42,8 @@ _WALLS = "Name of a wall -> where it stands; contacts choose it by that name as 
 
 def _check_slope(value: float) -> float:
     if not abs(value) < math.pi / 2:
-        raise expected("an angle between -pi/2 and pi/2 (rad)")
+        degrees = f"; {value:g} degrees are {math.radians(value):.4g} rad" if 1 < abs(value) < 90 else ""
+        raise expected(f"an angle between -pi/2 and pi/2 (rad){degrees}")
     return value
 
 

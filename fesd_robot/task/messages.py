@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Sequence
 from typing import Annotated, Any, Union, get_args, get_origin
@@ -12,6 +13,9 @@ from pydantic_core import ErrorDetails
 from fesd_robot.errors import TaskError, nearest
 from fesd_robot.task.origins import KeyPath, Origins
 from fesd_robot.task.schema import Task
+
+_NUMBER = re.compile(r"^\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%][^\d]*)?$")
+"""A number, with a point or a comma, and what may be its unit."""
 
 _EXPECTED = {
     "float_type": "a number",
@@ -73,7 +77,7 @@ def _problem(detail: ErrorDetails) -> tuple[KeyPath, str]:
     found = _describe(detail["input"])
     if kind not in _EXPECTED:
         return path, f"found {found}, but {detail['msg'][:1].lower()}{detail['msg'][1:]}"
-    hint = _close(detail["input"], get_args(place)) if kind == "literal_error" else ""
+    hint = _close(detail["input"], get_args(place)) if kind == "literal_error" else _number_hint(kind, detail["input"])
     return path, f"found {found}, expected {_EXPECTED[kind].format(**context)}{hint}"
 
 
@@ -139,6 +143,14 @@ def _close(value: Any, valid: Sequence[Any]) -> str:
     """Return `` (did you mean 'x'?)`` if something valid is close, else nothing."""
     hint = nearest(value, [name for name in valid if isinstance(name, str)]) if isinstance(value, str) else ""
     return hint if hint.startswith(" (did") else ""
+
+
+def _number_hint(kind: str, value: Any) -> str:
+    """Return how to write a number that is there as text with a unit, a decimal comma or quotes."""
+    if kind not in ("float_type", "int_type") or not isinstance(value, str) or not (match := _NUMBER.match(value)):
+        return ""
+    number, rest = match.group(1).replace(",", "."), match.group(2)
+    return f"{' without unit, in SI units and radians' if rest else f', written {number} without quotes'}"
 
 
 def _describe(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 
 from fesd_robot.errors import nearest
@@ -53,7 +54,7 @@ def check_names(
         "contact": list(task.contacts),
     }
     problems = [
-        (path, f"found '{name}', expected a {kind}{nearest(name, valid[kind])}")
+        (path, _unknown(task, kind, name, valid[kind]))
         for path, kind, name in _names_used(task)
         if name not in valid[kind]
     ]
@@ -62,19 +63,34 @@ def check_names(
         raise error
 
 
+def _unknown(task: Task, kind: str, name: str, valid: Collection[str]) -> str:
+    """Return what is wrong with a name that is not valid, perhaps only because the task has taken it away."""
+    if kind in (_CONFIGURATION, _VELOCITY, _JOINT):
+        if name in task.robot.locked:
+            return f"found '{name}', which robot.locked holds, expected a {kind}: one that moves"
+        if name in task.robot.coupled:
+            leader = task.robot.coupled[name]
+            return f"found '{name}', which robot.coupled lets move with '{leader}', expected '{leader}' for both"
+    return f"found '{name}', expected a {kind}{nearest(name, valid)}"
+
+
 def check_values(
     task: Task,
     configuration_limits: Mapping[str, tuple[float, float]],
     velocity_limits: Mapping[str, tuple[float, float]],
+    units: Mapping[str, str] | None = None,
 ) -> None:
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
-    Only values that the task gives are checked; limits in the task come before those passed in.
+    Values that the task gives are checked, and velocities of the start that it leaves at 0; limits in the task come
+    before those passed in.
 
     Args:
         task: the task, its names already checked.
         configuration_limits: name -> (lower, upper) of the robot, m or rad; a name may be missing.
         velocity_limits: name -> (lower, upper) of the robot, m/s or rad/s; a name may be missing.
+        units: name of a configuration coordinate -> ``m`` or ``rad``; with it the error says what the value would be
+            in another unit, if that lies within the limits.
 
     Raises:
         TaskError: some value lies outside; the error names the value and both limits.
@@ -95,15 +111,42 @@ def check_values(
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
             if not lower - _SLACK <= value <= upper + _SLACK:
                 source = f"limits.{'velocity' if limits is velocity else 'position'}" if name in given else "the robot"
+                unit = None if limits is velocity else (units or {}).get(name)
                 problems.append(
                     (
                         (*path, name),
-                        f"found {value:g}, expected a value in [{lower:g}, {upper:g}], the limits in {source}",
+                        f"found {value:g}, expected a value in [{lower:g}, {upper:g}], the limits in {source}"
+                        f"{_in_another_unit(value, unit, lower, upper)}",
                     )
                 )
+    for name, (lower, upper) in task.limits.velocity.items():
+        at_rest = name not in task.initial.velocity and task.goal.periodic is None
+        if at_rest and not lower - _SLACK <= 0 <= upper + _SLACK:
+            problems.append(
+                (
+                    ("limits", "velocity", name),
+                    f"found [{lower:g}, {upper:g}], but the motion starts at rest, expected limits with 0 between them "
+                    f"or initial.velocity.{name}",
+                )
+            )
     error = task.origins.first_error(problems)
     if error is not None:
         raise error
+
+
+_FOREIGN = {"rad": ("degrees", math.pi / 180), "m": ("mm", 1e-3)}
+"""Unit of a coordinate -> the unit that is written in its place by mistake, and how much it is."""
+
+_LARGE = 10.0
+"""m or rad; nobody means a smaller number in degrees or millimetres."""
+
+
+def _in_another_unit(value: float, unit: str | None, lower: float, upper: float) -> str:
+    """Return what a value is in the unit it was perhaps meant in, if that lies within the limits."""
+    if unit not in _FOREIGN or abs(value) < _LARGE:
+        return ""
+    foreign, size = _FOREIGN[unit]
+    return f" ({value:g} {foreign} are {value * size:.6g} {unit})" if lower <= value * size <= upper else ""
 
 
 def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
@@ -129,8 +172,8 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
     ):
         for name in names or ():
             yield (*path, name), kind, name
-    for name in task.robot.passive:
-        yield ("robot", "passive"), _JOINT, name
+    for i, name in enumerate(task.robot.passive):
+        yield ("robot", "passive", str(i)), _JOINT, name
     if task.goal.periodic is not None:
         for name in task.goal.periodic.stride:
             yield ("goal", "periodic", "stride", name), _CONFIGURATION, name

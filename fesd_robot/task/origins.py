@@ -22,10 +22,22 @@ class Origin:
 
 @dataclass(frozen=True)
 class Origins:
-    """Origins of all keys of one task. Two are always equal: where a task came from does not change what it says."""
+    """Origins of all keys of one task. Two are always equal: where a task came from does not change what it says.
+
+    Attributes:
+        file: the task file.
+        places: where each key is written.
+        start: folder where relative paths start if there is no file.
+    """
 
     file: Path | None = field(default=None, compare=False)
     places: Mapping[KeyPath, Origin] = field(default_factory=dict, compare=False)
+    start: Path = field(default=Path(), compare=False)
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths start."""
+        return self.start if self.file is None else self.file.parent
 
     def find(self, path: KeyPath) -> Origin:
         """Return the origin of a key, or of its nearest parent that is written anywhere."""

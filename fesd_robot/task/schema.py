@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from fesd_robot.errors import TaskError, nearest
+from fesd_robot.errors import TaskError, nearest, nearest_file
 from fesd_robot.task.agreement import disagreements
 from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import CircleCircleContact, Contact
@@ -87,7 +87,7 @@ class Task(Section):
     @property
     def folder(self) -> Path:
         """Where relative paths start: the folder of the task file, the working directory for a task made in Python."""
-        return Path() if self.source_path is None else self.source_path.parent
+        return self._origins.folder
 
     @property
     def origins(self) -> Origins:
@@ -122,5 +122,5 @@ class Task(Section):
         path = self.folder / model
         if not path.is_file():
             hint = " ('~' and '$' are taken literally)" if model.startswith(("~", "$")) else ""
-            raise self.error("robot.model", f"found '{model}', but there is no file {path}{hint}")
+            raise self.error("robot.model", f"found '{model}', but there is no file {path}{hint or nearest_file(path)}")
         return path.absolute()

@@ -19,6 +19,7 @@ def test_check_explains_robot_contacts_horizon_and_sizes(run: Callable[..., Any]
     outcome = run("check", task)
     assert (outcome.code, outcome.err) == (0, "")
     text = " ".join(outcome.out.split())
+    assert "this is what will be solved." in text and "Warnings" not in text
     motion = formulate(load_task(task))
     problem = Transcription(motion.ocp, motion.fesd).problem
     for words in (
@@ -27,10 +28,12 @@ def test_check_explains_robot_contacts_horizon_and_sizes(run: Callable[..., Any]
         "root_x m 0.1 1 [0, 1.1]",
         "Armature: leg 0.1",
         "reaction_torque N m [-50, 50]",
+        "Driven: root_x, root_z, root_pitch, leg, 4 of 4 degrees of freedom.",
         "foot: the origin of frame 'foot', friction 0.45, inelastic; touching at the start, touching at the goal.",
         "a_n = 100 N, as given",
         "1 s in 20 intervals of 0.05 s; 3 finite elements each",
         "Radau IIA with 2 stages, of order 3",
+        "With 3, an interval can hold 1 impact, or up to 2 other switches, besides switches at its ends.",
         "The whole goal is soft",
         "1 jump over the line from start to goal, at their middle root_z 1, leg 0.1.",
         f"{problem.size} variables, {problem.constraints} constraints and {problem.pairs} complementarity pairs",
@@ -130,6 +133,6 @@ def test_check_shows_which_joints_are_left(run: Callable[..., Any], tmp_path: Pa
         "Locked: FL_HAA 0, FR_HAA 0 (rad or m). Coupled, as one body each: FR_HFE with FL_HFE, FR_KFE with FL_KFE.",
         "Damping: FL_KFE 0.1 (N s/m or N m s/rad).",
         "1 control, constant",
-        "Not driven: root_x, root_z, root_pitch, FL_KFE.",
+        "Driven: FL_HFE, 1 of 5 degrees of freedom. Not driven: root_x, root_z, root_pitch, FL_KFE; gravity,",
     ):
         assert words in text

@@ -46,7 +46,7 @@ def test_the_help_names_every_command_and_exit_status(run: Callable[..., Any]) -
     """`--help` lists the commands and what an exit status means."""
     outcome = run("--help")
     assert outcome.code == 0
-    for word in ("plan", "check", "schema", "report", "robots", "130 interrupted"):
+    for word in ("plan", "check", "schema", "report", "render", "export", "robots", "130 interrupted"):
         assert word in outcome.out
 
 

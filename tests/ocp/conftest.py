@@ -17,11 +17,11 @@ SHORT = f"""\
 name: hop
 robot:
   model: {HOPPER}
+  armature: {{leg: 0.1}}
 contacts:
   foot: {{frame: foot}}
 horizon: {{duration: 1, intervals: 4}}
-initial:
-  configuration: {{root_z: 0.6, leg: 0.5}}
+initial: {{configuration: {{root_z: 0.6, leg: 0.5}}}}
 goal:
   configuration: {{root_x: 1}}
 """

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from fesd_robot.errors import TaskError
@@ -120,6 +121,20 @@ def test_reach_is_sound(short: str, load: Load) -> None:
         p, _, _ = frame(motion.robot, "foot", q, np.zeros(4))
         distances.append(np.linalg.norm(np.maximum(np.maximum(lower - p, p - upper), 0)))
     assert 0.4 < max(distances) <= radius + 1e-12
+
+
+def test_reach_of_the_mass_is_sound(short: str, load: Load) -> None:
+    """The centre of mass of a six-joint arm never gets further than the bound says, and comes close to it."""
+    from fesd_robot.ocp.reach import reach_of_mass
+    from fesd_robot.robot import load_robot
+
+    arm = load_robot("example-robot-data:ur5")
+    lower, upper, radius = reach_of_mass(arm, load(short))
+    rng, data, distances = np.random.default_rng(0), arm.model.createData(), []
+    for _ in range(500):
+        c = pin.centerOfMass(arm.model, data, rng.uniform(-np.pi, np.pi, arm.model.nq))
+        distances.append(np.linalg.norm(np.maximum(np.maximum(lower - c, c - upper), 0)))
+    assert 0.75 * radius < max(distances) <= radius
 
 
 TWINS = """\

@@ -60,3 +60,4 @@ def test_provenance_outside_a_repository(tmp_path: Path) -> None:
     assert found.git == "none"
     assert set(found.versions) == {"python", *assemble.PACKAGES}
     assert found.created.endswith("+00:00")
+    assert found.folder == str(tmp_path)

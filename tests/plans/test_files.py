@@ -243,7 +243,7 @@ def test_garbage_is_no_plan(tmp_path: Path, text: str) -> None:
     """A file that is no JSON object is named in the error."""
     file = tmp_path / "plan.json"
     file.write_text(text)
-    with pytest.raises(PlanFileError, match=r"plan\.json: not a plan of this version"):
+    with pytest.raises(PlanFileError, match=r"plan\.json: not a plan: expected the JSON that fesd-robot plan writes"):
         read_plan(file)
 
 
@@ -256,13 +256,31 @@ def test_bytes_that_are_no_text(tmp_path: Path) -> None:
 
 def test_no_file(tmp_path: Path) -> None:
     """A folder without a plan, or no folder, is named in the error."""
-    for path in (tmp_path, tmp_path / "missing.json"):
-        with pytest.raises(PlanFileError, match="cannot be read as a plan"):
-            read_plan(path)
+    with pytest.raises(PlanFileError, match=r"the folder holds no plan\.json"):
+        read_plan(tmp_path)
+    with pytest.raises(PlanFileError, match=r"missing\.json: there is no such file or folder"):
+        read_plan(tmp_path / "missing.json")
+
+
+@pytest.mark.parametrize("others", [{}, {"tensors": [1]}])
+def test_a_later_plan_says_so(plan: Plan, tmp_path: Path, others: dict[str, Any]) -> None:
+    """A plan of a later schema version is told from a broken one, whatever else it holds."""
+    data = {**json.loads(plan.model_dump_json()), "schema_version": 2, **others}
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    with pytest.raises(PlanFileError, match="found a plan of schema version 2, expected 1"):
+        read_plan(tmp_path)
+
+
+def test_a_plan_that_does_not_say_its_folder_is_read(plan: Plan, tmp_path: Path) -> None:
+    """The folder of the task may be missing from a plan; another field of it may not be unknown."""
+    data = json.loads(plan.model_dump_json())
+    del data["provenance"]["folder"]
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    assert read_plan(tmp_path).provenance.folder is None
 
 
 FIELDS: list[tuple[tuple[str, ...], Any, str]] = [
-    (("schema_version",), 2, "schema_version"),
+    (("schema_version",), "two", "schema_version"),
     (("status", "solved"), "perhaps", "status.solved"),
     (("status", "stationarity"), "Q", "status.stationarity"),
     (("audit", "min_gap"), "deep", "audit.min_gap"),

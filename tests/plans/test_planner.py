@@ -34,7 +34,7 @@ REQUIRED = {
     "contacts": "foot",
     "contacts.foot": "gap normal_force tangential_force mode",
     "statistics": "variables constraints pairs iterations build_seconds solve_seconds homotopy",
-    "provenance": "versions git created",
+    "provenance": "versions git created folder",
 }
 
 

@@ -15,13 +15,10 @@ Write = Callable[[str], Path]
 # (text of the valid task, its replacement, line, key, fragments of the message)
 EDITS: list[tuple[str, str, int, str, list[str]]] = [
     # unknown keys
-    ("horizon:", "horizn:", 22, "horizn", ["unknown key, expected a known one (did you mean 'horizon'?)"]),
     ("    frame: foot", "    fram: foot", 21, "contacts.foot.fram", ["(did you mean 'frame'?)"]),
     ("    frame: foot", "    link: foot", 20, "contacts.foot.frame", ["missing", "; and 1 more error"]),
     ("output:", "extra: 1\noutput:", 51, "extra", ["unknown key", "valid: constraints, contacts, costs, goal"]),
-    ("  intervals: 20", "  intervals: 20\n  interval: 3", 25, "horizon.interval", ["did you mean 'intervals'?"]),
     ("    gate: true", "    gates: true", 47, "method.formulation.gates", ["did you mean 'gate'?"]),
-    ("joint, joint:", "joint, joints: 1, joint:", 7, "robot.actuators.torque.joints", ["did you mean 'joint'?"]),
     ("      upper: 50", "      uper: 50\n      upper: 50", 14, "robot.actuators.push.uper", ["'upper'"]),
     ("  apex:", "  apx: {}\n  apex:", 35, "reference.apx", ["did you mean 'apex'?"]),
     ("  type: jumps\n", "  type: line\n", 34, "reference.count", ["unknown key", "valid: type", "1 more error"]),
@@ -48,16 +45,11 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("page: true", "page: 1", 52, "output.page", ["found 1", "true or false"]),
     ("ground:\n  type: plane\n  slope: 0.1\n  friction: 0.45", "ground: flat", 15, "ground", ["a mapping of keys"]),
     # numbers out of range
-    ("duration: 1.0", "duration: -1", 23, "horizon.duration", ["found -1", "greater than 0"]),
     ("duration: 1.0", "duration: .nan", 23, "horizon.duration", ["found NaN", "a finite number"]),
     ("duration: 1.0", "duration: .inf", 23, "horizon.duration", ["found inf", "a finite number"]),
     ("duration: 1.0", "duration: 1e999", 23, "horizon.duration", ["found inf", "a finite number"]),
     ("duration: 1.0", f"duration: 1{'0' * 400}", 23, "horizon.duration", ["a number"]),
     ("duration: 1.0", f"duration: 1{'0' * 9000}", 23, "horizon.duration", ["a number"]),
-    ("root_x: 1.0", "root_x: .nan", 29, "goal.configuration.root_x", ["found NaN", "a finite number"]),
-    ("intervals: 20", "intervals: 0", 24, "horizon.intervals", ["found 0", "at least 1"]),
-    ("stages: 2", "stages: 10", 45, "method.stages", ["found 10", "at most 9"]),
-    ("friction: 0.45", "friction: -0.1", 18, "ground.friction", ["found -0.1", "at least 0"]),
     ("slope: 0.1", "slope: 90", 17, "ground.slope", ["found 90", "-pi/2 and pi/2"]),
     ("armature: {leg: 0.1}", "armature: {leg: -1}", 5, "robot.armature.leg", ["found -1", "at least 0"]),
     ("{root_x: 100}", "{root_x: -100}", 37, "costs.configuration.root_x", ["found -100", "at least 0"]),
@@ -71,14 +63,12 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("stages: 2", "auxiliary_acceleration: 0", 45, "method.auxiliary_acceleration", ["found 0", "'auto'"]),
     # choices and union tags
     ("root: fixed", "root: floating", 4, "robot.root", ["'floating'", "'fixed', 'sagittal', 'planar' or 'free_flyer'"]),
-    ("stages: 2", "scheme: radau", 45, "method.scheme", ["'radau'", "did you mean 'radau_iia'?"]),
     ("type: plane", "type: plan", 16, "ground.type", ["'plan'", "'plane'"]),
     ("type: jumps", "type: jump", 33, "reference.type", ["'jump'", "did you mean 'jumps'?"]),
     ("{type: joint,", "{type: joints,", 7, "robot.actuators.torque.type", ["'joints'", "did you mean 'joint'?"]),
     ("type: mean", "type: median", 48, "method.step_equilibration.type", ["'median'", "'difference'"]),
     ("  tolerance: 1e-8", "  linear_solver: ma57", 50, "solver.linear_solver", ["'ma57'", "'auto', 'fesd' or 'mumps'"]),
     # limits and keys that contradict each other
-    ("[0.1, 0.5]", "[0.5, 0.1]", 41, "limits.position.leg", ["[0.5, 0.1]", "lower < upper"]),
     ("[0.1, 0.5]", "[0.1]", 41, "limits.position.leg", ["[0.1]", "two numbers"]),
     ("[0.1, 0.5]", "[0.1, .nan]", 41, "limits.position.leg", ["two numbers"]),
     ("[0.1, 0.5]", "0.5", 41, "limits.position.leg", ["found 0.5", "two numbers"]),
@@ -95,7 +85,6 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
         ["'torque'"],
     ),
     ("tolerance: 1e-8", "sigma_start: 1e-9", 50, "solver.sigma_start", ["1e-09", "sigma_start > tolerance"]),
-    ("count: 1", "count: 21", 34, "reference.count", ["found 21 jumps", "(20)"]),
     ("    gate: true", "    {gap: true, gap_feedback: 3}", 47, "method.formulation.gap_feedback", ["no effect"]),
     ("type: mean, weight: 1", "type: none, weight: 2", 48, "method.step_equilibration.weight", ["no effect"]),
     # emptiness
@@ -110,7 +99,6 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("        leg: 1", "        leg: true", 12, "robot.actuators.push.force.leg", ["found true", "expression"]),
     # YAML
     ("  duration: 1.0", "  duration: 1.0\n  duration: 2.0", 24, "horizon.duration", ["given twice", "line 23"]),
-    ("solver:", "robot: {}\nsolver:", 49, "robot", ["given twice", "first in line 2"]),
     ("{leg: 0.5}", "{1: 0.5}", 26, "initial.configuration", ["found the key 1", "expected a name"]),
     ("name: hop", "name: !python/object hop", 1, "name", ["YAML tag !python/object"]),
     ("{leg: 0.5}", "&self {leg: *self}", 26, "initial.configuration.leg", ["contains itself"]),

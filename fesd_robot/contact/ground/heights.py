@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fesd_robot.contact.ground.profile import MAX_PIECES
-from fesd_robot.errors import GroundError
+from fesd_robot.errors import GroundError, nearest_file
 
 COLUMNS = ["x", "z"]
 
@@ -23,7 +23,7 @@ def read_heights(path: Path) -> tuple[np.ndarray, np.ndarray]:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError as error:
-        raise GroundError(f"there is no file {path}") from error
+        raise GroundError(f"there is no file {path}{nearest_file(path)}") from error
     except (OSError, UnicodeDecodeError) as error:
         raise GroundError(f"{path} cannot be read as text, expected a CSV file with columns x,z") from error
     rows: list[tuple[float, float]] = []

@@ -1,0 +1,49 @@
+"""`fesd-robot render`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fesd_robot.cli.arguments import PlanFile
+
+
+def render(
+    plan: PlanFile,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Folder for page and figures; default: that of the plan."),
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--folder",
+            metavar="DIR",
+            help="Where relative paths in the task start; default: the folder of the task file when it was planned.",
+            exists=True,
+            file_okay=False,
+        ),
+    ] = None,
+) -> None:
+    """Draw the page and the figures of a plan again.
+
+    Needs the files that the task names: the robot's model, and the file of a height map.
+    """
+    from fesd_robot.cli.outputs import FIGURES, PAGE, write_page
+    from fesd_robot.errors import PlanFileError, TaskError
+    from fesd_robot.plans import read_plan, task_of
+    from fesd_robot.render import write_figures
+
+    found = read_plan(plan)
+    target = (plan if plan.is_dir() else plan.parent) if out is None else out
+    try:
+        page = write_page(found, task_of(found, folder), target / PAGE)
+        figures = write_figures(found, target / FIGURES)
+    except TaskError as error:
+        hint = "" if folder else "; if the task's files have moved, say where by --folder"
+        raise PlanFileError(f"{plan}: its task cannot be drawn again: {error}{hint}") from error
+    except OSError as error:
+        raise PlanFileError(f"{target}: cannot be written to ({error.strerror})") from error
+    typer.echo(f"written to {target}: {page.name}, {FIGURES}/ ({len(figures)} figures)")

@@ -1,0 +1,123 @@
+"""Whether a formulated task has a solution at all: inertia, contacts that move, finite forces, distances in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.contact import PlanarContact
+from fesd_robot.ocp.actuation import Actuation
+from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.ocp.vectors import Endpoints, StateLimits
+from fesd_robot.robot import Robot
+from fesd_robot.task import Task
+from fesd_robot.task.origins import KeyPath
+
+_SINGULAR = 1e-12
+"""Smallest share of the largest eigenvalue of the mass matrix that counts as inertia."""
+
+_ROUNDED = 1e-9
+"""m or rad; a distance that is too long by less than this is not."""
+
+
+def check_inertia(task: Task, robot: Robot, configuration: np.ndarray) -> None:
+    """Raise if some motion costs no energy, M(q) being singular: a force would accelerate it without bound.
+
+    Raises:
+        TaskError: at robot.armature, naming the coordinate that takes the largest part in that motion.
+    """
+    upper = np.triu(pin.crba(robot.model, robot.model.createData(), configuration))
+    values, vectors = np.linalg.eigh(upper + np.triu(upper, 1).T)
+    if values[0] > _SINGULAR * values[-1]:
+        return
+    name = robot.velocity_names[int(np.argmax(np.abs(vectors[:, 0])))]
+    raise task.error(
+        ("robot", "armature", name),
+        f"found coordinate '{name}' without inertia, so that a force accelerates it without bound; expected mass on "
+        f"what it moves in the model, or robot.armature.{name} (kg or kg m2)",
+    )
+
+
+def check_contacts_move(task: Task, contacts: Sequence[PlanarContact], configuration: ca.SX) -> None:
+    """Raise if a contact touches wherever the robot is: nothing moves its frame to or from the surface.
+
+    Raises:
+        TaskError: at the contact's frame.
+    """
+    for contact in contacts:
+        if not ca.jacobian_sparsity(contact.gap, configuration).nnz() and float(ca.evalf(contact.gap)) <= _ROUNDED:
+            frame = task.contacts[contact.name].frame
+            raise task.error(
+                ("contacts", contact.name, "frame"),
+                f"found frame '{frame}', which touches wherever the robot is, expected a frame that some joint moves "
+                "to and from what it may touch",
+            )
+
+
+def check_forces(task: Task, actuation: Actuation, configuration: np.ndarray) -> None:
+    """Raise if a generalized force is not finite at the start, as 1/leg is where the leg has no length.
+
+    Raises:
+        TaskError: at the actuator's force.
+    """
+    matrix = np.asarray(actuation.matrix(configuration).full())
+    for name, column in zip(actuation.names, matrix.T, strict=True):
+        if not np.isfinite(column).all():
+            raise task.error(
+                ("robot", "actuators", name, "force"),
+                "found an expression that is not finite at the initial configuration, expected one that is",
+            )
+
+
+def check_pace(task: Task, robot: Robot, ends: Endpoints, limits: StateLimits, grid: TimeGrid) -> None:
+    """Raise if a hard goal, stride or waypoint is too far away: |q - q_0| - tolerance > t max |dq/dt|.
+
+    Raises:
+        TaskError: at the wanted value, with the distance that the velocity limits allow.
+    """
+    for target in _hard_targets(task, grid):
+        if target.name not in robot.velocity_names:  # a cosine, sine or part of a quaternion
+            continue
+        row = robot.velocity_names.index(target.name)
+        start = 0.0 if target.relative else ends.initial_configuration[robot.configuration_names.index(target.name)]
+        distance = target.value - start
+        speed = limits.upper_velocity[row] if distance > 0 else -limits.lower_velocity[row]
+        farthest = speed * target.time + target.tolerance
+        if abs(distance) > farthest + _ROUNDED:
+            raise task.error(
+                target.key,
+                f"found {target.value:g}, {abs(distance):.4g} away from the start, expected at most {farthest:.4g}: "
+                f"the velocity limit of '{target.name}', {speed:g} per s, for {target.time:g} s",
+            )
+
+
+class _HardTarget(NamedTuple):
+    """What must be met: key path, coordinate, value, m or rad (`relative` to the start), tolerance, and time, s."""
+
+    key: KeyPath
+    name: str
+    value: float
+    tolerance: float
+    time: float
+    relative: bool = False
+
+
+def _hard_targets(task: Task, grid: TimeGrid) -> Iterator[_HardTarget]:
+    """Yield all hard goals of coordinates that the task gives a value."""
+    goal = task.goal
+    if goal.periodic is not None:
+        for name, stride in goal.periodic.stride.items():
+            yield _HardTarget(("goal", "periodic", "stride", name), name, stride, 0.0, grid.upper, relative=True)
+        return  # all else of the start is free
+    for name, width in goal.tolerance.configuration.items():
+        if name in goal.configuration:
+            yield _HardTarget(("goal", "configuration", name), name, goal.configuration[name], width, grid.upper)
+    for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
+        for name, width in waypoint.tolerance.configuration.items():
+            key, time = ("waypoints", str(i), "configuration", name), grid.upper * end / grid.intervals
+            yield _HardTarget(key, name, waypoint.configuration[name], width, time)
