@@ -13,6 +13,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from fesd_robot.contact import PhysicalMotion
+from fesd_robot.contact.recover import IMPULSE_SHARE
 from fesd_robot.plans.physics import NumericPhysics
 from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
 
@@ -56,12 +57,12 @@ def switches_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Switch]:
 
 
 def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
-    """Return the impulse of every contact that took part in an impact."""
+    """Return the impulse of every contact that took part in an impact; what the solver leaves of others is left out."""
     return [
         Impulse(time=float(motion.time[impact.after]), contact=name, normal=normal, tangential=tangential)
         for impact in motion.impacts
         for name, (normal, tangential) in zip(names, impact.impulse.tolist(), strict=True)
-        if normal > 0
+        if normal > IMPULSE_SHARE * impact.impulse[:, 0].max()
     ]
 
 

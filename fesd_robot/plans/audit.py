@@ -46,7 +46,7 @@ def audit(
 
     At every stage the contact force is what M(q) a + h(q, v) - B u asks for, with the acceleration a taken from the
     trajectory; it is solved for in least squares, and everything the closed contacts cannot supply counts as an error
-    of the dynamics.
+    of the dynamics. Only where the motion leaves open how contacts share a force, the motion's own forces decide.
 
     Args:
         motion: the trajectory in physical time.
@@ -101,7 +101,7 @@ def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        force, rest = split_contact_force(required, jacobian, closed, physics.friction)
+        force, rest = split_contact_force(required, jacobian, closed, physics.friction, motion.force[k])
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
         dynamics.append(np.abs(rest).max() / scale)
         normal, tangential = force[closed].T
@@ -125,7 +125,7 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         jacobian = physics.contact_jacobian(q)
         jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
         hit = impact.impulse[:, 0] > 1e-3 * impact.impulse[:, 0].max()
-        impulse, rest = split_contact_force(jump, jacobian, hit, physics.friction)
+        impulse, rest = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
         normal, tangential = impulse[hit].T
         after = (jacobian @ motion.velocity[impact.after])[0::2][hit]
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)

@@ -131,18 +131,29 @@ def _frames(pair: Pair) -> list[str]:
 
 
 def split_contact_force(
-    generalized: np.ndarray, jacobian: np.ndarray, closed: np.ndarray, friction: np.ndarray | None = None
+    generalized: np.ndarray,
+    jacobian: np.ndarray,
+    closed: np.ndarray,
+    friction: np.ndarray | None = None,
+    near: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return forces (n_c, 2) of the closed contacts with J^T f = generalized in least squares, and what is left over.
+
+    Where the motion does not tell how contacts share a force, as the friction of two corners of a block, every share
+    obeys the same equations of motion; of all of them the one nearest to `near` is taken.
 
     Args:
         generalized: (n_v). jacobian: rows J_n, J_t of every contact, (2 n_c, n_v). closed: (n_c) of bool.
         friction: coefficients (n_c); a contact with none has no tangential force. All have one if omitted.
+        near: (n_c, 2), normal and tangential; zeros if omitted.
     """
     force = np.zeros(len(jacobian))
     rows = np.repeat(closed, 2)
     if friction is not None:
         rows[1::2] &= friction > 0
     if rows.any():
-        force[rows] = np.linalg.lstsq(jacobian[rows].T, generalized, rcond=None)[0]
+        if near is not None:
+            force[rows] = near.ravel()[rows]
+        missing = generalized - jacobian.T @ force
+        force[rows] += np.linalg.lstsq(jacobian[rows].T, missing, rcond=None)[0]
     return force.reshape(-1, 2), generalized - jacobian.T @ force

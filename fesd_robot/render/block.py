@@ -48,7 +48,8 @@ def add_walls(
         inner, outer = wall.x, wall.x + (thickness if wall.side == "left" else -thickness)
         foot = ground.outline(min(inner, outer), max(inner, outer))[:, 1].min()
         size = [thickness, across[1] - across[0], max(top - float(foot), thickness)]
-        path = Path(("ground", f"wall {number} {name.replace('/', '_')}"))
+        # Not below the node of the ground, which has the pose of a plane's middle.
+        path = Path(("walls", f"wall {number} {name.replace('/', '_')}"))
         material = mg.MeshLambertMaterial(color=WALL_COLOR, opacity=0.75, transparent=True)
         window.send(SetObject(mesh(f"wall {number}", mg.Box(size), material), path=path))
         pose = np.eye(4)

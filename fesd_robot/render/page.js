@@ -72,7 +72,7 @@
     fill.position.set(center[0] + reach, center[1] - reach, center[2] + 0.4 * reach);
     viewer.set_object(["Lights", "Fill"], fill);
     for (const tick of settings.ticks) viewer.scene_tree.find(["ticks"]).object.add(label(tick));
-    for (const name of ["ground", "traces"]) {
+    for (const name of ["ground", "walls", "traces"]) {
       viewer.scene_tree.find([name]).object.traverse((object) => { object.castShadow = false; });
     }
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,15 @@ def test_switches_and_impulses(plan: Plan) -> None:
     assert (switch.contact, switch.kind, impulse.contact) == ("foot", "touchdown", "foot")
     assert switch.time == impulse.time == pytest.approx(0.20192751093846089)
     assert (impulse.normal, impulse.tangential) == (pytest.approx(0.18158331421141096), 0.0)
+
+
+def test_only_who_took_part_has_an_impulse() -> None:
+    """Beside a contact that stops the fall one with a billionth of its impulse is none that hit."""
+    motion = drop()
+    (impact,) = motion.impacts
+    both = replace(impact, impulse=np.vstack([impact.impulse, 1e-9 * impact.impulse]))
+    (found,) = assemble.impulses_of(replace(motion, impacts=[both]), ["foot", "elbow"])
+    assert found.contact == "foot"
 
 
 def test_provenance_outside_a_repository(tmp_path: Path) -> None:

@@ -319,3 +319,17 @@ def test_contacts_without_friction_carry_no_tangential_force() -> None:
     found, rest = split_contact_force(pushed, rows, np.array([True, False]), np.array([0.0, 0.5]))
     np.testing.assert_allclose(found, [[20, 0], [0, 0]], atol=1e-12)
     np.testing.assert_allclose(rest, [-3, 0], atol=1e-12)
+
+
+def test_two_corners_share_friction_as_the_motion_says() -> None:
+    """Of all forces that slide a block on two corners the motion's are taken; what they lack is added to both."""
+    rear, front = np.array([[0.0, 1.0, 0.15], [1.0, 0.0, -0.1]]), np.array([[0.0, 1.0, -0.15], [1.0, 0.0, -0.1]])
+    rows, closed = np.vstack([rear, front]), np.array([True, True])
+    sliding = np.array([[7.0, -2.8], [12.0, -4.8]])  # on the edge of the cone with friction 0.4, in both corners
+    found, rest = split_contact_force(rows.T @ sliding.ravel(), rows, closed, near=sliding)
+    np.testing.assert_allclose(found, sliding, atol=1e-12)
+    alone, _ = split_contact_force(rows.T @ sliding.ravel(), rows, closed)
+    assert np.abs(alone[0, 1]) > 0.4 * alone[0, 0] + 0.5, "an equal share leaves the cone of the rear corner"
+    found, rest = split_contact_force(rows.T @ sliding.ravel() + [1, 0, -0.1], rows, closed, near=sliding)
+    np.testing.assert_allclose(found - sliding, [[0, 0.5], [0, 0.5]], atol=1e-12)
+    np.testing.assert_allclose(rest, 0, atol=1e-12)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +84,25 @@ def test_stairs_walls_and_circles_stand_in_the_browser(browser: Browser, hop: Ho
     center = np.array([hop.configuration[row, 0], 0.0, hop.configuration[row, 1]])
     assert rim == pytest.approx(center + np.array([[-0.25, 0, -0.25], [0.25, 0, 0.25]]), abs=0.01)
     assert browser.console == []
+
+
+def test_a_wall_on_a_slope_stands_where_it_is(browser: Browser, hop: Hop, tmp_path: Path) -> None:
+    """A wall on a plane away from x = 0 is drawn upright at its own x, from the plane's height there."""
+    page = render_page(
+        tmp_path / "slope.html",
+        title="slope",
+        model=hop.model,
+        visual_model=hop.visual_model,
+        time=hop.time,
+        configuration=hop.configuration,
+        ground=GroundVisual(slope=0.1, walls={"end": WallVisual(1.5, "left")}),
+        traces={"foot": hop.foot},
+    )
+    browser.open(page)
+    wall = drawn_box(browser, "wall 0 end")
+    assert wall[0, 0] == pytest.approx(1.5, abs=1e-6)
+    assert wall[1, 0] < 1.6
+    assert wall[0, 2] == pytest.approx(1.5 * math.tan(0.1), abs=1e-6)
 
 
 def drawn_box(browser: Browser, name: str) -> np.ndarray:

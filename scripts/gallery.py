@@ -1,0 +1,256 @@
+"""Plan every task in tasks/, and write a table, one picture a task and the list in the README.
+
+    scripts/gallery                                  # all tasks, one after the other
+    scripts/gallery --jobs 2 --time-limit 300        # two at a time, at most 300 s each
+    scripts/gallery hopper_one_jump block_push       # these anew, the others from their last plans in runs/
+    scripts/gallery --short                          # only tasks that the table does not mark as long
+    scripts/gallery --redraw                         # nothing anew
+
+Each task is planned by `fesd-robot plan` in a process of its own, into runs/. The table goes to
+docs/results/gallery.md, the pictures to docs/images/gallery/: the pages as Chromium shows them, or figures where there
+is no Chromium. Exit code 1 if a task that was planned is not solved.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import casadi
+import numpy as np
+from PIL import Image
+
+from fesd_robot.errors import FesdRobotError
+from fesd_robot.plans import Plan, read_plan
+from fesd_robot.plans.plan import ContactHistory
+from fesd_robot.retries import changed
+from fesd_robot.task import load_task
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "results" / "gallery.md"
+PICTURES = ROOT / "docs" / "images" / "gallery"
+README = ROOT / "README.md"
+MARKS = ("<!-- tasks: written by scripts/gallery -->", "<!-- end of tasks -->")
+
+LONG = 30.0
+"""Seconds above which a task is marked as long."""
+
+SIZE, COLORS, SHOTS_PER_PIXEL = (320, 200), 64, 3
+COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
+           "complementarity", "stationarity", "status")  # fmt: skip
+BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+           "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
+BARE = "<style>#caption, #bar { display: none; }</style></head>"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A task of the gallery: its file, its purpose (the second line of the file), where its plan is."""
+
+    file: Path
+    purpose: str
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        return self.file.stem
+
+    def plan(self) -> Plan | None:
+        """Return the last plan of the task as it is now; None if there is none."""
+        try:
+            found = read_plan(self.folder)
+        except FesdRobotError:
+            return None
+        kept = next((one for one in found.statistics.attempts if one.solved), None)
+        task = load_task(self.file)
+        if kept:
+            task = changed(task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"})
+        now, then = task.model_dump(mode="json"), {**found.task, "solver": {**found.task["solver"]}}
+        then["solver"]["time_limit"] = now["solver"]["time_limit"]
+        return found if now == then else None
+
+
+def entries(runs: Path) -> list[Entry]:
+    """Return all tasks in tasks/ by name."""
+    return [
+        Entry(file, file.read_text(encoding="utf-8").splitlines()[1].removeprefix("# "), runs / file.stem)
+        for file in sorted((ROOT / "tasks").glob("*.yaml"))
+    ]
+
+
+def plan_anew(entry: Entry, seconds: float) -> int:
+    """Plan a task in a process of its own, say how it went, and return the exit code of `fesd-robot plan`."""
+    command = [sys.executable, "-m", "fesd_robot.cli", "plan", str(entry.file), "--out", str(entry.folder), "--quiet"]
+    limit = ["--set", f"solver.time_limit={seconds:g}"]
+    done = subprocess.run([*command, *limit], capture_output=True, text=True, check=False)
+    print(f"{entry.name}: {'solved' if done.returncode == 0 else done.stderr.strip()}", flush=True)
+    return done.returncode
+
+
+def seconds_of(plan: Plan) -> float:
+    """Return how long all tries took together, building included."""
+    return sum(one.seconds for one in plan.statistics.attempts)
+
+
+def row(entry: Entry) -> list[str]:
+    """Return the cells of one task."""
+    start, plan = [f"[{entry.name}](../../tasks/{entry.file.name})", entry.purpose], entry.plan()
+    if plan is None:
+        return [*start, *[""] * (len(COLUMNS) - 3), "not planned"]
+    status, effort, tries = plan.status, plan.statistics, plan.statistics.attempts
+    seconds = seconds_of(plan)
+    many = f" with try {len(tries)}" if len(tries) > 1 else ""
+    kind = status.stationarity + {"certified": ", B", "refuted": ", not B"}.get(status.b_stationary, "")
+    numbers = [len(plan.trajectory.velocity), len(plan.contacts), effort.variables, effort.pairs]
+    return [
+        *start,
+        *map(str, [*numbers, sum(one.iterations for one in tries)]),
+        f"{seconds:.1f}" + (" long" if seconds > LONG else ""),
+        f"{status.complementarity:.1e}",
+        kind,
+        f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
+    ]
+
+
+def page(all_entries: Sequence[Entry], command: str) -> str:
+    """Return the table as a page."""
+    rows = [row(entry) for entry in all_entries]
+    solved = sum(cells[-1].startswith("solved") for cells in rows)
+    return "\n".join(
+        [
+            "# All tasks",
+            "",
+            f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}.",
+            "",
+            f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
+            "passed. Variables and pairs are those of the try that was kept; iterations and seconds, building and "
+            f"certificate included, of all tries. Tasks that take more than {LONG:g} s are marked as long; "
+            "`scripts/gallery --short` leaves them out.",
+            "",
+            f"| {' | '.join(COLUMNS)} |",
+            f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",
+            *(f"| {' | '.join(cells)} |" for cells in rows),
+            "",
+        ]
+    )
+
+
+def marked_long(text: str) -> set[str]:
+    """Return the names of the tasks that a page marks as long."""
+    return set(re.findall(r"^\| \[(\w+)\].*\d long \|", text, flags=re.MULTILINE))
+
+
+def readme_list(all_entries: Sequence[Entry], columns: int = 3) -> str:
+    """Return the tasks as a table of cells: picture, name, purpose."""
+    cells = []
+    for entry in all_entries:
+        picture = PICTURES / f"{entry.name}.png"
+        shown = f"![{entry.name}]({picture.relative_to(ROOT).as_posix()})<br>" if picture.is_file() else ""
+        cells.append(f"{shown}[`{entry.name}`](tasks/{entry.file.name}): {entry.purpose}")
+    cells += [""] * (-len(cells) % columns)
+    rows = [cells[first : first + columns] for first in range(0, len(cells), columns)]
+    return "\n".join([f"|{' |' * columns}", f"|{' --- |' * columns}", *(f"| {' | '.join(cells)} |" for cells in rows)])
+
+
+def with_list(readme: str, table: str) -> str:
+    """Return the README with the table between its marks."""
+    before, rest = readme.split(MARKS[0])
+    return f"{before}{MARKS[0]}\n{table}\n{MARKS[1]}{rest.split(MARKS[1])[1]}"
+
+
+def telling_time(plan: Plan) -> float:
+    """Return when to take the picture: at the highest point of a jump, else at a first touch, else half way."""
+    time = plan.trajectory.time
+    jumps = [high for contact in plan.contacts.values() for high in apexes(contact)]
+    if jumps:
+        return float(time[max(jumps)[1]])
+    touches = [switch.time for switch in plan.switches if switch.kind == "touchdown"]
+    return min(touches) if touches else float(time[-1]) / 2
+
+
+def apexes(contact: ContactHistory) -> list[tuple[float, int]]:
+    """Return largest gap, m, and its sample for every flight that begins and ends with a touch and is a jump."""
+    flying = np.array([mode == "flight" for mode in contact.mode]).astype(int)
+    first, end = np.flatnonzero(np.diff(flying) == 1) + 1, np.flatnonzero(np.diff(flying) == -1) + 1
+    flights = [(a, int(b)) for a in first.tolist() for b in end[end > a][:1]]
+    found = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
+    return [one for one in found if one[0] > 0.05]
+
+
+def draw(entry: Entry) -> None:
+    """Write the picture of a task from its plan, if there is one."""
+    plan = entry.plan()
+    if plan is None:
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        shot = Path(folder) / "shot.png"
+        browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+        if browser is None:
+            shutil.copy(entry.folder / "figures" / "positions.png", shot)
+        else:
+            bare = Path(folder) / "plan.html"
+            html = (entry.folder / "plan.html").read_text(encoding="utf-8")
+            bare.write_text(html.replace("</head>", BARE, 1), encoding="utf-8")
+            width, height = (SHOTS_PER_PIXEL * pixels for pixels in SIZE)
+            where = f"{bare.as_uri()}#t={telling_time(plan):.6f}"
+            options = [f"--user-data-dir={folder}/profile", f"--window-size={width},{height}", f"--screenshot={shot}"]
+            subprocess.run([browser, *BROWSER, *options, where], capture_output=True, check=True, timeout=120)
+        with Image.open(shot) as image:
+            small = image.convert("RGB")
+            small.thumbnail(SIZE, Image.Resampling.LANCZOS)
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        small.quantize(COLORS, dither=Image.Dither.NONE).save(PICTURES / f"{entry.name}.png", optimize=True)
+
+
+def parse(names: Sequence[str], words: Sequence[str] | None = None) -> argparse.Namespace:
+    """Return the command line's options."""
+    parser = argparse.ArgumentParser(prog="scripts/gallery", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("tasks", nargs="*", metavar="TASK", help="tasks to plan anew; default: all")
+    parser.add_argument("--jobs", type=int, default=1, help="how many tasks are planned at a time; default: 1")
+    parser.add_argument("--time-limit", type=float, default=600.0, metavar="S", help="s for each task; default: 600")
+    parser.add_argument("--runs", type=Path, default=ROOT / "runs", metavar="DIR", help="where plans go; default: runs")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--short", action="store_true", help="leave out tasks that the table marks as long")
+    which.add_argument("--redraw", action="store_true", help="plan nothing, write everything from the last plans")
+    arguments = parser.parse_args(words)
+    unknown = sorted(set(arguments.tasks) - set(names))
+    if unknown:
+        parser.error(f"found '{unknown[0]}', expected one of {', '.join(names)}")
+    if arguments.jobs < 1 or not arguments.time_limit > 0:
+        parser.error("--jobs and --time-limit must be positive")
+    return arguments
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Plan what was asked for and write table, pictures and list."""
+    arguments = parse([entry.name for entry in entries(ROOT / "runs")], words)
+    every = entries(arguments.runs.resolve())
+    left_out = marked_long(PAGE.read_text(encoding="utf-8")) if arguments.short and PAGE.is_file() else set()
+    wanted = set(arguments.tasks or [entry.name for entry in every]) - left_out
+    chosen = [entry for entry in every if entry.name in wanted]
+    codes = []
+    if not arguments.redraw:
+        with ThreadPoolExecutor(arguments.jobs) as pool:
+            codes = list(pool.map(lambda entry: plan_anew(entry, arguments.time_limit), chosen))
+    for entry in every:
+        draw(entry)
+    command = " ".join(["scripts/gallery", *(sys.argv[1:] if words is None else words)])
+    PAGE.write_text(page(every, command), encoding="utf-8")
+    README.write_text(with_list(README.read_text(encoding="utf-8"), readme_list(every)), encoding="utf-8")
+    return 1 if any(codes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,132 @@
+"""The gallery keeps in step with tasks/, and takes its rows and pictures from plans of the tasks as they are."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fesd_robot.planner import plan
+from fesd_robot.plans import Plan, write_plan
+from fesd_robot.plans.plan import ContactHistory
+from fesd_robot.task import load_task
+
+ROOT = Path(__file__).parents[2]
+TASKS = sorted(path.stem for path in (ROOT / "tasks").glob("*.yaml"))
+QUICK = ("cart_pole_friction", "pusher_slider")
+
+
+@pytest.fixture(scope="module")
+def gallery() -> ModuleType:
+    """The script as a module."""
+    spec = importlib.util.spec_from_file_location("gallery", ROOT / "scripts" / "gallery.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["gallery"] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def pushed() -> Plan:
+    """A plan of the pushed block."""
+    return plan(load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never"]))
+
+
+def test_the_readme_lists_every_task(gallery: ModuleType, tmp_path: Path) -> None:
+    """The README holds exactly the list that the script writes: every task, its purpose, its picture."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    every = gallery.entries(tmp_path)
+    assert [entry.name for entry in every] == TASKS
+    assert gallery.with_list(readme, gallery.readme_list(every)) == readme, "run scripts/gallery"
+    listed = re.findall(r"\]\((docs/images/gallery/\w+\.png)\)<br>\[`(\w+)`\]", readme)
+    assert [name for _, name in listed] == TASKS, "a picture is missing, run scripts/gallery"
+
+
+def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
+    """Every task has one row, with its purpose, and each is solved within 1e-6."""
+    rows = re.findall(r"^\| \[(\w+)\].*$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert rows == TASKS
+    for line in gallery.PAGE.read_text(encoding="utf-8").splitlines():
+        if line.startswith("| ["):
+            cells = [cell.strip() for cell in line.strip("|").split("|")]
+            assert len(cells) == len(gallery.COLUMNS)
+            assert cells[-1].startswith("solved") and float(cells[-3]) <= 1e-6
+
+
+def test_pictures_are_small(gallery: ModuleType) -> None:
+    """There is a picture of every task and none besides, each below 60 kB, together below 1 MB."""
+    files = sorted(gallery.PICTURES.glob("*"))
+    assert [file.stem for file in files] == TASKS
+    assert max(file.stat().st_size for file in files) < 60_000
+    assert sum(file.stat().st_size for file in files) < 1_000_000
+    for file in files:
+        with Image.open(file) as image:
+            assert image.size == gallery.SIZE
+            assert len(image.convert("RGB").getcolors(1 << 16)) > 8, "nothing is to be seen"
+
+
+def test_a_row_is_that_of_the_plan(
+    gallery: ModuleType, pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sizes, effort and verdict are the plan's; a plan of a task that has changed since does not count."""
+    (entry,) = [one for one in gallery.entries(tmp_path) if one.name == "block_push"]
+    assert gallery.row(entry)[-1] == "not planned"
+    write_plan(pushed, entry.folder)
+    assert gallery.row(entry)[-1] == "not planned", "it was planned with another method.compile"
+    monkeypatch.setattr(gallery, "load_task", lambda path: load_task(path, ["method.compile=never"]))
+    cells = gallery.row(entry)
+    effort = pushed.statistics
+    assert cells[2:6] == ["3", "2", str(effort.variables), str(effort.pairs)]
+    assert int(cells[6]) == sum(one.iterations for one in effort.attempts)
+    assert cells[-1].startswith("solved")
+    page = gallery.page([entry], "scripts/gallery")
+    assert "**1 of 1 solved**" in page
+    assert gallery.marked_long(page) == set()
+    monkeypatch.setattr(gallery, "LONG", 0.0)
+    assert gallery.marked_long(gallery.page([entry], "scripts/gallery")) == {"block_push"}
+
+
+def test_the_block_slides_stops_and_slides(pushed: Plan) -> None:
+    """Friction alone stops the block where a closed form says; it is then pushed to its target and rests there."""
+    assert pushed.status.solved, pushed.status.message
+    assert pushed.status.complementarity <= 1e-6
+    stop = next(switch for switch in pushed.switches if switch.kind == "slip_to_stick")
+    x, time = pushed.trajectory.configuration["root_x"], pushed.trajectory.time
+    braking = 0.4 * 9.81
+    assert stop.time == pytest.approx(1 / braking, abs=0.02)
+    assert x[np.searchsorted(time, 0.4)] == pytest.approx(0.5 / braking, abs=0.01)
+    assert {switch.kind for switch in pushed.switches} >= {"slip_to_stick", "stick_to_slip"}
+    assert x[-1] == pytest.approx(0.8, abs=0.0011)
+
+
+def test_the_picture_shows_the_jump(gallery: ModuleType, pushed: Plan) -> None:
+    """A jump is pictured at its highest point, a motion without one at its first touch, or half way."""
+    assert gallery.telling_time(pushed) == pytest.approx(0.75)
+    time = pushed.trajectory.time
+    mode = np.where((time > 0.3) & (time < 0.9), "flight", "stick").tolist()
+    gap = np.clip((time - 0.3) * (0.9 - time), 0, None)
+    foot = ContactHistory(gap=gap, normal_force=0 * time, tangential_force=0 * time, mode=mode)
+    jump = pushed.model_copy(update={"contacts": {"foot": foot}})
+    assert gallery.telling_time(jump) == pytest.approx(0.6, abs=0.05)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_quick_task_is_solved(name: str) -> None:
+    """A shipped task of a few seconds is solved to 1e-6, and its audit passes."""
+    found = plan(load_task(ROOT / "tasks" / f"{name}.yaml", ["method.compile=never"]))
+    assert found.status.solved, found.status.message
+    assert found.status.complementarity <= 1e-6
+
+
+def test_what_is_not_a_task_is_refused(gallery: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    """An unknown name ends with the names there are."""
+    with pytest.raises(SystemExit):
+        gallery.parse(TASKS, ["hopper_no_jump"])
+    assert "found 'hopper_no_jump', expected one of block_push" in capsys.readouterr().err
