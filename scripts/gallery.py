@@ -47,7 +47,7 @@ MARKS = ("<!-- tasks: written by scripts/gallery -->", "<!-- end of tasks -->")
 LONG = 30.0
 """Seconds above which a task is marked as long."""
 
-SIZE, COLORS, SHOTS_PER_PIXEL = (320, 200), 64, 3
+SIZE, SHOT_SCALE = (320, 200), 3
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
            "complementarity", "stationarity", "status")  # fmt: skip
 BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
@@ -135,9 +135,9 @@ def page(all_entries: Sequence[Entry], command: str) -> str:
             f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}.",
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
-            "passed. Variables and pairs are those of the try that was kept; iterations and seconds, building and "
-            f"certificate included, of all tries. Tasks that take more than {LONG:g} s are marked as long; "
-            "`scripts/gallery --short` leaves them out.",
+            "passed. Variables and pairs are those of the try that was kept; iterations and wall seconds, "
+            f"building and certificate included, of all tries of one run. Tasks that take more than {LONG:g} s are "
+            "marked as long; `scripts/gallery --short` leaves them out.",
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",
@@ -203,7 +203,7 @@ def draw(entry: Entry) -> None:
             bare = Path(folder) / "plan.html"
             html = (entry.folder / "plan.html").read_text(encoding="utf-8")
             bare.write_text(html.replace("</head>", BARE, 1), encoding="utf-8")
-            width, height = (SHOTS_PER_PIXEL * pixels for pixels in SIZE)
+            width, height = (SHOT_SCALE * pixels for pixels in SIZE)
             where = f"{bare.as_uri()}#t={telling_time(plan):.6f}"
             options = [f"--user-data-dir={folder}/profile", f"--window-size={width},{height}", f"--screenshot={shot}"]
             subprocess.run([browser, *BROWSER, *options, where], capture_output=True, check=True, timeout=120)
@@ -211,7 +211,7 @@ def draw(entry: Entry) -> None:
             small = image.convert("RGB")
             small.thumbnail(SIZE, Image.Resampling.LANCZOS)
         PICTURES.mkdir(parents=True, exist_ok=True)
-        small.quantize(COLORS, dither=Image.Dither.NONE).save(PICTURES / f"{entry.name}.png", optimize=True)
+        small.save(PICTURES / f"{entry.name}.png", optimize=True)
 
 
 def parse(names: Sequence[str], words: Sequence[str] | None = None) -> argparse.Namespace:

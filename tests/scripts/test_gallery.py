@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fesd_robot.cli.outputs import write_optional_files
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.plan import ContactHistory
@@ -123,6 +124,23 @@ def test_a_quick_task_is_solved(name: str) -> None:
     found = plan(load_task(ROOT / "tasks" / f"{name}.yaml", ["method.compile=never"]))
     assert found.status.solved, found.status.message
     assert found.status.complementarity <= 1e-6
+
+
+def test_a_picture_is_taken_from_the_page(
+    gallery: ModuleType, pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The picture of a planned task shows the blue block on its ground, without caption and controls."""
+    task = load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never", "output.figures=false"])
+    (entry,) = [one for one in gallery.entries(tmp_path) if one.name == "block_push"]
+    write_plan(pushed, entry.folder, lambda stage: write_optional_files(pushed, task, stage))
+    monkeypatch.setattr(gallery, "load_task", lambda path: load_task(path, ["method.compile=never"]))
+    monkeypatch.setattr(gallery, "PICTURES", tmp_path / "pictures")
+    gallery.draw(entry)
+    with Image.open(tmp_path / "pictures" / "block_push.png") as image:
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert pixels.shape == (200, 320, 3)
+    assert (pixels[:, :, 2] - pixels[:, :, 0] > 60).sum() > 1000, "the block is not visible"
+    assert pixels[:10].min() > 180, "the caption is in the picture"
 
 
 def test_what_is_not_a_task_is_refused(gallery: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
