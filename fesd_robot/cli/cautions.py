@@ -9,13 +9,11 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.motion import TOUCHING
 from fesd_robot.planner import numeric_physics
 from fesd_robot.plans.statics import holding_effort
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import GROUND, Jumps
-
-TOUCHING = 1e-6
-"""m; a gap up to this is called touching."""
 
 FAR = 0.1
 """m; a contact further from what it may touch is not near it."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.cli.cautions import TOUCHING, cautions, reference_gaps
+from fesd_robot.cli.cautions import cautions, reference_gaps
 from fesd_robot.cli.demands import (
     described_constraints,
     described_costs,
@@ -21,6 +21,7 @@ from fesd_robot.contact import Ground, Terrain
 from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.motion import TOUCHING
 from fesd_robot.planner import homotopy_options, numeric_physics
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -44,8 +44,8 @@ from fesd_robot.task import GROUND, CircleCircleContact, Task
 AUTOMATIC_STRENGTH = 10.0
 """Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
 
-_BELOW_GROUND = 1e-6
-"""m; a start this far below the ground is on it, rounded."""
+TOUCHING = 1e-5
+"""m; a contact that starts this close to what it touches is closed: positions are often written with five decimals."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,10 @@ def formulate(task: Task) -> MotionProblem:
     mechanics = _mechanics(robot, actuation)
     contacts = _contacts(task, robot, mechanics.configuration, ground)
     check_contacts_move(task, contacts, mechanics.configuration)
-    gap = ca.Function("gap", [mechanics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
-    _check_above_ground(task, gap, endpoints)
+    _check_above_ground(task, _gap_function(mechanics, contacts), endpoints)
+    if task.goal.periodic is None:
+        contacts = _closed_at_start(contacts, mechanics, endpoints)
+    gap = _gap_function(mechanics, contacts)
     check_inertia(task, robot, endpoints.initial_configuration)
     check_forces(task, actuation, endpoints.initial_configuration)
     strength = _auxiliary_acceleration(task, robot)
@@ -184,6 +186,25 @@ def _contacts(task: Task, robot: Robot, q: ca.SX, ground: Surroundings) -> list[
     return found
 
 
+def _gap_function(mechanics: Mechanics, contacts: Sequence[PlanarContact]) -> ca.Function:
+    return ca.Function("gap", [mechanics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
+
+
+def _closed_at_start(
+    contacts: Sequence[PlanarContact], mechanics: Mechanics, endpoints: Endpoints
+) -> list[PlanarContact]:
+    """Return the contacts with gaps that are exactly zero at the start where they are up to `TOUCHING`.
+
+    A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
+    a distance: no point fulfils such a complementarity exactly.
+    """
+    gaps = np.asarray(_gap_function(mechanics, contacts)(endpoints.initial_configuration)).ravel()
+    return [
+        replace(contact, gap=contact.gap - gap) if 0 < abs(gap) <= TOUCHING else contact
+        for contact, gap in zip(contacts, gaps, strict=True)
+    ]
+
+
 def _check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> None:
     for key, configuration in (
         ("initial", endpoints.initial_configuration),
@@ -191,7 +212,7 @@ def _check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> N
     ):
         gaps = np.asarray(gap(configuration)).ravel()
         worst = int(np.argmin(gaps))
-        if gaps[worst] < -_BELOW_GROUND:
+        if gaps[worst] < -TOUCHING:
             name = list(task.contacts)[worst]
             raise task.error((key, "configuration"), _overlap(task, name, -gaps[worst]))
 

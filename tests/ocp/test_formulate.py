@@ -135,3 +135,10 @@ def test_a_joint_with_several_degrees_of_freedom_is_not_driven(load: Load) -> No
     with pytest.raises(TaskError, match="generalized_force") as caught:
         formulate(load(text))
     assert (caught.value.line, caught.value.key) == (6, "robot.actuators.push.joint")
+
+
+def test_a_foot_that_stands_by_rounding_touches(short: str, load: Load) -> None:
+    """A gap of a few micrometres at the start is zero there, and smaller by it elsewhere; a larger one stays."""
+    near, far = (formulate(load(short.replace("root_z: 0.6", f"root_z: {0.5 + gap:.7f}"))) for gap in (4e-6, 4e-5))
+    assert near.ocp.initial_lower[-1] == pytest.approx(0, abs=1e-15)
+    assert far.ocp.initial_lower[-1] == pytest.approx(4e-5, rel=1e-6)
