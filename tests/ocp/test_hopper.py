@@ -166,4 +166,5 @@ def test_gap_state_follows_the_formulation(kind: str) -> None:
     form = f"method.formulation.type={kind}"
     assert formulate(load_task(TASK, [form])).ocp.system.state.numel() == 10
     if kind == "steps":
-        assert formulate(load_task(TASK, [form, "method.formulation.gap=true"])).ocp.system.state.numel() == 9
+        true_gap = "method.formulation={type: steps, gap: true}"
+        assert formulate(load_task(TASK, [true_gap])).ocp.system.state.numel() == 9

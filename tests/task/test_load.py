@@ -61,7 +61,7 @@ def test_a_shipped_task_loads(path: Path) -> None:
     task = load_task(path)
     assert task.name == path.stem
     assert Task.model_validate(task.model_dump(mode="json")) == task
-    assert Path(task.locate_model()).is_file()
+    assert str(task.locate_model()).startswith("example-robot-data:") or Path(task.locate_model()).is_file()
     schema, purpose = path.read_text(encoding="utf-8").splitlines()[:2]
     assert schema == "# yaml-language-server: $schema=../fesd_robot/task/task.schema.json"
     assert purpose.startswith("# ") and purpose.endswith(".")
