@@ -99,11 +99,15 @@ def freezing_dynamics(
     return mass_matrix, right_hand_side
 
 
-def free_share(closed: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
-    """Return theta_ODE = prod_c (1 - beta_c), with its partial products as lifted (name, symbol, definition)."""
-    product, lifted = 1 - closed[0], []
-    for i, beta in enumerate(closed[1:], start=2):
+def free_share(rests: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
+    """Return theta_ODE = prod_c (1 - beta_c), with its partial products as lifted (name, symbol, definition).
+
+    Args:
+        rests: 1 - beta of every contact.
+    """
+    product, lifted = rests[0], []
+    for i, rest in enumerate(rests[1:], start=2):
         symbol = ca.SX.sym(f"theta_ode{i}")
-        lifted.append((f"theta_ODE of {i} contacts", symbol, product * (1 - beta)))
+        lifted.append((f"theta_ODE of {i} contacts", symbol, product * rest))
         product = symbol
     return product, lifted

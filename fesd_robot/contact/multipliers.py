@@ -21,7 +21,7 @@ def multiplier_contact_system(
 ) -> ContactSystem:
     """Return rigid-body motion with planar contacts whose variables are theta_+ and theta_- alone.
 
-    With beta = theta_+ + theta_- <= 1 and theta_ODE = prod_c (1 - beta_c), the step logic of gap p >= 0, normal speed
+    With beta = theta_+ + theta_-, its rest 1 - beta >= 0 and theta_ODE = prod_c (1 - beta_c), the step logic of gap p >= 0, normal speed
     J_n v and tangential speed J_t v says, for every contact and between all points of a finite element:
 
     - no force at a distance: ``p beta = 0``;
@@ -32,8 +32,11 @@ def multiplier_contact_system(
     In flight every condition is vacuous, so no element ends where a velocity changes its sign in the air. In stance
     p = 0 holds along the element, so J_n v = 0 at its stages determines beta, and nothing is left to choose.
 
+    The rest is a variable of its own where there is friction: without its bound time could run backwards (1 - beta as
+    low as -1), which a relaxed problem with a cheap motion makes use of.
+
     A step function needs three variables and two pairs at every stage (alpha, lambda_n, lambda_p), three steps a
-    contact; this form needs two variables a contact. The left boundary takes part through the state itself. (Gating
+    contact; this form needs three variables a contact. The left boundary takes part through the state itself. (Gating
     the velocity steps by 1 - alpha_q loses it: the multiplier of a touchdown belongs to the element before, where the
     gate is shut, and an element may then smear an impact over moving time, with energy from nowhere.)
 
@@ -41,43 +44,50 @@ def multiplier_contact_system(
     (arXiv 2111.06759, section 3).
     """
     symbols = freezing_state(mechanics, contacts, options)
-    names, variables, exclusions = [], [], []
+    names, variables, exclusions, upper = [], [], [], []
+    rests: list[ca.SX] = []
+    lifted: list[tuple[str, ca.SX, ca.SX]] = []
     shares: list[tuple[ca.SX, ca.SX]] = []
     speeds = normal_speeds(mechanics, contacts, options, symbols)
     for i, (gap, normal_speed, contact) in enumerate(zip(ca.vertsplit(symbols.gaps), speeds, contacts, strict=True)):
         plus = ca.SX.sym(f"theta_plus{i}")
         minus = ca.SX.sym(f"theta_minus{i}") if contact.friction > 0 else ca.SX(0)
         beta = plus + minus
+        rest = 1 - beta
+        if contact.friction > 0:
+            rest = ca.SX.sym(f"rest{i}")
+            lifted.append((f"1 - beta[{contact.name}]", rest, 1 - beta))
         exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta, kept=True))
-        exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, (plus, minus))
+        exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, rest, (plus, minus))
         variables.append(plus)
         names.append(f"theta_+[{contact.name}]")
         if contact.friction > 0:
             variables.append(minus)
             names.append(f"theta_-[{contact.name}]")
+        upper += [1.0] if contact.friction == 0 else [np.inf, np.inf]
         shares.append((plus, minus))
-    closed = [plus + minus for plus, minus in shares]
-    theta_ode, lifted = free_share(closed)
+        rests.append(rest)
+    theta_ode, products = free_share(rests)
+    lifted += products
     mass_matrix, right_hand_side = freezing_dynamics(mechanics, contacts, options, symbols, theta_ode, shares)
-    products = [symbol for _, symbol, _ in lifted]
     exact = ca.SX(1)
-    for beta in closed:
-        exact *= 1 - beta
-    n_theta, n_products, nothing = len(variables), len(products), ca.SX(0, 1)
+    for plus, minus in shares:
+        exact *= 1 - plus - minus
+    n_theta, n_lifted, nothing = len(variables), len(lifted), ca.SX(0, 1)
     system = ComplementaritySystem(
         state=symbols.state,
         control=symbols.control,
         parameters=nothing if parameters is None else parameters,
-        algebraic=ca.vertcat(*variables, *products),
+        algebraic=ca.vertcat(*variables, *[symbol for _, symbol, _ in lifted]),
         mass_matrix=mass_matrix,
         right_hand_side=right_hand_side,
         residual=ca.vertcat(nothing, *[symbol - definition for _, symbol, definition in lifted]),
         multiplier=nothing,
         partner=nothing,
-        algebraic_lower=np.zeros(n_theta + n_products),
-        algebraic_upper=np.ones(n_theta + n_products),
+        algebraic_lower=np.zeros(n_theta + n_lifted),
+        algebraic_upper=np.concatenate([upper, np.full(n_lifted, np.inf)]),
         selection=ca.SX(0),
-        guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), np.ones(n_products)]),
+        guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), np.ones(n_lifted)]),
         state_names=symbols.state_names,
         control_names=symbols.control_names,
         algebraic_names=[*names, *(name for name, _, _ in lifted)],

@@ -38,7 +38,7 @@ def step_contact_system(
     lifted: list[tuple[str, ca.SX, ca.SX]] = []
     exclusions: list[Exclusion] = []
     free: dict[int, ca.SX] = {}
-    shares, closed, errors, exact = [], [], [], ca.SX(1)
+    shares, rests, errors, exact = [], [], [], ca.SX(1)
     speeds = normal_speeds(mechanics, contacts, options, symbols)
     for i, (contact, normal_speed) in enumerate(zip(contacts, speeds, strict=True)):
         gap = symbols.gaps[i] if options.gap == "integrated" else contact.gap
@@ -59,12 +59,12 @@ def step_contact_system(
             step_names.append(f"{contact.name} tangential velocity")
             plus, minus = beta * sliding, beta * (1 - sliding)
         if options.gate:
-            exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, (plus, minus), boundary_only=True)
+            exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, 1 - beta, (plus, minus), boundary_only=True)
         shares.append((plus, minus))
-        closed.append(beta)
+        rests.append(1 - beta)
         errors.append(beta - definition)
         exact *= 1 - definition
-    theta_ode, products = free_share(closed)
+    theta_ode, products = free_share(rests)
     mass_matrix, right_hand_side = freezing_dynamics(mechanics, contacts, options, symbols, theta_ode, shares)
     system = heaviside(
         state=symbols.state,

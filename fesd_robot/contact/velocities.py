@@ -13,6 +13,7 @@ def velocity_exclusions(
     contact: PlanarContact,
     normal_speed: ca.SX,
     beta: ca.SX,
+    rest: ca.SX,
     shares: tuple[ca.SX, ca.SX],
     *,
     boundary_only: bool = False,
@@ -24,6 +25,7 @@ def velocity_exclusions(
     Args:
         normal_speed: speed that the contact's logic sees, SX in x.
         beta: share of the contact's auxiliary fields.
+        rest: 1 - beta, not negative.
         shares: (theta_+, theta_-), whose sum is beta.
         boundary_only: hold the conditions for the left boundary of each element only.
     """
@@ -33,7 +35,7 @@ def velocity_exclusions(
 
     found = [
         exclusion("force while parting", normal_speed, beta),
-        exclusion("motion during impact", -normal_speed, beta, 1 - beta),
+        exclusion("motion during impact", -normal_speed, beta, rest),
     ]
     if contact.friction > 0:
         plus, minus = shares

@@ -101,7 +101,7 @@ class Motion:
     def algebraic(self, state: np.ndarray, plus: float, minus: float) -> np.ndarray:
         """The algebraic variables that belong to a state and to shares theta_+ and theta_-."""
         if self.options.form == "multipliers":
-            return np.array([plus, minus])
+            return np.array([plus, minus, 1 - plus - minus])
         beta = plus + minus
         x_speed, z_speed = state[2:4]
         flying = float(beta == 0 and state[1] >= 0)

@@ -20,7 +20,7 @@ each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
 def _consistent(system: ContactSystem, z: np.ndarray) -> np.ndarray:
     """The same algebraic variables with every lifted product at its definition."""
     parts = system.system
-    lifted = [i for i, name in enumerate(parts.algebraic_names) if name.startswith(("beta", "theta_ODE"))]
+    lifted = [i for i, name in enumerate(parts.algebraic_names) if name.startswith(("beta", "1 - beta", "theta_ODE"))]
     residual = ca.Function("residual", parts.arguments, [parts.residual])
     x, u, p = (np.zeros(part.numel()) for part in (parts.state, parts.control, parts.parameters))
     z = z.copy()
@@ -58,10 +58,11 @@ def test_one_contact_sums_to_one(options: ContactOptions, seed: int) -> None:
 
 
 def test_shares_as_variables_sum_to_one() -> None:
-    """With the shares as variables theta_ODE is what the others leave, for one contact and any values."""
+    """With the shares as variables theta_ODE is what the others leave, and never negative, for one contact."""
     system = contact_system(*point_mass(), FORMS["multipliers"])
+    assert system.system.algebraic_lower.tolist() == [0, 0, 0]
     for plus, minus in np.random.default_rng(0).uniform(0, 0.5, (5, 2)):
-        ode, auxiliary, error = _shares(system, np.array([plus, minus]))
+        ode, auxiliary, error = _shares(system, _consistent(system, np.array([plus, minus, 0.5])))
         assert auxiliary.tolist() == [[plus, minus]]
         assert ode + plus + minus == pytest.approx(1, abs=1e-15)
         assert error <= 1e-15
@@ -149,7 +150,7 @@ def test_the_guess_is_consistent(options: ContactOptions) -> None:
 
 @pytest.mark.parametrize(
     ("name", "states", "algebraics", "pairs"),
-    [("multipliers", 6, 2, 0), ("steps", 6, 10, 6), ("steps, true gap", 5, 10, 6)],
+    [("multipliers", 6, 3, 0), ("steps", 6, 10, 6), ("steps, true gap", 5, 10, 6)],
 )
 def test_sizes_and_names(name: str, states: int, algebraics: int, pairs: int) -> None:
     """One contact with friction: the clock, the gap if integrated, the variables of its logic, all with names."""

@@ -107,7 +107,7 @@ def test_a_forbidden_zone_is_one_more_exclusion(short: str, load: Load) -> None:
     values = ca.Function("added", [system.state, system.algebraic], [added.level, added.share])
     for x in np.linspace(0.2, 0.8, 13):
         state = np.array([x, 0.6, 0, 0.5, 0, 0, 0, 0, 0, 0.1])
-        level, share = (float(value) for value in values(state, [0.3, 0.2]))
+        level, share = (float(value) for value in values(state, [0.3, 0.2, 0.5]))
         assert level == pytest.approx((x - 0.4) * (0.6 - x) / 0.2) and share == pytest.approx(0.5)
 
 

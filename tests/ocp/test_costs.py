@@ -28,7 +28,7 @@ def test_tracking_of_points(short: str, load: Load) -> None:
     text = short + "costs: {center_of_mass: 5, frames: {foot: {x: 2, z: 7}, body: {y: 1}}}\n"
     motion = formulate(load(text))
     assert list(motion.ocp.running_cost)[3:] == ["center of mass", "frame foot", "frame body"]
-    z, speed, theta = np.zeros(motion.ocp.system.algebraic.numel()), 1.5, 1.0
+    z, speed, theta = [0, 0, 1], 1.5, 1.0
     still = np.zeros(4)
     for x, y in zip(states(), states(8)[4:], strict=True):
         p = np.append(y[:4], 0.0)
@@ -53,7 +53,7 @@ def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
     x, p = states()[0], np.zeros(5)
     for plus, minus in ((0.1, 0.2), (1.0, 0.0), (0.0, 0.0)):
         for speed in (0.5, 3.0):
-            found = float(running(motion, "force")(x, [1.0, speed], [plus, minus], p))
+            found = float(running(motion, "force")(x, [1.0, speed], [plus, minus, 1 - plus - minus], p))
             assert found == pytest.approx(0.2 * motion.auxiliary_acceleration * (plus + minus))
 
 
