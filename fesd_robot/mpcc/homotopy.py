@@ -299,7 +299,7 @@ def _ipopt_options(
         settings |= {
             "max_iter": options.sketch_iterations,
             "tol": SKETCH_TOLERANCE,
-            "constr_viol_tol": SKETCH_TOLERANCE,
+            "constr_viol_tol": min(SKETCH_TOLERANCE, sigma_of_rank_1),
         }
     if remaining is not None:
         settings["max_wall_time"] = remaining
