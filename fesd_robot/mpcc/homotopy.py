@@ -29,7 +29,7 @@ LOSS = 0.2
 """Share of the cost that an exact point may lose against the relaxed one; a structure that costs more was misread."""
 
 SKETCH_TOLERANCE = 1e-2
-"""IPOPT's tolerance while sketching."""
+"""IPOPT's tolerance while sketching; constraints hold to the sigma of rank 1 where that is smaller."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
