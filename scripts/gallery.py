@@ -171,9 +171,10 @@ def with_list(readme: str, table: str) -> str:
 
 
 def telling_time(plan: Plan) -> float:
-    """Return when to take the picture: at the highest point of a jump, else at a first touch, else half way."""
+    """Return when to take the picture: high in a jump, where nothing touches, else at a first touch, else half way."""
     time = plan.trajectory.time
-    jumps = [high for contact in plan.contacts.values() for high in apexes(contact)]
+    flying = np.all([[mode == "flight" for mode in contact.mode] for contact in plan.contacts.values()], axis=0)
+    jumps = [high for contact in plan.contacts.values() for high in apexes(contact) if flying[high[1]]]
     if jumps:
         return float(time[max(jumps)[1]])
     touches = [switch.time for switch in plan.switches if switch.kind == "touchdown"]

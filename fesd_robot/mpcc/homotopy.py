@@ -29,7 +29,7 @@ LOSS = 0.2
 """Share of the cost that an exact point may lose against the relaxed one; a structure that costs more was misread."""
 
 SKETCH_TOLERANCE = 1e-2
-"""IPOPT's tolerance while sketching."""
+"""IPOPT's tolerance while sketching; constraints hold to the sigma of rank 1 where that is smaller."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
@@ -299,7 +299,7 @@ def _ipopt_options(
         settings |= {
             "max_iter": options.sketch_iterations,
             "tol": SKETCH_TOLERANCE,
-            "constr_viol_tol": SKETCH_TOLERANCE,
+            "constr_viol_tol": min(SKETCH_TOLERANCE, sigma_of_rank_1),
         }
     if remaining is not None:
         settings["max_wall_time"] = remaining

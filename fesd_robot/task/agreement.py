@@ -15,8 +15,8 @@ from fesd_robot.task.reference import Jumps, ThroughWaypoints
 if TYPE_CHECKING:
     from fesd_robot.task.schema import Task
 
-_ROUNDED = 1e-6
-"""A time this far from the end of a control interval, as a share of the interval, is that end, rounded."""
+_ROUNDED = 1e-3
+"""A time this near to the end of a control interval, as a share of the interval, is that end in few digits."""
 
 
 def disagreements(task: Task) -> Iterator[PydanticCustomError]:

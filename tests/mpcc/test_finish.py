@@ -30,6 +30,16 @@ def test_small_problems_end_exactly(known: Known) -> None:
     assert known.error(found.w) <= known.distance
 
 
+@pytest.mark.parametrize("known", SOLVABLE, ids=lambda known: known.name)
+def test_a_sketch_follows_sigma(known: Known) -> None:
+    """Products of every NLP of a sketch are at most twice its sigma, also below IPOPT's tolerance while sketching."""
+    options = HomotopyOptions(sigma_factor=0.1, rank_ratio=1.0)
+    found = solve(known.problem, options, finisher=PairFinisher(known.problem))
+    sketches = [report for report in found.reports if report.sigma]
+    assert min(report.sigma for report in sketches) < 1e-2
+    assert max(report.residuals.complementarity / report.sigma for report in sketches) <= 2
+
+
 def test_nothing_finishes_an_infeasible_problem() -> None:
     """A problem without a solution is not called solved, with the finish as without it."""
     (known,) = [known for known in KNOWN if not known.solutions]

@@ -108,7 +108,7 @@ def test_the_block_slides_stops_and_slides(pushed: Plan) -> None:
 
 
 def test_the_picture_shows_the_jump(gallery: ModuleType, pushed: Plan) -> None:
-    """A jump is pictured at its highest point, a motion without one at its first touch, or half way."""
+    """A jump of all feet is pictured at its highest point, a motion without one at its first touch, or half way."""
     assert gallery.telling_time(pushed) == pytest.approx(0.75)
     time = pushed.trajectory.time
     mode = np.where((time > 0.3) & (time < 0.9), "flight", "stick").tolist()
@@ -116,6 +116,10 @@ def test_the_picture_shows_the_jump(gallery: ModuleType, pushed: Plan) -> None:
     foot = ContactHistory(gap=gap, normal_force=0 * time, tangential_force=0 * time, mode=mode)
     jump = pushed.model_copy(update={"contacts": {"foot": foot}})
     assert gallery.telling_time(jump) == pytest.approx(0.6, abs=0.05)
+    step = pushed.model_copy(
+        update={"contacts": {"foot": foot, "other": foot.model_copy(update={"mode": len(mode) * ["stick"]})}}
+    )
+    assert gallery.telling_time(step) == gallery.telling_time(pushed), "the other foot stands"
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -147,4 +151,4 @@ def test_what_is_not_a_task_is_refused(gallery: ModuleType, capsys: pytest.Captu
     """An unknown name ends with the names there are."""
     with pytest.raises(SystemExit):
         gallery.parse(TASKS, ["hopper_no_jump"])
-    assert "found 'hopper_no_jump', expected one of block_push" in capsys.readouterr().err
+    assert "found 'hopper_no_jump', expected one of biped_step" in capsys.readouterr().err

@@ -174,6 +174,20 @@ def test_overrides_that_disagree(write: Write) -> None:
         )
 
 
+@pytest.mark.parametrize("intervals", [7, 12, 60, 300])
+def test_the_nearest_times_are_accepted(write: Write, intervals: int) -> None:
+    """Times of endless digits, which a message names rounded, are valid as it names them."""
+    short = ["horizon.duration=0.8", f"horizon.intervals={intervals}", "constraints={}"]
+    spread = "waypoints=[{{time: {}, configuration: {{leg: 0.3}}}}]"
+    between = 0.8 * (round(0.6 * intervals) + 0.5) / intervals
+    with pytest.raises(TaskError, match="nearest are") as caught:
+        load_task(write(DEMANDS), [*short, spread.format(between)])
+    named = caught.value.message.split("nearest are ")[1].split(" s")[0].split(" or ")
+    assert len(named) == 2
+    for time in named:
+        load_task(write(DEMANDS), [*short, spread.format(time)])
+
+
 NAMES = [
     ("    foot: {position", "    food: {position", 10, "goal.frames.food", "did you mean 'foot'?"),
     ("{leg: 0.3}\n", "{leg: 0.3}\n    velocity: {lag: 1}\n", 15, "waypoints.0.velocity.lag", "did you mean 'leg'?"),
