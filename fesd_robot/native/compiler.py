@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -34,7 +35,14 @@ def cache_folder() -> Path:
     return Path(chosen) if chosen else user_cache_path("fesd_robot")
 
 
-def shared_library(name: str, sources: Sequence[Path], flags: Sequence[str], *, headers: Sequence[Path] = ()) -> Path:
+def shared_library(
+    name: str,
+    sources: Sequence[Path],
+    flags: Sequence[str],
+    *,
+    headers: Sequence[Path] = (),
+    folders: Sequence[Path] = (),
+) -> Path:
     """Return a shared library compiled from source files, from the cache if it was compiled before.
 
     The cache knows a library by the contents of its files, the flags, the compiler and the processor. A library appears
@@ -42,35 +50,64 @@ def shared_library(name: str, sources: Sequence[Path], flags: Sequence[str], *, 
 
     Args:
         name: begins the file's name.
-        sources: C or C++ files, all of one language.
+        sources: C or C++ files, all of one language, and object files behind them.
         flags: of the compiler.
         headers: files whose change asks for a new compilation.
+        folders: where they are; another folder alone does not ask for one.
 
     Raises:
         CompilationError: no compiler, or it failed.
     """
+    suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
+    return _compiled(name, suffix, sources, ["-shared", *flags], headers, folders)
+
+
+def object_files(
+    name: str,
+    sources: Sequence[Path],
+    flags: Sequence[str],
+    *,
+    headers: Sequence[Path] = (),
+    folders: Sequence[Path] = (),
+) -> list[Path]:
+    """Return an object file for each source file, from the cache like a `shared_library`, several made at once.
+
+    Args and raises are those of `shared_library`.
+    """
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = [pool.submit(_compiled, name, ".o", [source], ["-c", *flags], headers, folders) for source in sources]
+        return [job.result() for job in jobs]
+
+
+def _compiled(
+    name: str,
+    suffix: str,
+    sources: Sequence[Path],
+    flags: Sequence[str],
+    headers: Sequence[Path],
+    folders: Sequence[Path],
+) -> Path:
     compiler = find_compiler("c" if sources[0].suffix == ".c" else "c++")
     digest = hashlib.sha256()
     for file in [*sources, *headers]:
-        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+        digest.update(file.suffix.encode() + b"\0" + file.read_bytes() + b"\0")
     for word in [*compiler, *flags, compiler_version(tuple(compiler)), processor()]:
         digest.update(word.encode() + b"\0")
-    suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
     target = cache_folder() / f"{name}-{digest.hexdigest()[:20]}{suffix}"
     if target.exists():
         return target
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as folder:
-            made = Path(folder) / target.name
-            command = [*compiler, *flags, "-shared", "-fPIC", *map(str, sources), "-o", str(made)]
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as place:
+            made = Path(place) / target.name
+            where = [f"-I{folder}" for folder in folders]
+            command = [*compiler, "-fPIC", *where, *map(str, sources), *flags, "-o", str(made)]
             logger.debug("compiling %s: %s", name, shlex.join(command))
             done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
             if done.returncode:
-                words = done.stderr.strip().splitlines()
-                raise CompilationError(
-                    f"{compiler[0]} could not compile {name}: {words[-1] if words else 'no message'}"
-                )
+                lines = done.stderr.strip().splitlines() or ["no message"]
+                words = next((line for line in lines if "error" in line), lines[-1])
+                raise CompilationError(f"{compiler[0]} could not compile {name}: {words}")
             os.replace(made, target)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilationError(f"{name} could not be compiled: {error}") from error

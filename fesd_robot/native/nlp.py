@@ -1,0 +1,172 @@
+"""The functions of an NLP compiled: each block's functions as C, and one loop over their copies."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.native.compiler import object_files, shared_library
+from fesd_robot.native.lanes import lanes_source
+from fesd_robot.native.linear_solver import instruction_set
+
+SOURCES = Path(__file__).parent / "nlp"
+FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-fno-math-errno")
+"""-O2 doubles the time to compile for nothing; without contraction the results are those of CasADi to the last bit."""
+
+LARGE = 4000
+"""Instructions from which on a function is compiled by itself, beside the others."""
+
+KINDS = ("cost", "rows", "gradient", "jacobian", "hessian")
+
+
+@dataclass(frozen=True)
+class Output:
+    """A function of a block and where its outputs belong.
+
+    Attributes:
+        function: of (variables, parameters, sigmas) or, for the Hessian, also (weight of the cost, multipliers).
+        at: index of each output of each copy among the entries of the result, (outputs, K); empty for the cost.
+        row, column: of each output in the block's rows and variables, (outputs,); empty but for the matrices.
+    """
+
+    function: ca.Function
+    at: np.ndarray
+    row: np.ndarray
+    column: np.ndarray
+
+
+@dataclass(frozen=True)
+class NlpBlock:
+    """Copies of a few functions.
+
+    Attributes:
+        index: global index of each variable, (n, K).
+        parameters: (n_p, K).
+        rows: number of rows of a copy; first_row: of the first copy.
+        outputs: by kind, see `KINDS`.
+    """
+
+    index: np.ndarray
+    parameters: np.ndarray
+    rows: int
+    first_row: int
+    outputs: dict[str, Output]
+
+
+def compile_nlp(
+    blocks: Sequence[NlpBlock], *, size: int, rows: int, jacobian_nonzeros: int, hessian_nonzeros: int, slacks: np.ndarray
+) -> dict[str, ca.Function]:
+    """Return the NLP's functions by the names nlp, nlp_grad_f, nlp_jac_g, nlp_hess_l, from the cache if they are there.
+
+    The functions of the blocks are compiled by themselves, and again only when a formula changes; numbers of copies,
+    parameters and indices go into a small library that is linked with them.
+
+    Args:
+        slacks: rank of each slack variable, which end the variables.
+
+    Raises:
+        CompilationError: no C compiler, or it failed.
+    """
+    pieces = {
+        f"block{number}_{kind}": output.function
+        for number, block in enumerate(blocks)
+        for kind, output in block.outputs.items()
+        if output.function.nnz_out(0)
+    }
+    large = {name: f for name, f in pieces.items() if f.n_instructions() >= LARGE}
+    groups = [[name] for name in large] + [[name for name in pieces if name not in large]]
+    header = SOURCES / "lanes.h"
+    flags = [*FLAGS, instruction_set()]
+    with tempfile.TemporaryDirectory() as folder:
+        texts = []
+        for number, group in enumerate(groups):
+            text = "\n".join(lanes_source(name, pieces[name]) for name in group)
+            texts.append(Path(folder) / f"stage{number}.c")
+            texts[-1].write_text(f'#include "lanes.h"\n{text}')
+        tables = Path(folder) / "tables.h"
+        tables.write_text(_tables(blocks, pieces, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks))
+        objects = object_files("nlp", texts, flags, headers=[header], folders=[SOURCES])
+        library = shared_library(
+            "nlp",
+            [SOURCES / "nlp.c", *objects],
+            [*flags, "-lm"],
+            headers=[header, tables],
+            folders=[SOURCES, Path(folder)],
+        )
+    return {name: ca.external(name, str(library)) for name in ("nlp", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l")}
+
+
+def _tables(
+    blocks: Sequence[NlpBlock],
+    pieces: dict[str, ca.Function],
+    size: int,
+    rows: int,
+    jacobian_nonzeros: int,
+    hessian_nonzeros: int,
+    slacks: np.ndarray,
+) -> str:
+    """Return tables.h, which nlp.c includes."""
+    lines = [f"stage {name};" for name in pieces]
+    entries, work = [], 0
+    for number, block in enumerate(blocks):
+        name = f"block{number}"
+        lines += [_array("double", f"{name}_parameter", [float(v).hex() for v in block.parameters.ravel(order="F")])]
+        fields = [
+            f".copies = {block.index.shape[1]}",
+            f".variables = {len(block.index)}",
+            f".parameters = {len(block.parameters)}",
+            f".rows = {block.rows}",
+            f".first_row = {block.first_row}",
+            f".parameter = {name}_parameter",
+            f".index = {_places(f'{name}_index', block.index, lines)}",
+        ]
+        for place, (kind, output) in enumerate(block.outputs.items()):
+            outputs = output.function.nnz_out(0)
+            if not outputs:
+                continue
+            own = f"{name}_{kind}"
+            fields += [f".function[{place}] = {own}", f".size[{place}] = {outputs}"]
+            if output.at.size:
+                fields.append(f".at[{place}] = {_places(f'{own}_at', output.at, lines)}")
+            if output.row.size:
+                lines += [_array("int", f"{own}_row", output.row), _array("int", f"{own}_column", output.column)]
+                fields += [f".row[{place}] = {own}_row", f".column[{place}] = {own}_column"]
+            need = len(block.index) + len(block.parameters) + 3 + block.rows + outputs
+            work = max(work, need + output.function.sz_w())
+        entries.append("    {" + ",\n     ".join(fields) + "}")
+    adds = {
+        kind: int(len(np.unique(every)) < len(every))
+        for kind in ("jacobian", "hessian")
+        for every in [np.concatenate([np.zeros(0, int), *(b.outputs[kind].at.ravel() for b in blocks)])]
+    }
+    lines += [
+        _array("int", "slack_rank", slacks),
+        f"enum {{ BLOCKS = {len(blocks)}, VARIABLES = {size}, ROWS_IN_ALL = {rows}, SLACKS = {len(slacks)}, WORK = {work},",
+        f"       JACOBIAN_NONZEROS = {jacobian_nonzeros}, HESSIAN_NONZEROS = {hessian_nonzeros},",
+        f"       JACOBIAN_ADDS = {adds['jacobian']}, HESSIAN_ADDS = {adds['hessian']} }};",
+        "static const block blocks[] = {\n" + ",\n".join(entries) + "\n};\n",
+    ]
+    return "\n".join(lines)
+
+
+def _places(name: str, table: np.ndarray, lines: list[str]) -> str:
+    """Return a C initialiser of indices (entries, K); copies that differ by a shift alone share a pattern."""
+    entries, copies = table.shape
+    shift = table[0] if entries else np.zeros(copies, int)
+    patterns, which = np.unique((table - shift).T, axis=0, return_inverse=True)
+    lines += [
+        _array("int", f"{name}_pattern", patterns.ravel()),
+        _array("int", f"{name}_which", which.ravel()),
+        _array("int", f"{name}_shift", shift),
+    ]
+    return f"{{{entries}, {name}_pattern, {name}_which, {name}_shift}}"
+
+
+def _array(kind: str, name: str, values: Sequence[object] | np.ndarray) -> str:
+    """Return a C table, of one zero if it would be empty."""
+    return f"static const {kind} {name}[] = {{{', '.join(map(str, values)) or '0'}}};"
