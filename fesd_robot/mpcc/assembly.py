@@ -54,33 +54,36 @@ class RelaxedNlp:
 
 @dataclass(frozen=True)
 class _Entries:
-    """Entries of a gradient or a matrix: its sparsity, and for each block which nonzero each output of each copy is."""
+    """Entries of a gradient or a matrix: which nonzero each output of each copy of a block is.
 
-    sparsity: ca.Sparsity
+    Attributes:
+        shape: of the matrix.
+        nonzeros: column * rows + row of every nonzero, ascending.
+        places: for each block the number of the nonzero, (outputs, K).
+    """
+
+    shape: tuple[int, int]
+    nonzeros: np.ndarray
     places: list[np.ndarray]
 
     @classmethod
     def of(cls, shape: tuple[int, int], rows: Sequence[np.ndarray], columns: Sequence[np.ndarray]) -> _Entries:
         """Return them from row and column of every output of every copy, (outputs, K) for each block."""
         keys = [column.astype(np.int64) * shape[0] + row for row, column in zip(rows, columns, strict=True)]
-        unique, position = np.unique(_flat(keys), return_inverse=True)
-        sparsity = ca.Sparsity.triplet(*shape, (unique % shape[0]).tolist(), (unique // shape[0]).tolist())
+        nonzeros, position = np.unique(_flat(keys), return_inverse=True)
         ends = np.cumsum([0, *(key.size for key in keys)])
-        return cls(
-            sparsity,
-            [
-                position[begin:end].reshape(key.shape, order="F")
-                for key, begin, end in zip(keys, ends[:-1], ends[1:], strict=True)
-            ],
-        )
+        parts = zip(keys, ends[:-1], ends[1:], strict=True)
+        return cls(shape, nonzeros, [position[i:j].reshape(key.shape, order="F") for key, i, j in parts])
 
     def filled(self, values: Sequence[ca.MX]) -> ca.MX:
         """Return the matrix from each block's outputs, (outputs, K); those of one entry are added up."""
-        key, stacked = _flat(self.places), ca.vertcat(*[ca.vec(value) for value in values])
-        if len(key) == self.sparsity.nnz():
-            return ca.MX(self.sparsity, stacked[np.argsort(key).tolist()])
-        pattern = ca.Sparsity.triplet(self.sparsity.nnz(), len(key), key.tolist(), list(range(len(key))))
-        return ca.MX(self.sparsity, ca.mtimes(ca.DM(pattern, np.ones(len(key))), stacked))
+        count, key, stacked = len(self.nonzeros), _flat(self.places), ca.vertcat(*[ca.vec(value) for value in values])
+        row, column = self.nonzeros % self.shape[0], self.nonzeros // self.shape[0]
+        sparsity = ca.Sparsity.triplet(*self.shape, row.tolist(), column.tolist())
+        if len(key) == count:
+            return ca.MX(sparsity, stacked[np.argsort(key).tolist()])
+        pattern = ca.Sparsity.triplet(count, len(key), key.tolist(), list(range(len(key))))
+        return ca.MX(sparsity, ca.mtimes(ca.DM(pattern, np.ones(len(key))), stacked))
 
 
 @dataclass(frozen=True)
@@ -154,7 +157,9 @@ def assemble(
         size=problem.size + slacks.count,
         indices=[np.vstack([b.index, problem.size + own]) for b, own in zip(blocks, slacks.index, strict=True)],
         derivatives=derivatives,
-        first_rows=np.cumsum([0, *(len(d.lower) * b.copies for b, d in zip(blocks, derivatives, strict=True))]).tolist(),
+        first_rows=np.cumsum(
+            [0, *(len(d.lower) * b.copies for b, d in zip(blocks, derivatives, strict=True))]
+        ).tolist(),
     )
     instructions = sum(d.instructions * block.copies for block, d in zip(blocks, derivatives, strict=True))
     wanted = compiled == "always" or (compiled == "auto" and instructions >= WORTHWHILE)
@@ -228,8 +233,8 @@ def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:
             blocks,
             size=layout.size,
             rows=layout.first_rows[-1],
-            jacobian_nonzeros=jacobian.sparsity.nnz(),
-            hessian_nonzeros=hessian.sparsity.nnz(),
+            jacobian_nonzeros=len(jacobian.nonzeros),
+            hessian_nonzeros=len(hessian.nonzeros),
             slacks=layout.slacks.ranks,
         )
     except CompilationError as error:

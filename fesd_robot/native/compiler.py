@@ -10,7 +10,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -53,44 +53,62 @@ def shared_library(
         sources: C or C++ files, all of one language, and object files behind them.
         flags: of the compiler.
         headers: files whose change asks for a new compilation.
-        folders: where they are; another folder alone does not ask for one.
+        folders: where headers are; another folder alone does not ask for one.
 
     Raises:
         CompilationError: no compiler, or it failed.
     """
     suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
-    return _compiled(name, suffix, sources, ["-shared", *flags], headers, folders)
+    language = "c" if sources[0].suffix == ".c" else "c++"
+    contents = [file.name.encode() + b"\0" + file.read_bytes() for file in [*sources, *headers]]
+    return _cached(name, suffix, language, contents, ["-shared", *flags], folders, lambda _: sources)
 
 
 def object_files(
     name: str,
-    sources: Sequence[Path],
+    sources: Mapping[str, Callable[[], str]],
     flags: Sequence[str],
     *,
     headers: Sequence[Path] = (),
     folders: Sequence[Path] = (),
 ) -> list[Path]:
-    """Return an object file for each source file, from the cache like a `shared_library`, several made at once.
+    """Return object files compiled from C that is written only if the cache has no such file, several made at once.
 
-    Args and raises are those of `shared_library`.
+    Args:
+        name: begins the files' names.
+        sources: what makes each text of C, by a word that says all that the text depends on.
+        flags, headers, folders: as for a `shared_library`.
+
+    Raises:
+        CompilationError: no compiler, or it failed.
     """
+    common = [file.read_bytes() for file in headers]
+
+    def made(key: str) -> Path:
+        def written(folder: Path) -> list[Path]:
+            (folder / f"{name}.c").write_text(sources[key]())
+            return [folder / f"{name}.c"]
+
+        return _cached(name, ".o", "c", [key.encode(), *common], ["-c", *flags], folders, written)
+
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = [pool.submit(_compiled, name, ".o", [source], ["-c", *flags], headers, folders) for source in sources]
-        return [job.result() for job in jobs]
+        return list(pool.map(made, sources))
 
 
-def _compiled(
+def _cached(
     name: str,
     suffix: str,
-    sources: Sequence[Path],
+    language: str,
+    contents: Sequence[bytes],
     flags: Sequence[str],
-    headers: Sequence[Path],
     folders: Sequence[Path],
+    sources: Callable[[Path], Sequence[Path]],
 ) -> Path:
-    compiler = find_compiler("c" if sources[0].suffix == ".c" else "c++")
+    """Return the file that these contents are compiled to; `sources` writes them into a folder if it has to."""
+    compiler = find_compiler(language)
     digest = hashlib.sha256()
-    for file in [*sources, *headers]:
-        digest.update(file.suffix.encode() + b"\0" + file.read_bytes() + b"\0")
+    for part in contents:
+        digest.update(part + b"\0")
     for word in [*compiler, *flags, compiler_version(tuple(compiler)), processor()]:
         digest.update(word.encode() + b"\0")
     target = cache_folder() / f"{name}-{digest.hexdigest()[:20]}{suffix}"
@@ -101,7 +119,7 @@ def _compiled(
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as place:
             made = Path(place) / target.name
             where = [f"-I{folder}" for folder in folders]
-            command = [*compiler, "-fPIC", *where, *map(str, sources), *flags, "-o", str(made)]
+            command = [*compiler, "-fPIC", *where, *map(str, sources(Path(place))), *flags, "-o", str(made)]
             logger.debug("compiling %s: %s", name, shlex.join(command))
             done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
             if done.returncode:

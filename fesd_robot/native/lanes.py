@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+from pathlib import Path
 
 import casadi as ca
 
 from fesd_robot.native.compiler import CompilationError
 
-CHUNK = 1000
+CHUNK = 500
 """Instructions of one C function; the time to compile one grows faster than its length."""
 
 _OPERATORS = {
@@ -34,6 +36,9 @@ OPERATIONS: dict[int, str] = {
 }
 """C of every operation between operands {0} and {1}, with the helpers of lanes.h."""
 
+LANES_VERSION = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+"""Another one may write other C for the same function."""
+
 
 def lanes_source(name: str, function: ca.Function) -> str:
     """Return C of ``void NAME(const lanes *in, lanes *out, lanes *work)``, to be included after lanes.h.
@@ -55,7 +60,8 @@ def lanes_source(name: str, function: ca.Function) -> str:
     targets = [function.instruction_output(k) for k in range(count)]
     sources, last_use = _values(operations, inputs, targets)
     words: list[str] = [""] * count
-    pieces, lines = [], []
+    pieces: list[str] = []
+    calls: list[str] = []
     for begin in range(0, max(count, 1), CHUNK):
         end = min(begin + CHUNK, count)
         body: list[str] = []
@@ -88,11 +94,12 @@ def lanes_source(name: str, function: ca.Function) -> str:
             f"static void {name}_{len(pieces)}(const lanes *restrict in, lanes *restrict out, lanes *restrict work)\n"
             "{\n" + "\n".join(body) + "\n}\n"
         )
-        lines.append(f"    {name}_{len(lines)}(in, out, work);\n")
+        calls.append(f"    {name}_{len(calls)}(in, out, work);\n")
     return (
         "\n".join(pieces)
-        + f'\n__attribute__((visibility("hidden"))) void {name}(const lanes *restrict in, lanes *restrict out, lanes *restrict work)\n{{\n'
-        + "".join(lines)
+        + '\n__attribute__((visibility("hidden")))'
+        + f"\nvoid {name}(const lanes *restrict in, lanes *restrict out, lanes *restrict work)\n{{\n"
+        + "".join(calls)
         + "}\n"
     )
 

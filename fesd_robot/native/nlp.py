@@ -5,21 +5,24 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.native.compiler import object_files, shared_library
-from fesd_robot.native.lanes import lanes_source
+from fesd_robot.native.lanes import LANES_VERSION, lanes_source
 from fesd_robot.native.linear_solver import instruction_set
 
 SOURCES = Path(__file__).parent / "nlp"
-FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-fno-math-errno")
-"""-O2 doubles the time to compile for nothing; without contraction the results are those of CasADi to the last bit."""
+EXACT = ("-std=gnu99", "-ffp-contract=off", "-fno-math-errno")
+STAGE_FLAGS, LOOP_FLAGS = (*EXACT, "-Og"), (*EXACT, "-O2")
+"""For the long straight code of the blocks -O1 doubles the time to compile for 20 %, and -O2 does so again for nothing.
+Without contraction the results are those of CasADi to the last bit."""
 
-LARGE = 4000
-"""Instructions from which on a function is compiled by itself, beside the others."""
+LARGE = 1500
+"""Instructions from which on a function is compiled by itself, at the same time as others."""
 
 KINDS = ("cost", "rows", "gradient", "jacobian", "hessian")
 
@@ -59,12 +62,18 @@ class NlpBlock:
 
 
 def compile_nlp(
-    blocks: Sequence[NlpBlock], *, size: int, rows: int, jacobian_nonzeros: int, hessian_nonzeros: int, slacks: np.ndarray
+    blocks: Sequence[NlpBlock],
+    *,
+    size: int,
+    rows: int,
+    jacobian_nonzeros: int,
+    hessian_nonzeros: int,
+    slacks: np.ndarray,
 ) -> dict[str, ca.Function]:
     """Return the NLP's functions by the names nlp, nlp_grad_f, nlp_jac_g, nlp_hess_l, from the cache if they are there.
 
-    The functions of the blocks are compiled by themselves, and again only when a formula changes; numbers of copies,
-    parameters and indices go into a small library that is linked with them.
+    Large functions of the blocks are compiled by themselves, and again only when their formulas change; numbers of
+    copies, parameters and indices go into a small library that is linked with them.
 
     Args:
         slacks: rank of each slack variable, which end the variables.
@@ -78,23 +87,30 @@ def compile_nlp(
         for kind, output in block.outputs.items()
         if output.function.nnz_out(0)
     }
-    large = {name: f for name, f in pieces.items() if f.n_instructions() >= LARGE}
-    groups = [[name] for name in large] + [[name for name in pieces if name not in large]]
+    large = [name for name, function in pieces.items() if function.n_instructions() >= LARGE]
+    groups = [*([name] for name in large), [name for name in pieces if name not in large]]
     header = SOURCES / "lanes.h"
-    flags = [*FLAGS, instruction_set()]
+
+    def text(group: list[str]) -> str:
+        return "\n".join(['#include "lanes.h"', *(lanes_source(name, pieces[name]) for name in group)])
+
+    def key(group: list[str]) -> str:
+        return "\n".join([LANES_VERSION, *(f"{name} {pieces[name].serialize()}" for name in group)])
+
+    objects = object_files(
+        "nlp",
+        {key(group): partial(text, group) for group in groups if group},
+        [*STAGE_FLAGS, instruction_set()],
+        headers=[header],
+        folders=[SOURCES],
+    )
     with tempfile.TemporaryDirectory() as folder:
-        texts = []
-        for number, group in enumerate(groups):
-            text = "\n".join(lanes_source(name, pieces[name]) for name in group)
-            texts.append(Path(folder) / f"stage{number}.c")
-            texts[-1].write_text(f'#include "lanes.h"\n{text}')
         tables = Path(folder) / "tables.h"
         tables.write_text(_tables(blocks, pieces, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks))
-        objects = object_files("nlp", texts, flags, headers=[header], folders=[SOURCES])
         library = shared_library(
             "nlp",
             [SOURCES / "nlp.c", *objects],
-            [*flags, "-lm"],
+            [*LOOP_FLAGS, instruction_set(), "-lm"],
             headers=[header, tables],
             folders=[SOURCES, Path(folder)],
         )
@@ -140,13 +156,13 @@ def _tables(
             work = max(work, need + output.function.sz_w())
         entries.append("    {" + ",\n     ".join(fields) + "}")
     adds = {
-        kind: int(len(np.unique(every)) < len(every))
-        for kind in ("jacobian", "hessian")
-        for every in [np.concatenate([np.zeros(0, int), *(b.outputs[kind].at.ravel() for b in blocks)])]
+        kind: int(sum(block.outputs[kind].at.size for block in blocks) > nonzeros)
+        for kind, nonzeros in (("jacobian", jacobian_nonzeros), ("hessian", hessian_nonzeros))
     }
     lines += [
         _array("int", "slack_rank", slacks),
-        f"enum {{ BLOCKS = {len(blocks)}, VARIABLES = {size}, ROWS_IN_ALL = {rows}, SLACKS = {len(slacks)}, WORK = {work},",
+        f"enum {{ BLOCKS = {len(blocks)}, VARIABLES = {size}, ROWS_IN_ALL = {rows}, SLACKS = {len(slacks)},",
+        f"       WORK = {work},",
         f"       JACOBIAN_NONZEROS = {jacobian_nonzeros}, HESSIAN_NONZEROS = {hessian_nonzeros},",
         f"       JACOBIAN_ADDS = {adds['jacobian']}, HESSIAN_ADDS = {adds['hessian']} }};",
         "static const block blocks[] = {\n" + ",\n".join(entries) + "\n};\n",
@@ -158,10 +174,12 @@ def _places(name: str, table: np.ndarray, lines: list[str]) -> str:
     """Return a C initialiser of indices (entries, K); copies that differ by a shift alone share a pattern."""
     entries, copies = table.shape
     shift = table[0] if entries else np.zeros(copies, int)
-    patterns, which = np.unique((table - shift).T, axis=0, return_inverse=True)
+    patterns: dict[bytes, int] = {}
+    which = [patterns.setdefault(copy.tobytes(), len(patterns)) for copy in np.ascontiguousarray((table - shift).T)]
+    _, first = np.unique(which, return_index=True)
     lines += [
-        _array("int", f"{name}_pattern", patterns.ravel()),
-        _array("int", f"{name}_which", which.ravel()),
+        _array("int", f"{name}_pattern", (table - shift)[:, first].ravel(order="F")),
+        _array("int", f"{name}_which", which),
         _array("int", f"{name}_shift", shift),
     ]
     return f"{{{entries}, {name}_pattern, {name}_which, {name}_shift}}"
