@@ -63,11 +63,12 @@ def main() -> int:
                 "# Time to build a problem",
                 "",
                 f"Made by `python scripts/bench_build.py --repeat {arguments.repeat}`, Python "
-                f"{platform.python_version()}, casadi {casadi.__version__}, {os.cpu_count()} processors. Seconds, median "
-                "of the repetitions. Formulation: from the task file to the optimal control problem. Transcription: to "
-                "the problem with complementarity. Interpreted: derivatives, and the NLP's functions as CasADi graphs. "
-                "Compiled first: with an empty cache; again: from the cache; other goal: only the terminal cost differs "
-                "from what is in the cache.",
+                f"{platform.python_version()}, casadi {casadi.__version__}, {os.cpu_count()} processors.",
+                "",
+                "Seconds, median of the repetitions. Formulation: from the task file to the optimal control problem. "
+                "Transcription: to the problem with complementarity. Interpreted: derivatives, and the NLP's functions "
+                "as CasADi graphs. Compiled first: with an empty cache; again: from the cache; other goal: the terminal "
+                "cost differs from what is in the cache.",
                 "",
                 "| task | intervals | variables | formulation | transcription | interpreted | compiled first | again "
                 "| other goal |",
