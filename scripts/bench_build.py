@@ -67,8 +67,8 @@ def main() -> int:
                 "",
                 "Seconds, median of the repetitions. Formulation: from the task file to the optimal control problem. "
                 "Transcription: to the problem with complementarity. Interpreted: derivatives, and the NLP's functions "
-                "as CasADi graphs. Compiled first: with an empty cache; again: from the cache; other goal: the terminal "
-                "cost differs from what is in the cache.",
+                "as CasADi graphs. Compiled first: with an empty cache; again: from the cache; other goal: the "
+                "terminal cost differs from what is in the cache.",
                 "",
                 "| task | intervals | variables | formulation | transcription | interpreted | compiled first | again "
                 "| other goal |",

@@ -53,72 +53,72 @@ def lanes_source(name: str, function: ca.Function) -> str:
     Raises:
         CompilationError: an operation has no C form; the message names it.
     """
-    first_in, first_out = _offsets(function, "in"), _offsets(function, "out")
-    count = int(function.n_instructions())
-    operations = [function.instruction_id(k) for k in range(count)]
-    inputs = [function.instruction_input(k) for k in range(count)]
-    targets = [function.instruction_output(k) for k in range(count)]
-    sources, last_use = _values(operations, inputs, targets)
-    words: list[str] = [""] * count
-    pieces: list[str] = []
-    calls: list[str] = []
-    for begin in range(0, max(count, 1), CHUNK):
-        end = min(begin + CHUNK, count)
-        body: list[str] = []
+    program = _Program(name, function)
+    starts = range(0, max(program.count, 1), CHUNK)
+    arguments = "(const lanes *restrict in, lanes *restrict out, lanes *restrict work)"
+    pieces = [
+        f"static void {name}_{number}{arguments}\n{{\n{program.piece(begin, min(begin + CHUNK, program.count))}\n}}\n"
+        for number, begin in enumerate(starts)
+    ]
+    calls = "".join(f"    {name}_{number}(in, out, work);\n" for number in range(len(starts)))
+    whole = f'__attribute__((visibility("hidden")))\nvoid {name}{arguments}\n{{\n{calls}}}\n'
+    return "\n".join([*pieces, whole])
+
+
+class _Program:
+    """CasADi's instructions of a function, each known by its number, with the ones that its operands come from."""
+
+    def __init__(self, name: str, function: ca.Function) -> None:
+        self._name, self._function = name, function
+        self.count = int(function.n_instructions())
+        self._operations = [function.instruction_id(k) for k in range(self.count)]
+        self._inputs = [function.instruction_input(k) for k in range(self.count)]
+        self._targets = [function.instruction_output(k) for k in range(self.count)]
+        self._first_in, self._first_out = _offsets(function, "in"), _offsets(function, "out")
+        self._words = [""] * self.count
+        self._sources: list[list[int]] = []
+        self._last_use = [-1] * self.count
+        made: dict[int, int] = {}
+        for k, operation in enumerate(self._operations):
+            found = [] if operation in (ca.OP_CONST, ca.OP_INPUT) else [made[place] for place in self._inputs[k]]
+            for value in found:
+                self._last_use[value] = k
+            self._sources.append(found)
+            if operation != ca.OP_OUTPUT:
+                made[self._targets[k][0]] = k
+
+    def piece(self, begin: int, end: int) -> str:
+        """Return C of the instructions from begin to end; it loads what is from before and stores what is for later."""
+        lines: list[str] = []
         loaded: set[int] = set()
         for k in range(begin, end):
-            operation = operations[k]
-            if operation == ca.OP_CONST:
-                words[k] = f"ALL({_number(function.instruction_constant(k))})"
-                continue
-            if operation == ca.OP_INPUT:
-                words[k] = f"in[{first_in[inputs[k][0]] + inputs[k][1]}]"
-                continue
-            for value in sources[k]:
-                if value < begin and operations[value] not in (ca.OP_CONST, ca.OP_INPUT) and value not in loaded:
-                    body.append(f"const lanes a{value} = work[{targets[value][0]}];")
+            for value in self._sources[k]:
+                if value < begin and value not in loaded and self._rests(value):
+                    lines.append(f"const lanes a{value} = work[{self._targets[value][0]}];")
                     loaded.add(value)
-            operands = [words[value] for value in sources[k]]
-            if operation == ca.OP_OUTPUT:
-                body.append(f"out[{first_out[targets[k][0]] + targets[k][1]}] = {operands[0]};")
-                continue
-            form = OPERATIONS.get(operation)
-            if form is None:
-                raise CompilationError(f"{name}: CasADi's operation {operation} has no C form")
-            words[k] = f"a{k}"
-            body.append(f"const lanes a{k} = {form.format(*operands)};")
-        body += [
-            f"work[{targets[k][0]}] = a{k};" for k in range(begin, end) if last_use[k] >= end and words[k] == f"a{k}"
-        ]
-        pieces.append(
-            f"static void {name}_{len(pieces)}(const lanes *restrict in, lanes *restrict out, lanes *restrict work)\n"
-            "{\n" + "\n".join(body) + "\n}\n"
-        )
-        calls.append(f"    {name}_{len(calls)}(in, out, work);\n")
-    return (
-        "\n".join(pieces)
-        + '\n__attribute__((visibility("hidden")))'
-        + f"\nvoid {name}(const lanes *restrict in, lanes *restrict out, lanes *restrict work)\n{{\n"
-        + "".join(calls)
-        + "}\n"
-    )
+            lines += self._line(k)
+        kept = (k for k in range(begin, end) if self._last_use[k] >= end and self._rests(k))
+        return "\n".join([*lines, *(f"work[{self._targets[k][0]}] = a{k};" for k in kept)])
 
+    def _rests(self, k: int) -> bool:
+        """Whether a result is a variable, which can rest in `work`; constants and inputs are written out instead."""
+        return self._operations[k] not in (ca.OP_CONST, ca.OP_INPUT)
 
-def _values(
-    operations: list[int], inputs: list[list[int]], targets: list[list[int]]
-) -> tuple[list[list[int]], list[int]]:
-    """Return for each instruction the instructions that made its operands, and the last one that reads its result."""
-    made: dict[int, int] = {}
-    sources: list[list[int]] = []
-    last_use = [-1] * len(operations)
-    for k, operation in enumerate(operations):
-        found = [] if operation in (ca.OP_CONST, ca.OP_INPUT) else [made[place] for place in inputs[k]]
-        for value in found:
-            last_use[value] = k
-        sources.append(found)
-        if operation != ca.OP_OUTPUT:
-            made[targets[k][0]] = k
-    return sources, last_use
+    def _line(self, k: int) -> list[str]:
+        operation, source, target = self._operations[k], self._inputs[k], self._targets[k]
+        if operation == ca.OP_CONST:
+            self._words[k] = f"ALL({_number(self._function.instruction_constant(k))})"
+            return []
+        if operation == ca.OP_INPUT:
+            self._words[k] = f"in[{self._first_in[source[0]] + source[1]}]"
+            return []
+        operands = [self._words[value] for value in self._sources[k]]
+        if operation == ca.OP_OUTPUT:
+            return [f"out[{self._first_out[target[0]] + target[1]}] = {operands[0]};"]
+        if operation not in OPERATIONS:
+            raise CompilationError(f"{self._name}: CasADi's operation {operation} has no C form")
+        self._words[k] = f"a{k}"
+        return [f"const lanes a{k} = {OPERATIONS[operation].format(*operands)};"]
 
 
 def _offsets(function: ca.Function, side: str) -> list[int]:

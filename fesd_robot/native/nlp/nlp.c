@@ -96,6 +96,11 @@ static void evaluate(int kind, int add, const double *const *arg, double *result
         if (kind == COST)
             *result += sum;
     }
+#ifdef __AVX__
+    /* Otherwise older vector code, as in CasADi and IPOPT, runs slower from here on. Compilers do this by themselves
+       only where they optimise more than is good for the code of the blocks. */
+    __builtin_ia32_vzeroupper();
+#endif
 }
 
 static double price(const double *sigma, int slack)
