@@ -25,6 +25,7 @@ LARGE = 1500
 """Instructions from which on a function is compiled by itself, at the same time as others."""
 
 KINDS = ("cost", "rows", "gradient", "jacobian", "hessian")
+"""In the order of nlp.c."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,8 @@ def _tables(
             f".parameter = {name}_parameter",
             f".index = {_places(f'{name}_index', block.index, lines)}",
         ]
-        for place, (kind, output) in enumerate(block.outputs.items()):
+        for place, kind in enumerate(KINDS):
+            output = block.outputs[kind]
             outputs = output.function.nnz_out(0)
             if not outputs:
                 continue
