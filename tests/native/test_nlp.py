@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import casadi as ca
@@ -17,7 +19,7 @@ from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, scholtes
 from fesd_robot.mpcc.steering import Steering
 from fesd_robot.native import CompilationError
-from fesd_robot.native.compiler import shared_library
+from fesd_robot.native.compiler import object_files, shared_library
 from fesd_robot.native.lanes import OPERATIONS
 from fesd_robot.ocp import formulate, transcribe
 
@@ -152,6 +154,40 @@ def test_the_build_grows_no_faster_than_the_horizon() -> None:
     seconds(20)
     few, many = (min(seconds(intervals) for _ in range(2)) for intervals in (40, 160))
     assert many <= 6 * few
+
+
+def test_the_same_file_compiled_by_several_at_once(empty_cache: Path) -> None:
+    """All get the same whole file, whoever was first, and nothing else is left."""
+    source = {"one": lambda: "int one(void) { return 1; }\n"}
+    with ThreadPoolExecutor(4) as pool:
+        made = [job.result() for job in [pool.submit(object_files, "one", source, []) for _ in range(4)]]
+    assert len({file for files in made for file in files}) == 1
+    assert list(empty_cache.iterdir()) == made[0]
+
+
+@pytest.mark.parametrize("steering", ["direct", "l1"])
+def test_nothing_is_written_beside_the_results(steering: Steering, empty_cache: Path) -> None:
+    """Results and working memory end where the interface says, wherever they begin; null pointers mean zeros."""
+    nlp = assemble(_hopper(5), scholtes, "always", steering)
+    (file,) = empty_cache.glob("nlp-*.so")
+    library = ctypes.CDLL(str(file))
+    generator = np.random.default_rng(0)
+    for function in (nlp.nlp, nlp.gradient, nlp.jacobian, nlp.hessian):
+        inputs = [generator.uniform(0.1, 1, function.nnz_in(i)) for i in range(function.n_in())]
+        for zero in (False, True):
+            expected = function.call([0.0 * inputs[0] if zero else inputs[0], *inputs[1:]])
+            for shift in range(4):
+                guarded = [np.full(value.nnz() + 8, 7.5) for value in expected]
+                work = np.full(function.sz_w() + 8, 7.5)
+                arguments = (ctypes.c_void_p * 8)(*(value.ctypes.data for value in inputs))
+                arguments[0] = None if zero else arguments[0]
+                results = (ctypes.c_void_p * 8)(*(value.ctypes.data + 32 for value in guarded))
+                memory = ctypes.c_void_p(work.ctypes.data + 8 * shift)
+                assert library[function.name()](arguments, results, None, memory, 0) == 0
+                for value, found in zip(expected, guarded, strict=True):
+                    assert found[4:-4].tolist() == value.nonzeros()
+                    assert (found[:4] == 7.5).all() and (found[-4:] == 7.5).all()
+                assert (work[:shift] == 7.5).all() and (work[shift + function.sz_w() :] == 7.5).all()
 
 
 def test_errors_carry_the_words_of_the_compiler(empty_cache: Path, tmp_path: Path) -> None:
