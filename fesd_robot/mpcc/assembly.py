@@ -190,12 +190,12 @@ def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
         copies, count = block.copies, len(d.lower) * block.copies
         local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
         arguments = (local, ca.DM(block.parameters), ca.repmat(sigma, 1, copies))
-        cost += ca.sum2(d.cost.map(copies)(*arguments))
-        rows.append(ca.vec(d.rows.map(copies)(*arguments)))
-        gradients.append(d.gradient.map(copies)(*arguments))
-        jacobians.append(d.jacobian.map(copies)(*arguments))
+        cost += ca.sum2(_mapped(d.cost, copies, *arguments))
+        rows.append(ca.vec(_mapped(d.rows, copies, *arguments)))
+        gradients.append(_mapped(d.gradient, copies, *arguments))
+        jacobians.append(_mapped(d.jacobian, copies, *arguments))
         local_multiplier = ca.reshape(multiplier[first : first + count], (len(d.lower), copies))
-        hessians.append(d.hessian.map(copies)(*arguments, ca.repmat(weight, 1, copies), local_multiplier))
+        hessians.append(_mapped(d.hessian, copies, *arguments, ca.repmat(weight, 1, copies), local_multiplier))
     g, gradient = ca.vertcat(*rows), ca.densify(layout.gradient().filled(gradients))
     if layout.slacks.count:
         prices = ca.vertcat(ca.DM.zeros(layout.problem.size), layout.slacks.prices(sigma))
@@ -210,6 +210,11 @@ def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
         ),
     ]
     return {function.name(): function for function in made}
+
+
+def _mapped(function: ca.Function, copies: int, *arguments: ca.MX | ca.DM) -> ca.MX:
+    """Return the function's dense value at all copies; CasADi makes a call that is always zero sparse."""
+    return ca.densify(function.map(copies)(*arguments))
 
 
 def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:

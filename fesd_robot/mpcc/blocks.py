@@ -87,7 +87,7 @@ def differentiate(
 
 def _function(name: str, arguments: list[ca.SX], value: ca.SX) -> ca.Function:
     """Return a function that computes nothing twice; CasADi's derivatives repeat common parts many times."""
-    return ca.Function(name, arguments, [ca.cse(value)])
+    return ca.Function(name, arguments, [ca.densify(ca.cse(value))])
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
