@@ -7,16 +7,18 @@ problem once per colour.
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.mpcc.blocks import BlockDerivatives, differentiate
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
-from fesd_robot.mpcc.steering import Slacks, Steering, check_one_sided, check_steering, pair_parameters, slacks_of
-from fesd_robot.native import CompilationError, compile_functions
+from fesd_robot.mpcc.steering import Slacks, Steering, check_one_sided, check_steering, slacks_of
+from fesd_robot.native import CompilationError, NlpBlock, Output, compile_nlp
 
 logger = logging.getLogger(__name__)
 
@@ -51,20 +53,82 @@ class RelaxedNlp:
 
 
 @dataclass(frozen=True)
-class _BlockDerivatives:
-    value: ca.Function
-    gradient: ca.Function
-    jacobian: ca.Function
-    hessian: ca.Function
-    jacobian_sparsity: ca.Sparsity
-    hessian_sparsity: ca.Sparsity
-    lower: np.ndarray
-    upper: np.ndarray
+class _Entries:
+    """Entries of a gradient or a matrix: which nonzero each output of each copy of a block is.
+
+    Attributes:
+        shape: of the matrix.
+        nonzeros: column * rows + row of every nonzero, ascending.
+        places: for each block the number of the nonzero, (outputs, K).
+    """
+
+    shape: tuple[int, int]
+    nonzeros: np.ndarray
+    places: list[np.ndarray]
+
+    @classmethod
+    def of(cls, shape: tuple[int, int], rows: Sequence[np.ndarray], columns: Sequence[np.ndarray]) -> _Entries:
+        """Return them from row and column of every output of every copy, (outputs, K) for each block."""
+        keys = [column.astype(np.int64) * shape[0] + row for row, column in zip(rows, columns, strict=True)]
+        nonzeros, position = np.unique(_flat(keys), return_inverse=True)
+        ends = np.cumsum([0, *(key.size for key in keys)])
+        parts = zip(keys, ends[:-1], ends[1:], strict=True)
+        return cls(shape, nonzeros, [position[i:j].reshape(key.shape, order="F") for key, i, j in parts])
+
+    def filled(self, values: Sequence[ca.MX]) -> ca.MX:
+        """Return the matrix from each block's outputs, (outputs, K); those of one entry are added up."""
+        count, key, stacked = len(self.nonzeros), _flat(self.places), ca.vertcat(*[ca.vec(value) for value in values])
+        row, column = self.nonzeros % self.shape[0], self.nonzeros // self.shape[0]
+        sparsity = ca.Sparsity.triplet(*self.shape, row.tolist(), column.tolist())
+        if len(key) == count:
+            return ca.MX(sparsity, stacked[np.argsort(key).tolist()])
+        pattern = ca.Sparsity.triplet(count, len(key), key.tolist(), list(range(len(key))))
+        return ca.MX(sparsity, ca.mtimes(ca.DM(pattern, np.ones(len(key))), stacked))
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """The NLP before it has functions: blocks with derivatives, and where everything belongs.
+
+    Attributes:
+        size: number of variables with slacks.
+        indices: of the variables of every block, slacks last, (n, K).
+        first_rows: of every block; one more at the end is the number of rows.
+    """
+
+    problem: Mpcc
+    slacks: Slacks
+    size: int
+    indices: list[np.ndarray]
+    derivatives: list[BlockDerivatives]
+    first_rows: list[int]
 
     @property
-    def instructions(self) -> int:
-        """Number of operations of one evaluation of all functions."""
-        return sum(int(f.n_instructions()) for f in (self.value, self.gradient, self.jacobian, self.hessian))
+    def blocks(self) -> Sequence[Block]:
+        return self.problem.blocks
+
+    def gradient(self) -> _Entries:
+        rows = [
+            block.index[np.array(d.gradient_sparsity.row(), dtype=int)]
+            for block, d in zip(self.blocks, self.derivatives, strict=True)
+        ]
+        return _Entries.of((self.size, 1), rows, [np.zeros_like(row) for row in rows])
+
+    def jacobian(self) -> _Entries:
+        rows, columns = [], []
+        for block, index, d, first in zip(self.blocks, self.indices, self.derivatives, self.first_rows, strict=False):
+            row, column = _triplet(d.jacobian_sparsity)
+            rows.append(first + row[:, None] + len(d.lower) * np.arange(block.copies))
+            columns.append(index[column])
+        return _Entries.of((self.first_rows[-1], self.size), rows, columns)
+
+    def hessian(self) -> _Entries:
+        rows, columns = [], []
+        for index, d in zip(self.indices, self.derivatives, strict=True):
+            row, column = _triplet(d.hessian_sparsity)
+            rows.append(np.minimum(index[row], index[column]))
+            columns.append(np.maximum(index[row], index[column]))
+        return _Entries.of((self.size, self.size), rows, columns)
 
 
 def assemble(
@@ -82,144 +146,114 @@ def assemble(
     check_steering(steering)
     check_one_sided(problem, relaxation)
     slacks = slacks_of(problem, steering, relaxation.power)
-    size = problem.size + slacks.count
-    indices = [np.vstack([b.index, problem.size + own]) for b, own in zip(problem.blocks, slacks.index, strict=True)]
-    x, sigma, weight = ca.MX.sym("x", size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
+    blocks = problem.blocks
     derivatives = [
-        _differentiate(block, problem, relaxation, steering, len(own))
-        for block, own in zip(problem.blocks, slacks.index, strict=True)
+        differentiate(block, problem, relaxation, steering, len(own))
+        for block, own in zip(blocks, slacks.index, strict=True)
     ]
-    rows = [len(d.lower) * block.copies for block, d in zip(problem.blocks, derivatives, strict=True)]
-    multiplier = ca.MX.sym("lam_g", sum(rows))
-
-    cost: ca.MX = ca.MX(0)
-    constraints, gradients, jacobians, hessians = [], [], [], []
-    gradient_at, jacobian_at, hessian_at = [], [], []
-    first_row = 0
-    for block, index, d, count in zip(problem.blocks, indices, derivatives, rows, strict=True):
-        copies = block.copies
-        local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
-        own = local[: block.index.shape[0], :] if len(index) > len(block.index) else local
-        arguments = (local, ca.DM(block.parameters), ca.repmat(sigma, 1, copies))
-        f, g = d.value.map(copies)(*arguments)
-        cost += ca.sum2(f)
-        constraints.append(ca.vec(g))
-        gradients.append(ca.vec(d.gradient.map(copies)(own, ca.DM(block.parameters))))
-        gradient_at.append(block.index.ravel(order="F"))
-        jacobians.append(ca.vec(d.jacobian.map(copies)(*arguments)))
-        row, column = (np.array(part, dtype=int) for part in d.jacobian_sparsity.get_triplet())
-        offsets = first_row + len(d.lower) * np.arange(copies)
-        jacobian_at.append(((row[:, None] + offsets).ravel(order="F"), index[column].ravel(order="F")))
-        local_multiplier = ca.reshape(multiplier[first_row : first_row + count], (len(d.lower), copies))
-        hessians.append(ca.vec(d.hessian.map(copies)(*arguments, ca.repmat(weight, 1, copies), local_multiplier)))
-        row, column = (np.array(part, dtype=int) for part in d.hessian_sparsity.get_triplet())
-        first, second = index[row].ravel(order="F"), index[column].ravel(order="F")
-        hessian_at.append((np.minimum(first, second), np.maximum(first, second)))
-        first_row += count
-
-    g = ca.vertcat(*constraints)
-    gradient = _scatter(np.concatenate(gradient_at), np.zeros(sum(map(len, gradient_at)), int), (size, 1), gradients)
-    jacobian = _scatter(*_stack(jacobian_at), (sum(rows), size), jacobians)
-    hessian = _scatter(*_stack(hessian_at), (size, size), hessians)
-    if slacks.count:
-        prices = ca.vertcat(ca.DM.zeros(problem.size), slacks.prices(sigma))
-        cost, gradient = cost + ca.dot(prices, x), gradient + prices
-    nlp = RelaxedNlp(
-        nlp=ca.Function("nlp", [x, sigma], [cost, g], ["x", "p"], ["f", "g"]),
-        gradient=ca.Function("nlp_grad_f", [x, sigma], [cost, ca.densify(gradient)], ["x", "p"], ["f", "grad_f_x"]),
-        jacobian=ca.Function("nlp_jac_g", [x, sigma], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
-        hessian=ca.Function(
-            "nlp_hess_l", [x, sigma, weight, multiplier], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
-        ),
-        lower=np.concatenate([np.tile(d.lower, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
-        upper=np.concatenate([np.tile(d.upper, b.copies) for b, d in zip(problem.blocks, derivatives, strict=True)]),
+    layout = _Layout(
+        problem=problem,
+        slacks=slacks,
+        size=problem.size + slacks.count,
+        indices=[np.vstack([b.index, problem.size + own]) for b, own in zip(blocks, slacks.index, strict=True)],
+        derivatives=derivatives,
+        first_rows=np.cumsum(
+            [0, *(len(d.lower) * b.copies for b, d in zip(blocks, derivatives, strict=True))]
+        ).tolist(),
+    )
+    instructions = sum(d.instructions * block.copies for block, d in zip(blocks, derivatives, strict=True))
+    wanted = compiled == "always" or (compiled == "auto" and instructions >= WORTHWHILE)
+    functions = _compiled(layout, required=compiled == "always") if wanted else None
+    functions = functions or _interpreted(layout)
+    return RelaxedNlp(
+        nlp=functions["nlp"],
+        gradient=functions["nlp_grad_f"],
+        jacobian=functions["nlp_jac_g"],
+        hessian=functions["nlp_hess_l"],
+        lower=np.concatenate([np.tile(d.lower, b.copies) for b, d in zip(blocks, derivatives, strict=True)]),
+        upper=np.concatenate([np.tile(d.upper, b.copies) for b, d in zip(blocks, derivatives, strict=True)]),
         relaxation=relaxation,
         steering=steering,
         slacks=slacks,
     )
-    instructions = sum(d.instructions * block.copies for block, d in zip(problem.blocks, derivatives, strict=True))
-    if compiled == "always" or (compiled == "auto" and instructions >= WORTHWHILE):
-        return _compiled(nlp, required=compiled == "always")
-    return nlp
 
 
-def _compiled(nlp: RelaxedNlp, required: bool) -> RelaxedNlp:
+def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
+    """Return the functions as CasADi graphs of maps over the copies."""
+    x, sigma, weight = ca.MX.sym("x", layout.size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
+    multiplier = ca.MX.sym("lam_g", layout.first_rows[-1])
+    cost: ca.MX = ca.MX(0)
+    rows, gradients, jacobians, hessians = [], [], [], []
+    for block, index, d, first in zip(
+        layout.blocks, layout.indices, layout.derivatives, layout.first_rows, strict=False
+    ):
+        copies, count = block.copies, len(d.lower) * block.copies
+        local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
+        arguments = (local, ca.DM(block.parameters), ca.repmat(sigma, 1, copies))
+        cost += ca.sum2(_mapped(d.cost, copies, *arguments))
+        rows.append(ca.vec(_mapped(d.rows, copies, *arguments)))
+        gradients.append(_mapped(d.gradient, copies, *arguments))
+        jacobians.append(_mapped(d.jacobian, copies, *arguments))
+        local_multiplier = ca.reshape(multiplier[first : first + count], (len(d.lower), copies))
+        hessians.append(_mapped(d.hessian, copies, *arguments, ca.repmat(weight, 1, copies), local_multiplier))
+    g, gradient = ca.vertcat(*rows), ca.densify(layout.gradient().filled(gradients))
+    if layout.slacks.count:
+        prices = ca.vertcat(ca.DM.zeros(layout.problem.size), layout.slacks.prices(sigma))
+        cost, gradient = cost + ca.dot(prices, x), gradient + prices
+    jacobian, hessian = layout.jacobian().filled(jacobians), layout.hessian().filled(hessians)
+    made = [
+        ca.Function("nlp", [x, sigma], [cost, g], ["x", "p"], ["f", "g"]),
+        ca.Function("nlp_grad_f", [x, sigma], [cost, gradient], ["x", "p"], ["f", "grad_f_x"]),
+        ca.Function("nlp_jac_g", [x, sigma], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
+        ca.Function(
+            "nlp_hess_l", [x, sigma, weight, multiplier], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
+        ),
+    ]
+    return {function.name(): function for function in made}
+
+
+def _mapped(function: ca.Function, copies: int, *arguments: ca.MX | ca.DM) -> ca.MX:
+    """Return the function's dense value at all copies; CasADi makes a call that is always zero sparse."""
+    return ca.densify(function.map(copies)(*arguments))
+
+
+def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:
+    """Return the functions compiled, None if they cannot be and are not required to."""
+    gradient, jacobian, hessian = layout.gradient(), layout.jacobian(), layout.hessian()
+    nothing, flat = np.zeros(0, dtype=int), np.zeros((0, 0), dtype=int)
+    blocks = []
+    for number, (block, index, d) in enumerate(zip(layout.blocks, layout.indices, layout.derivatives, strict=True)):
+        first = layout.first_rows[number]
+        row_places = first + np.arange(len(d.lower) * block.copies).reshape((len(d.lower), block.copies), order="F")
+        outputs = {
+            "cost": Output(d.cost, flat, nothing, nothing),
+            "rows": Output(d.rows, row_places, nothing, nothing),
+            "gradient": Output(d.gradient, gradient.places[number], nothing, nothing),
+            "jacobian": Output(d.jacobian, jacobian.places[number], *_triplet(d.jacobian_sparsity)),
+            "hessian": Output(d.hessian, hessian.places[number], *_triplet(d.hessian_sparsity)),
+        }
+        blocks.append(NlpBlock(index, block.parameters, len(d.lower), first, outputs))
     try:
-        functions = compile_functions("nlp", [nlp.nlp, nlp.gradient, nlp.jacobian, nlp.hessian])
+        return compile_nlp(
+            blocks,
+            size=layout.size,
+            rows=layout.first_rows[-1],
+            jacobian_nonzeros=len(jacobian.nonzeros),
+            hessian_nonzeros=len(hessian.nonzeros),
+            slacks=layout.slacks.ranks,
+        )
     except CompilationError as error:
         if required:
             raise
         logger.warning("the functions of the NLP are not compiled: %s", error)
-        return nlp
-    return replace(nlp, nlp=functions[0], gradient=functions[1], jacobian=functions[2], hessian=functions[3])
+        return None
 
 
-def _differentiate(
-    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int
-) -> _BlockDerivatives:
-    w = ca.SX.sym("w", block.function.sparsity_in(0))
-    p = ca.SX.sym("p", block.function.sparsity_in(1))
-    sigma, slack = ca.SX.sym("sigma", 2), ca.SX.sym("slack", slacks)
-    x = ca.vertcat(w, slack) if slacks else w
-    f, g, G, H = (ca.densify(part) for part in block.function(w, p))
-    lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
-    signs = [
-        part[row]
-        for part, free in ((G, block.sign_free), (H, np.zeros(len(block.sign_free), bool)))
-        for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
-        if relaxation.signs and not implied
-    ]
-    relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))
-    rows = ca.vertcat(g, relaxed, *signs)
-    multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
-    jacobian = ca.jacobian(rows, x)
-    hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])
-    return _BlockDerivatives(
-        value=ca.Function("value", [x, p, sigma], [f, rows]),
-        gradient=ca.Function("gradient", [w, p], [ca.densify(ca.gradient(f, w))]),
-        jacobian=ca.Function("jacobian", [x, p, sigma], [_nonzeros(jacobian)]),
-        hessian=ca.Function("hessian", [x, p, sigma, weight, multiplier], [_nonzeros(hessian)]),
-        jacobian_sparsity=jacobian.sparsity(),
-        hessian_sparsity=hessian.sparsity(),
-        lower=np.concatenate(
-            [block.lower, np.full(relaxed.numel(), 0.0 if relaxation.equality else -np.inf), np.zeros(len(signs))]
-        ),
-        upper=np.concatenate([block.upper, np.zeros(relaxed.numel()), np.full(len(signs), np.inf)]),
-    )
+def _triplet(sparsity: ca.Sparsity) -> tuple[np.ndarray, np.ndarray]:
+    row, column = sparsity.get_triplet()
+    return np.array(row, dtype=int), np.array(column, dtype=int)
 
 
-def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return ca.densify(matrix.nz[:]) if matrix.nnz() else ca.SX(0, 1)
-
-
-def _nonnegative_in_box(part: ca.SX, w: ca.SX, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Which rows of `part` are affine in w and nonnegative for every lower <= w <= upper."""
-    slope = ca.jacobian(part, w)
-    varies = np.array(ca.which_depends(part, w, 2, True), dtype=bool) if part.numel() else np.zeros(0, bool)
-    affine = ca.Function("affine", [w], [part, slope], {"allow_free": True})
-    if affine.has_free():
-        return np.zeros(part.numel(), bool)
-    constant, slope_value = affine(np.zeros(w.numel()))
-    slope_matrix = np.asarray(ca.DM(slope_value).full())
-    with np.errstate(invalid="ignore"):
-        least = np.where(slope_matrix > 0, slope_matrix * lower, np.where(slope_matrix < 0, slope_matrix * upper, 0.0))
-    return ~varies & (np.asarray(constant).ravel() + least.sum(axis=1) >= 0.0)
-
-
-def _stack(places: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    return np.concatenate([p[0] for p in places]), np.concatenate([p[1] for p in places])
-
-
-def _scatter(row: np.ndarray, column: np.ndarray, shape: tuple[int, int], values: list[ca.MX]) -> ca.MX:
-    """Return the sparse matrix with `values` added up at (row, column)."""
-    key = column.astype(np.int64) * shape[0] + row
-    unique, position = np.unique(key, return_inverse=True)
-    sparsity = ca.Sparsity.triplet(*shape, (unique % shape[0]).tolist(), (unique // shape[0]).tolist())
-    stacked = ca.vertcat(*values)
-    if len(unique) == len(key):
-        order = np.argsort(position)
-        return ca.MX(sparsity, stacked[order.tolist()])
-    summation = ca.DM(
-        ca.Sparsity.triplet(len(unique), len(key), position.tolist(), list(range(len(key)))), np.ones(len(key))
-    )
-    return ca.MX(sparsity, ca.mtimes(summation, stacked))
+def _flat(tables: Sequence[np.ndarray]) -> np.ndarray:
+    """Return all entries, table by table and copy by copy."""
+    return np.concatenate([np.zeros(0, dtype=int), *(table.ravel(order="F") for table in tables)])

@@ -1,7 +1,7 @@
 """C and C++ that is compiled on first use: a linear solver for IPOPT and the functions of an NLP."""
 
 from fesd_robot.native.compiler import CompilationError, shared_library
-from fesd_robot.native.functions import compile_functions
 from fesd_robot.native.linear_solver import kkt_library
+from fesd_robot.native.nlp import NlpBlock, Output, compile_nlp
 
-__all__ = ["CompilationError", "compile_functions", "kkt_library", "shared_library"]
+__all__ = ["CompilationError", "NlpBlock", "Output", "compile_nlp", "kkt_library", "shared_library"]

@@ -10,7 +10,8 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -34,7 +35,14 @@ def cache_folder() -> Path:
     return Path(chosen) if chosen else user_cache_path("fesd_robot")
 
 
-def shared_library(name: str, sources: Sequence[Path], flags: Sequence[str], *, headers: Sequence[Path] = ()) -> Path:
+def shared_library(
+    name: str,
+    sources: Sequence[Path],
+    flags: Sequence[str],
+    *,
+    headers: Sequence[Path] = (),
+    folders: Sequence[Path] = (),
+) -> Path:
     """Return a shared library compiled from source files, from the cache if it was compiled before.
 
     The cache knows a library by the contents of its files, the flags, the compiler and the processor. A library appears
@@ -42,35 +50,82 @@ def shared_library(name: str, sources: Sequence[Path], flags: Sequence[str], *, 
 
     Args:
         name: begins the file's name.
-        sources: C or C++ files, all of one language.
+        sources: C or C++ files, all of one language, and object files behind them.
         flags: of the compiler.
         headers: files whose change asks for a new compilation.
+        folders: where headers are; another folder alone does not ask for one.
 
     Raises:
         CompilationError: no compiler, or it failed.
     """
-    compiler = find_compiler("c" if sources[0].suffix == ".c" else "c++")
+    suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
+    language = "c" if sources[0].suffix == ".c" else "c++"
+    contents = [file.name.encode() + b"\0" + file.read_bytes() for file in [*sources, *headers]]
+    return _cached(name, suffix, language, contents, ["-shared", *flags], folders, lambda _: sources)
+
+
+def object_files(
+    name: str,
+    sources: Mapping[str, Callable[[], str]],
+    flags: Sequence[str],
+    *,
+    headers: Sequence[Path] = (),
+    folders: Sequence[Path] = (),
+) -> list[Path]:
+    """Return object files compiled from C that is written only if the cache has no such file, several made at once.
+
+    Args:
+        name: begins the files' names.
+        sources: what makes each text of C, by a word that says all that the text depends on.
+        flags, headers, folders: as for a `shared_library`.
+
+    Raises:
+        CompilationError: no compiler, or it failed.
+    """
+    common = [file.read_bytes() for file in headers]
+
+    def made(key: str) -> Path:
+        def written(folder: Path) -> list[Path]:
+            (folder / f"{name}.c").write_text(sources[key]())
+            return [folder / f"{name}.c"]
+
+        return _cached(name, ".o", "c", [key.encode(), *common], ["-c", *flags], folders, written)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(made, sources))
+
+
+def _cached(
+    name: str,
+    suffix: str,
+    language: str,
+    contents: Sequence[bytes],
+    flags: Sequence[str],
+    folders: Sequence[Path],
+    sources: Callable[[Path], Sequence[Path]],
+) -> Path:
+    """Return the file that these contents are compiled to; `sources` writes them into a folder if it has to."""
+    compiler = find_compiler(language)
     digest = hashlib.sha256()
-    for file in [*sources, *headers]:
-        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    for part in contents:
+        digest.update(part + b"\0")
     for word in [*compiler, *flags, compiler_version(tuple(compiler)), processor()]:
         digest.update(word.encode() + b"\0")
-    suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
     target = cache_folder() / f"{name}-{digest.hexdigest()[:20]}{suffix}"
     if target.exists():
         return target
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as folder:
-            made = Path(folder) / target.name
-            command = [*compiler, *flags, "-shared", "-fPIC", *map(str, sources), "-o", str(made)]
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as place:
+            made = Path(place) / target.name
+            where = [f"-I{folder}" for folder in folders]
+            command = [*compiler, "-fPIC", *where, *map(str, sources(Path(place))), *flags, "-o", str(made)]
             logger.debug("compiling %s: %s", name, shlex.join(command))
             done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
             if done.returncode:
-                words = done.stderr.strip().splitlines()
-                raise CompilationError(
-                    f"{compiler[0]} could not compile {name}: {words[-1] if words else 'no message'}"
-                )
+                lines = done.stderr.strip().splitlines() or ["no message"]
+                words = next((line for line in lines if "error" in line), lines[-1])
+                raise CompilationError(f"{compiler[0]} could not compile {name}: {words}")
             os.replace(made, target)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilationError(f"{name} could not be compiled: {error}") from error

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.mpcc import Block, Mpcc
-from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
+from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import scholtes
 
 SIZE = 7
@@ -96,6 +96,16 @@ def test_derivatives_are_those_of_the_whole(nlp: RelaxedNlp, point: np.ndarray) 
     found = np.asarray(nlp.hessian(point, SIGMA, weight, multiplier).full())
     assert found == pytest.approx(np.triu(hessian), abs=1e-12)
     assert np.abs(np.triu(hessian, 1)).max() > 0.1
+
+
+@pytest.mark.parametrize("compiled", ["never", "always"])
+def test_a_cost_of_zero_is_a_number(compiled: Compile) -> None:
+    """Without a cost, f and its gradient are dense zeros, as IPOPT needs them."""
+    w = ca.SX.sym("w", 2)
+    nlp = assemble(Mpcc.from_expressions(w=w, f=ca.SX(1, 1), g=w[0] * w[1], start=np.ones(2)), scholtes, compiled)
+    f, slope = nlp.gradient(np.ones(2), SIGMA)
+    assert f.nonzeros() == [0.0] and slope.nonzeros() == [0.0, 0.0]
+    assert [value.nonzeros() for value in nlp.nlp(np.ones(2), SIGMA)] == [[0.0], [1.0]]
 
 
 NAMES = ["bound", "difference", "upper bound", "product"]

@@ -1,0 +1,108 @@
+"""A block of the relaxed NLP: its rows and their derivatives as CasADi functions of its own variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.mpcc.problem import Block, Mpcc
+from fesd_robot.mpcc.relaxations import Relaxation
+from fesd_robot.mpcc.steering import Steering, pair_parameters
+
+
+@dataclass(frozen=True)
+class BlockDerivatives:
+    """One copy of a block, relaxed, as functions of (x, p, sigmas): x are its variables and, behind them, its slacks.
+
+    Attributes:
+        cost, rows: values, (1, 1) and (n_rows, 1).
+        gradient: of the cost by the variables, its nonzeros (n, 1).
+        jacobian: of the rows by x, its nonzeros.
+        hessian: upper triangle of that of weight * cost + multipliers' * rows, its nonzeros; has the weight and the
+            multipliers as further inputs.
+        gradient_sparsity, jacobian_sparsity, hessian_sparsity: where the nonzeros are.
+        lower, upper: bounds of the rows.
+    """
+
+    cost: ca.Function
+    rows: ca.Function
+    gradient: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+    gradient_sparsity: ca.Sparsity
+    jacobian_sparsity: ca.Sparsity
+    hessian_sparsity: ca.Sparsity
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @property
+    def instructions(self) -> int:
+        """Number of operations of one evaluation of all functions."""
+        return sum(int(f.n_instructions()) for f in (self.cost, self.rows, self.gradient, self.jacobian, self.hessian))
+
+
+def differentiate(
+    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int
+) -> BlockDerivatives:
+    """Return a block's relaxed rows with G >= 0, H >= 0 where they ask for it, and all derivatives.
+
+    Args:
+        slacks: how many slack variables a copy reads.
+    """
+    w = ca.SX.sym("w", block.function.sparsity_in(0))
+    p = ca.SX.sym("p", block.function.sparsity_in(1))
+    sigma, slack = ca.SX.sym("sigma", 2), ca.SX.sym("slack", slacks)
+    x = ca.vertcat(w, slack) if slacks else w
+    f, g, G, H = (ca.densify(part) for part in block.function(w, p))
+    lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
+    signs = [
+        part[row]
+        for part, free in ((G, block.sign_free), (H, np.zeros(len(block.sign_free), bool)))
+        for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
+        if relaxation.signs and not implied
+    ]
+    relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))
+    rows = ca.vertcat(g, relaxed, *signs)
+    multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
+    gradient, jacobian = ca.gradient(f, w), ca.jacobian(rows, x)
+    hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])
+    arguments = [x, p, sigma]
+    return BlockDerivatives(
+        cost=_function("cost", arguments, f),
+        rows=_function("rows", arguments, rows),
+        gradient=_function("gradient", arguments, _nonzeros(gradient)),
+        jacobian=_function("jacobian", arguments, _nonzeros(jacobian)),
+        hessian=_function("hessian", [*arguments, weight, multiplier], _nonzeros(hessian)),
+        gradient_sparsity=gradient.sparsity(),
+        jacobian_sparsity=jacobian.sparsity(),
+        hessian_sparsity=hessian.sparsity(),
+        lower=np.concatenate(
+            [block.lower, np.full(relaxed.numel(), 0.0 if relaxation.equality else -np.inf), np.zeros(len(signs))]
+        ),
+        upper=np.concatenate([block.upper, np.zeros(relaxed.numel()), np.full(len(signs), np.inf)]),
+    )
+
+
+def _function(name: str, arguments: list[ca.SX], value: ca.SX) -> ca.Function:
+    """Return a function that computes nothing twice; CasADi's derivatives repeat common parts many times."""
+    return ca.Function(name, arguments, [ca.densify(ca.cse(value))])
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    return ca.densify(matrix.nz[:]) if matrix.nnz() else ca.SX(0, 1)
+
+
+def _nonnegative_in_box(part: ca.SX, w: ca.SX, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Which rows of `part` are affine in w and nonnegative for every lower <= w <= upper."""
+    slope = ca.jacobian(part, w)
+    varies = np.array(ca.which_depends(part, w, 2, True), dtype=bool) if part.numel() else np.zeros(0, bool)
+    affine = ca.Function("affine", [w], [part, slope], {"allow_free": True})
+    if affine.has_free():
+        return np.zeros(part.numel(), bool)
+    constant, slope_value = affine(np.zeros(w.numel()))
+    slope_matrix = np.asarray(ca.DM(slope_value).full())
+    with np.errstate(invalid="ignore"):
+        least = np.where(slope_matrix > 0, slope_matrix * lower, np.where(slope_matrix < 0, slope_matrix * upper, 0.0))
+    return ~varies & (np.asarray(constant).ravel() + least.sum(axis=1) >= 0.0)
