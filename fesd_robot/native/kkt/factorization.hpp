@@ -4,27 +4,24 @@
 // column without an acceptable pivot is passed on to the parent front. S is a diagonal scaling.
 #pragma once
 
+#include <memory>
 #include <vector>
+
+#include "structure.hpp"
 
 namespace fesd {
 
-struct Front {
-    int first = 0;                  // first of its own columns in elimination order
-    int columns = 0;                // number of its own columns
-    int parent = -1;
-    std::vector<int> rows;          // rows below its own columns, in elimination order
-    std::vector<int> in_parent;     // where these rows are in the parent
-    std::vector<int> children;
-};
-
 // What a front became: its pivots and what lies below them.
 struct Factor {
-    int order = 0;                  // order of the front, delayed columns of the children included
-    int pivots = 0;                 // columns eliminated here
-    std::vector<int> index;         // elimination-order index of every row of the front, pivots first
-    std::vector<double> lower;      // order x pivots by columns, unit lower trapezoid
-    std::vector<double> diagonal;   // D: entry (k, k)
-    std::vector<double> coupling;   // D: entry (k + 1, k), zero unless k begins a pivot of order 2
+    int order = 0;             // order of the front, delayed columns of the children included
+    int pivots = 0;            // columns eliminated here
+    int delayed = 0;           // columns passed on to the parent
+    int first = 0;             // number of its first pivot
+    std::size_t index = 0;     // where its rows begin in index_, pivots first
+    std::size_t lower = 0;     // where its order x pivots unit lower trapezoid begins in lower_
+    // What it leaves for its parent, delayed columns first.
+    std::size_t rest = 0;      // where that begins on its stack
+    int rest_leading = 0;      // leading dimension
 };
 
 class Factorization {
@@ -47,25 +44,25 @@ public:
     double flops() const { return flops_; }
 
 private:
-    void analyse();
-    void place_entries();
-    void build_fronts(const std::vector<int>& colptr, const std::vector<int>& rowind);
+    void adopt(std::shared_ptr<const Structure> structure);
+    void learn();
     void scale(const double* value);
-    int eliminate(Factor& factor, int summed, double threshold);
+    void eliminate(Factor& factor, int summed, double threshold);
+    void pass_on(const Front& front, int number, int summed, int late, std::size_t (&top)[2]);
+    const int* places(const Front& child, const Factor& factor, int late, int& arrived);
 
-    int order_, entries_;
-    std::vector<int> row_, column_;                 // pattern, from 0
-    std::vector<int> permutation_, inverse_;        // elimination order -> variable, variable -> elimination order
-    std::vector<int> place_row_, place_column_;     // of every entry, in elimination order, row >= column
-    std::vector<int> by_front_, front_begin_;       // entries sorted by the front that takes them
-    std::vector<int> local_row_, local_column_;     // where they go in it, in this order
-    std::vector<Front> fronts_;
-    std::vector<int> front_of_;
+    int order_;
+    std::shared_ptr<const Pattern> pattern_;
+    std::shared_ptr<const Structure> structure_;
+    int learned_ = 0;                               // how often the structure was adapted to the pivots found
     std::vector<Factor> factors_;
-    std::vector<double> scaling_, values_, work_;
-    std::vector<double> scratch_, weighted_;        // of the elimination of a front
-    std::vector<double> front_;                     // the matrix of the front being eliminated
-    std::vector<std::vector<double>> contribution_; // by front: what is left for its parent
+    std::vector<int> index_;                        // rows of all fronts, in elimination order of the structure
+    std::vector<double> lower_;                     // L of all fronts
+    std::vector<double> diagonal_, coupling_;       // D: entries (k, k) and (k + 1, k) by number of the pivot
+    std::vector<double> scaling_, values_, work_;   // scaling in elimination order, entries by column
+    std::vector<double> weighted_;                  // L D of the front being eliminated
+    std::vector<double> dense_;                     // a right side's part in a front
+    std::vector<double> stack_[2];                  // what fronts of even and odd level have left
     std::vector<int> place_;                        // where the rows of a child are in its parent
     int negative_ = 0, two_by_two_ = 0, delayed_ = 0;
     long long factor_entries_ = 0;

@@ -1,0 +1,45 @@
+// What depends on the pattern and the elimination order alone: fronts, and where every entry goes.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+namespace fesd {
+
+// One triangle (or both) of a symmetric matrix by entries, indices from 0; duplicates are added up.
+struct Pattern {
+    int order = 0;
+    std::vector<int> row, column;
+};
+
+struct Front {
+    int first = 0;        // first of its own columns in elimination order
+    int columns = 0;      // number of its own columns
+    int rows = 0;         // number of rows below them
+    int parent = -1;
+    int children = 0;     // their number; they are the last unclaimed fronts before this one
+    int rows_begin = 0;   // in Structure::rows and in_parent
+    int level = 0;        // distance from the root
+};
+
+struct Structure {
+    std::shared_ptr<const Pattern> pattern;
+    std::vector<int> requested;           // the order and pairs it was made for
+    std::vector<char> paired;
+    std::vector<int> permutation;         // elimination order -> variable
+    std::vector<Front> fronts;            // children before parents
+    std::vector<int> rows, in_parent;     // of all fronts: rows in elimination order, and where they are in the parent
+    std::vector<int> child_begin, child;  // children by front
+    std::vector<int> entry_begin;         // by column in elimination order
+    std::vector<int> entry, entry_row, entry_place;  // entry of the pattern, its row, the row's place in the front
+    std::size_t factor_size = 0;          // doubles of all fronts' own columns
+
+};
+
+// The structure for approximate minimum degree, and for a given order of elimination in which paired[k] keeps columns
+// k and k + 1 in one front. Structures are kept, and given out again for the same input.
+std::shared_ptr<const Structure> minimum_degree_structure(const std::shared_ptr<const Pattern>& pattern);
+std::shared_ptr<const Structure> structure_in_order(const std::shared_ptr<const Pattern>& pattern,
+                                                    const std::vector<int>& order, const std::vector<char>& paired);
+
+}  // namespace fesd
