@@ -29,7 +29,7 @@ double inverse_root(double size) {
     return result;
 }
 
-void reserve(std::vector<double>& memory, std::size_t size) {
+void reserve(Memory<double>& memory, std::size_t size) {
     if (memory.size() < size) memory.resize(std::max(size, memory.size() + memory.size() / 2));
 }
 
@@ -53,7 +53,7 @@ void Factorization::adopt(std::shared_ptr<const Structure> structure) {
     coupling_.resize(order_);
     scaling_.resize(order_);
     work_.resize(order_);
-    values_.resize(pattern_->row.size());
+    scaled_ = false;
     reserve(lower_, structure_->factor_size + SLACK);
 }
 
@@ -78,22 +78,27 @@ void Factorization::learn() {
 void Factorization::scale(const double* value) {
     const Structure& s = *structure_;
     std::fill(work_.begin(), work_.begin() + order_, 0.0);
-    for (int k = 0; k < order_; ++k) {
-        double most = work_[k];
-        for (int q = s.entry_begin[k]; q < s.entry_begin[k + 1]; ++q) {
-            const double size = std::abs(values_[q] = value[s.entry[q]]);
-            double& other = work_[s.entry_row[q]];
-            other = std::max(other, size);
-            most = std::max(most, size);
+    for (const Front& front : s.fronts) {
+        const int* index = s.index.data() + front.index_begin;
+        for (int k = front.first; k < front.first + front.columns; ++k) {
+            double most = work_[k];
+            for (int q = s.entry_begin[k]; q < s.entry_begin[k + 1]; ++q) {
+                const double size = std::abs(value[s.entry[q]]);
+                double& other = work_[index[s.entry_place[q]]];
+                other = std::max(other, size);
+                most = std::max(most, size);
+            }
+            scaling_[k] = inverse_root(std::max(most, work_[k]));
         }
-        scaling_[k] = inverse_root(std::max(most, work_[k]));
     }
 }
 
 int Factorization::factorize(const double* value, double threshold) {
     if (delayed_ > order_ / 50 && learned_ < LEARN_AT_MOST) learn();
     const Structure& s = *structure_;
-    scale(value);
+    // A matrix that is factorized without a solution in between is the last one with another regularization.
+    if (!scaled_) scale(value);
+    scaled_ = true;
     negative_ = two_by_two_ = delayed_ = 0;
     factor_entries_ = 0;
     flops_ = 0.0;
@@ -118,8 +123,7 @@ int Factorization::factorize(const double* value, double threshold) {
             const Factor& below = factors_[child[c]];
             index = std::copy_n(index_.data() + below.index + below.pivots, below.delayed, index);
         }
-        for (int k = 0; k < front.columns; ++k) *index++ = front.first + k;
-        std::copy_n(s.rows.data() + front.rows_begin, front.rows, index);
+        std::copy_n(s.index.data() + front.index_begin, front.columns + front.rows, index);
         index_top += m;
 
         const std::size_t size = static_cast<std::size_t>(m) * summed;
@@ -131,7 +135,7 @@ int Factorization::factorize(const double* value, double threshold) {
         for (int k = 0; k < front.columns; ++k, own += m) {
             const double factor_k = scaling_[front.first + k];
             for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q)
-                own[s.entry_place[q]] += values_[q] * factor_k * scaling_[s.entry_row[q]];
+                own[s.entry_place[q]] += value[s.entry[q]] * factor_k * scaling_[index[s.entry_place[q]]];
         }
         for (int c = 0, arrived = 0; c < front.children; ++c) {
             const Factor& below = factors_[child[c]];
@@ -305,6 +309,7 @@ void Factorization::eliminate(Factor& factor, int summed, double threshold) {
 }
 
 void Factorization::solve(double* x) {
+    scaled_ = false;
     const std::vector<int>& permutation = structure_->permutation;
     double *y = work_.data(), *t = dense_.data();
     for (int i = 0; i < order_; ++i) y[i] = x[permutation[i]] * scaling_[i];

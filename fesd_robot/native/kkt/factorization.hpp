@@ -56,13 +56,14 @@ private:
     std::shared_ptr<const Structure> structure_;
     int learned_ = 0;                               // how often the structure was adapted to the pivots found
     std::vector<Factor> factors_;
-    std::vector<int> index_;                        // rows of all fronts, in elimination order of the structure
-    std::vector<double> lower_;                     // L of all fronts
+    Memory<int> index_;                        // rows of all fronts, in elimination order of the structure
+    Memory<double> lower_;                     // L of all fronts
     std::vector<double> diagonal_, coupling_;       // D: entries (k, k) and (k + 1, k) by number of the pivot
-    std::vector<double> scaling_, values_, work_;   // scaling in elimination order, entries by column
-    std::vector<double> weighted_;                  // L D of the front being eliminated
-    std::vector<double> dense_;                     // a right side's part in a front
-    std::vector<double> stack_[2];                  // what fronts of even and odd level have left
+    std::vector<double> scaling_, work_;            // in elimination order
+    bool scaled_ = false;                           // for the matrix that comes next
+    Memory<double> weighted_;                  // L D of the front being eliminated
+    Memory<double> dense_;                     // a right side's part in a front
+    Memory<double> stack_[2];                  // what fronts of even and odd level have left
     std::vector<int> place_;                        // where the rows of a child are in its parent
     int negative_ = 0, two_by_two_ = 0, delayed_ = 0;
     long long factor_entries_ = 0;

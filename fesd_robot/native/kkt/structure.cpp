@@ -13,7 +13,7 @@ namespace {
 
 // Measured nanoseconds of the parts of a front's elimination: by front, row, floating-point operation, and entry of what
 // is passed on to the parent.
-constexpr double FRONT_FIXED = 120, FRONT_LEAF = 60, FRONT_ROW = 3, FRONT_FLOP = 0.15, FRONT_SQUARE = 0.6;
+constexpr double FRONT_FIXED = 120, FRONT_LEAF = 60, FRONT_ROW = 3, FRONT_FLOP = 0.25, FRONT_SQUARE = 0.6;
 
 // Adjacency without diagonal and duplicates.
 struct Graph {
@@ -231,39 +231,38 @@ void place(const Graph& graph, Structure& s) {
     std::partial_sum(s.entry_begin.begin(), s.entry_begin.end(), s.entry_begin.begin());
     std::vector<int> next(s.entry_begin.begin(), s.entry_begin.end() - 1);
     s.entry.resize(entries);
-    s.entry_row.resize(entries);
     s.entry_place.resize(entries);
     for (int e = 0; e < entries; ++e) {
         const int i = position[pattern.row[e]], j = position[pattern.column[e]], q = next[std::min(i, j)]++;
         s.entry[q] = e;
-        s.entry_row[q] = std::max(i, j);
+        s.entry_place[q] = std::max(i, j);
     }
     std::vector<int> mark(n, -1), local(n, -1);
     for (size_t f = 0; f < s.fronts.size(); ++f) {
         Front& front = s.fronts[f];
-        front.rows_begin = static_cast<int>(s.rows.size());
+        front.index_begin = static_cast<int>(s.index.size());
+        front.rows_begin = static_cast<int>(s.in_parent.size());
         const int own = front.first + front.columns, name = static_cast<int>(f);
         auto add = [&](int i) {
-            if (i >= own && mark[i] != name) mark[i] = name, s.rows.push_back(i);
+            if (i >= own && mark[i] != name) mark[i] = name, s.index.push_back(i);
         };
+        for (int k = front.first; k < own; ++k) s.index.push_back(k);
         for (int k = front.first; k < own; ++k)
             for (int p = graph.begin[s.permutation[k]]; p < graph.begin[s.permutation[k] + 1]; ++p)
                 add(position[graph.neighbour[p]]);
+        auto below = [&](int child) { return s.index.data() + s.fronts[child].index_begin + s.fronts[child].columns; };
+        for (int c = s.child_begin[f]; c < s.child_begin[f + 1]; ++c)
+            for (int i = 0; i < s.fronts[s.child[c]].rows; ++i) add(below(s.child[c])[i]);
+        const int m = static_cast<int>(s.index.size()) - front.index_begin;
+        front.rows = m - front.columns;
+        std::sort(s.index.begin() + front.index_begin + front.columns, s.index.end());
+        s.in_parent.resize(s.in_parent.size() + front.rows);
+        for (int i = 0; i < m; ++i) local[s.index[front.index_begin + i]] = i;
+        for (int q = s.entry_begin[front.first]; q < s.entry_begin[own]; ++q) s.entry_place[q] = local[s.entry_place[q]];
         for (int c = s.child_begin[f]; c < s.child_begin[f + 1]; ++c) {
             const Front& child = s.fronts[s.child[c]];
-            for (int i = 0; i < child.rows; ++i) add(s.rows[child.rows_begin + i]);
+            for (int i = 0; i < child.rows; ++i) s.in_parent[child.rows_begin + i] = local[below(s.child[c])[i]];
         }
-        front.rows = static_cast<int>(s.rows.size()) - front.rows_begin;
-        std::sort(s.rows.begin() + front.rows_begin, s.rows.end());
-        s.in_parent.resize(s.rows.size());
-        for (int k = 0; k < front.columns; ++k) local[front.first + k] = k;
-        for (int i = 0; i < front.rows; ++i) local[s.rows[front.rows_begin + i]] = front.columns + i;
-        for (int q = s.entry_begin[front.first]; q < s.entry_begin[own]; ++q) s.entry_place[q] = local[s.entry_row[q]];
-        for (int c = s.child_begin[f]; c < s.child_begin[f + 1]; ++c) {
-            const Front& child = s.fronts[s.child[c]];
-            for (int i = child.rows_begin; i < child.rows_begin + child.rows; ++i) s.in_parent[i] = local[s.rows[i]];
-        }
-        const int m = front.columns + front.rows;
         s.factor_size += static_cast<size_t>(m) * front.columns;
     }
 }

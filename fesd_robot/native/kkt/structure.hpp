@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "memory.hpp"
+
 namespace fesd {
 
 // One triangle (or both) of a symmetric matrix by entries, indices from 0; duplicates are added up.
@@ -18,7 +20,8 @@ struct Front {
     int rows = 0;         // number of rows below them
     int parent = -1;
     int children = 0;     // their number; they are the last unclaimed fronts before this one
-    int rows_begin = 0;   // in Structure::rows and in_parent
+    int index_begin = 0;  // in Structure::index: own columns, then the rows below them
+    int rows_begin = 0;   // in Structure::in_parent
     int level = 0;        // distance from the root
 };
 
@@ -28,10 +31,11 @@ struct Structure {
     std::vector<char> paired;
     std::vector<int> permutation;         // elimination order -> variable
     std::vector<Front> fronts;            // children before parents
-    std::vector<int> rows, in_parent;     // of all fronts: rows in elimination order, and where they are in the parent
+    Memory<int> index;                    // of all fronts: own columns and rows, in elimination order
+    Memory<int> in_parent;                // of all fronts: where the rows are in the parent
     std::vector<int> child_begin, child;  // children by front
     std::vector<int> entry_begin;         // by column in elimination order
-    std::vector<int> entry, entry_row, entry_place;  // entry of the pattern, its row, the row's place in the front
+    Memory<int> entry, entry_place;       // entry of the pattern, and where its row is in the front
     std::size_t factor_size = 0;          // doubles of all fronts' own columns
 
 };
