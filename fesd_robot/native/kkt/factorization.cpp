@@ -11,8 +11,6 @@ namespace fesd {
 
 namespace {
 
-constexpr double STRONG = 0.1;      // a diagonal entry this large beside its possible partners is taken as it is
-constexpr double NO_PIVOT = 1e-20;  // of the scaled matrix: below this a column counts as zero
 constexpr int SLACK = 16;           // kernels read and write a little beyond the end
 constexpr int LEARN_AT_MOST = 4;
 
@@ -42,6 +40,15 @@ Factorization::Factorization(int order, int entries, const int* row, const int* 
     pattern->column.assign(column, column + entries);
     for (int e = 0; e < entries; ++e) --pattern->row[e], --pattern->column[e];
     pattern_ = pattern;
+    // IPOPT's systems end with the constraints, which are not coupled among themselves.
+    std::vector<int> coupled(order, -1);  // the last row that a row is coupled with
+    for (int e = 0; e < entries; ++e) {
+        const int i = pattern->row[e], j = pattern->column[e];
+        if (i != j) coupled[std::min(i, j)] = std::max(coupled[std::min(i, j)], std::max(i, j));
+    }
+    while (constraints_ < order && coupled[order - 1 - constraints_] == -1) ++constraints_;
+    for (int e = 0; e < entries; ++e)
+        if (pattern->row[e] == pattern->column[e] && pattern->row[e] >= order - constraints_) corner_.push_back(e);
     adopt(minimum_degree_structure(pattern_));
 }
 
@@ -54,6 +61,8 @@ void Factorization::adopt(std::shared_ptr<const Structure> structure) {
     scaling_.resize(order_);
     work_.resize(order_);
     scaled_ = false;
+    constraint_.resize(order_);
+    for (int i = 0; i < order_; ++i) constraint_[i] = structure_->permutation[i] >= order_ - constraints_;
     reserve(lower_, structure_->factor_size + SLACK);
 }
 
@@ -93,12 +102,14 @@ void Factorization::scale(const double* value) {
     }
 }
 
-int Factorization::factorize(const double* value, double threshold) {
-    if (delayed_ > order_ / 50 && learned_ < LEARN_AT_MOST) learn();
+int Factorization::factorize(const double* value, double threshold, bool stop) {
+    if (!stopped_ && delayed_ > order_ / 50 && learned_ < LEARN_AT_MOST) learn();
     const Structure& s = *structure_;
     // A matrix that is factorized without a solution in between is the last one with another regularization.
     if (!scaled_) scale(value);
     scaled_ = true;
+    stop = stop && trusted_ && std::all_of(corner_.begin(), corner_.end(), [&](int e) { return value[e] <= 0.0; });
+    stopped_ = false;
     negative_ = two_by_two_ = delayed_ = 0;
     factor_entries_ = 0;
     flops_ = 0.0;
@@ -148,13 +159,28 @@ int Factorization::factorize(const double* value, double threshold) {
             }
         }
 
+        const int negative_before = negative_;
         eliminate(factor, summed, threshold);
+        factor.negative = negative_ - negative_before;
+        factor.constraints = 0;
+        for (int k = 0; k < factor.pivots; ++k) factor.constraints += constraint_[index_[factor.index + k]];
+        for (int c = 0; c < front.children; ++c) {
+            factor.negative += factors_[child[c]].negative;
+            factor.constraints += factors_[child[c]].constraints;
+        }
         rank += factor.pivots;  // what a root leaves over has nowhere to go: the matrix is singular
         delayed_ += factor.delayed;
         lower_top += static_cast<std::size_t>(m) * factor.pivots;
         factor_entries_ += static_cast<long long>(factor.pivots) * m - static_cast<long long>(factor.pivots) * (factor.pivots - 1) / 2;
         for (int k = 0; k < factor.pivots; ++k) flops_ += static_cast<double>(m - k) * (m - k);
         pass_on(front, static_cast<int>(f), summed, late, top);
+        if (stop && front.parent != -1 && too_many_negative(front, factor)) {
+            stopped_ = true;
+            negative_ = constraints_ + 1;
+            values_.assign(value, value + pattern_->row.size());
+            threshold_ = threshold;
+            return order_;
+        }
     }
     return rank;
 }
@@ -202,162 +228,6 @@ void Factorization::pass_on(const Front& front, int number, int summed, int late
         top[side] += size;
     }
     if (front.children > 0) top[side ^ 1] = factors_[child[0]].rest;
-}
-
-// Eliminates what can be among the first `summed` columns of a front; the others are moved behind the pivots.
-void Factorization::eliminate(Factor& factor, int summed, double threshold) {
-    const int m = factor.order;
-    double* a = lower_.data() + factor.lower;
-    int* index = index_.data() + factor.index;
-    double *diagonal = diagonal_.data() + factor.first, *coupling = coupling_.data() + factor.first;
-    auto column = [&](int j) { return a + static_cast<std::size_t>(j) * m; };
-    auto weighted = [&](int j) { return weighted_.data() + static_cast<std::size_t>(j) * m; };
-    auto at = [&](int i, int j) -> double { return i >= j ? column(j)[i] : column(i)[j]; };
-    int k = 0;  // pivots done
-
-    auto exchange = [&](int p, int q) {  // rows and columns p <= q
-        if (p == q) return;
-        for (int j = 0; j < p; ++j) std::swap(column(j)[p], column(j)[q]);
-        for (int i = p + 1; i < q; ++i) std::swap(column(p)[i], column(i)[q]);
-        std::swap_ranges(column(p) + q + 1, column(p) + m, column(q) + q + 1);
-        std::swap(column(p)[p], column(q)[q]);
-        std::swap(index[p], index[q]);
-    };
-    auto single = [&](int j) {
-        exchange(k, j);
-        double *pivot = column(k), *u = weighted(k);
-        const double d = pivot[k], inverse = 1.0 / d;
-        diagonal[k] = d;
-        coupling[k] = 0.0;
-        negative_ += d < 0.0;
-        for (int i = k + 1; i < m; ++i) u[i] = pivot[i], pivot[i] *= inverse;
-        for (int c = k + 1; c < summed; ++c)
-            if (u[c] != 0.0) dense::subtract(column(c) + c, u[c], pivot + c, m - c);
-        pivot[k] = 1.0;
-        k += 1;
-    };
-    auto pair = [&](int j, int r) {
-        exchange(k, std::min(j, r));
-        exchange(k + 1, std::max(j, r));
-        double *p = column(k), *q = column(k + 1), *u = weighted(k), *v = weighted(k + 1);
-        const double d0 = p[k], d1 = q[k + 1], e = p[k + 1], determinant = d0 * d1 - e * e;
-        diagonal[k] = d0;
-        diagonal[k + 1] = d1;
-        coupling[k] = e;
-        coupling[k + 1] = 0.0;
-        negative_ += determinant < 0.0 ? 1 : (d0 < 0.0 ? 2 : 0);
-        two_by_two_ += 1;
-        const double i00 = d1 / determinant, i11 = d0 / determinant, i01 = -e / determinant;
-        for (int i = k + 2; i < m; ++i) {
-            u[i] = p[i];
-            v[i] = q[i];
-            p[i] = i00 * u[i] + i01 * v[i];
-            q[i] = i01 * u[i] + i11 * v[i];
-        }
-        for (int c = k + 2; c < summed; ++c)
-            if (u[c] != 0.0 || v[c] != 0.0) dense::subtract(column(c) + c, u[c], p + c, v[c], q + c, m - c);
-        p[k] = 1.0;
-        p[k + 1] = 0.0;
-        q[k + 1] = 1.0;
-        k += 2;
-    };
-    // Whether the inverse of the pivot times the largest entries beside it stays below 1 / threshold.
-    auto acceptable = [&](int j, int r) {
-        const double d = at(j, j), other = at(r, r), off = at(r, j), determinant = d * other - off * off;
-        const double size = std::max({std::abs(d), std::abs(other), std::abs(off)});
-        double beside_j = dense::largest(column(j) + summed, m - summed);
-        double beside_r = dense::largest(column(r) + summed, m - summed);
-        for (int i = k; i < summed; ++i) {
-            if (i == j || i == r) continue;
-            beside_j = std::max(beside_j, std::abs(at(i, j)));
-            beside_r = std::max(beside_r, std::abs(at(i, r)));
-        }
-        return std::abs(determinant) > NO_PIVOT * size &&
-               threshold * (std::abs(other) * beside_j + std::abs(off) * beside_r) <= std::abs(determinant) &&
-               threshold * (std::abs(off) * beside_j + std::abs(d) * beside_r) <= std::abs(determinant);
-    };
-
-    for (bool found = true; found && k < summed;) {
-        found = false;
-        for (int j = k; j < summed && !found; ++j) {
-            double partner = 0.0;  // the largest entry in a row that could make a pivot of order 2 with j
-            int r = -1;
-            const double* own = column(j);
-            for (int i = k; i < j; ++i) {
-                const double size = std::abs(column(i)[j]);
-                if (size > partner) partner = size, r = i;
-            }
-            for (int i = j + 1; i < summed; ++i) {
-                const double size = std::abs(own[i]);
-                if (size > partner) partner = size, r = i;
-            }
-            const double d = std::abs(own[j]);
-            const bool enough =
-                d > NO_PIVOT && d >= threshold * std::max(partner, dense::largest(own + summed, m - summed));
-            const bool strong = enough && d >= STRONG * partner;
-            if (!strong && partner > NO_PIVOT && acceptable(j, r)) {
-                pair(j, r);
-                found = true;
-            } else if (enough) {
-                single(j);
-                found = true;
-            }
-        }
-    }
-    factor.pivots = k;
-    factor.delayed = summed - k;
-}
-
-void Factorization::solve(double* x) {
-    scaled_ = false;
-    const std::vector<int>& permutation = structure_->permutation;
-    double *y = work_.data(), *t = dense_.data();
-    for (int i = 0; i < order_; ++i) y[i] = x[permutation[i]] * scaling_[i];
-    for (const Factor& factor : factors_) {
-        const int m = factor.order, pivots = factor.pivots, *index = index_.data() + factor.index;
-        const double* column = lower_.data() + factor.lower;
-        for (int i = 0; i < m; ++i) t[i] = y[index[i]];
-        int k = 0;
-        for (; k + 2 <= pivots; k += 2, column += 2 * m) {
-            const double first = t[k], second = t[k + 1] -= column[k + 1] * first;
-            dense::subtract(t + k + 2, first, column + k + 2, second, column + m + k + 2, m - k - 2);
-        }
-        if (k < pivots) dense::subtract(t + k + 1, t[k], column + k + 1, m - k - 1);
-        for (int i = 0; i < m; ++i) y[index[i]] = t[i];
-    }
-    for (std::size_t f = factors_.size(); f-- > 0;) {
-        const Factor& factor = factors_[f];
-        const int m = factor.order, *index = index_.data() + factor.index;
-        const double *diagonal = diagonal_.data() + factor.first, *coupling = coupling_.data() + factor.first;
-        for (int i = 0; i < m; ++i) t[i] = y[index[i]];
-        for (int k = 0; k < factor.pivots;) {
-            if (coupling[k] != 0.0) {
-                const double d0 = diagonal[k], d1 = diagonal[k + 1], e = coupling[k], first = t[k], second = t[k + 1];
-                const double determinant = d0 * d1 - e * e;
-                t[k] = (d1 * first - e * second) / determinant;
-                t[k + 1] = (d0 * second - e * first) / determinant;
-                k += 2;
-            } else {
-                t[k] /= diagonal[k];
-                k += 1;
-            }
-        }
-        const double* column = lower_.data() + factor.lower + static_cast<std::size_t>(factor.pivots) * m;
-        int k = factor.pivots;
-        for (; k >= 2; k -= 2) {
-            column -= 2 * m;
-            double first = 0.0, second = 0.0;
-            dense::products(column + k, column + m + k, t + k, m - k, first, second);
-            t[k - 1] -= second;
-            t[k - 2] -= first + column[k - 1] * t[k - 1];
-        }
-        if (k == 1) {
-            column -= m;
-            t[0] -= dense::product(column + 1, t + 1, m - 1);
-        }
-        for (int i = 0; i < factor.pivots; ++i) y[index[i]] = t[i];
-    }
-    for (int i = 0; i < order_; ++i) x[permutation[i]] = y[i] * scaling_[i];
 }
 
 }  // namespace fesd

@@ -16,6 +16,8 @@ struct Factor {
     int order = 0;             // order of the front, delayed columns of the children included
     int pivots = 0;            // columns eliminated here
     int delayed = 0;           // columns passed on to the parent
+    int negative = 0;          // negative eigenvalues of all that was eliminated up to here in this part of the tree ...
+    int constraints = 0;       // ... and how many of the eliminated were constraints
     int first = 0;             // number of its first pivot
     std::size_t index = 0;     // where its rows begin in index_, pivots first
     std::size_t lower = 0;     // where its order x pivots unit lower trapezoid begins in lower_
@@ -30,8 +32,10 @@ public:
     Factorization(int order, int entries, const int* row, const int* column);
 
     // Factorizes values in the order of the pattern's entries.
-    // Returns the rank found; less than the order if singular.
-    int factorize(const double* value, double threshold);
+    // Returns the rank found; less than the order if singular. With `stop` it may end as soon as the number of negative
+    // eigenvalues is known to be larger than that of the constraints; negative() then is the smallest such number, and
+    // solve() begins with the whole factorization.
+    int factorize(const double* value, double threshold, bool stop = false);
 
     // Solves A x = b in place.
     void solve(double* x);
@@ -48,14 +52,23 @@ private:
     void learn();
     void scale(const double* value);
     void eliminate(Factor& factor, int summed, double threshold);
+    bool too_many_negative(const Front& front, const Factor& factor);
     void pass_on(const Front& front, int number, int summed, int late, std::size_t (&top)[2]);
     const int* places(const Front& child, const Factor& factor, int late, int& arrived);
 
     int order_;
+    int constraints_ = 0;                           // rows at the end that are not coupled among themselves
+    std::vector<int> corner_;                       // their diagonal entries
+    std::vector<char> constraint_;                  // whether a row is one of them, in elimination order
+    bool trusted_ = false, doubted_ = false;        // whether all that was solved had one negative eigenvalue for each of them
+    bool stopped_ = false;                          // the last factorization ended early, and what it was given:
+    std::vector<double> values_;
+    double threshold_ = 0.0;
     std::shared_ptr<const Pattern> pattern_;
     std::shared_ptr<const Structure> structure_;
     int learned_ = 0;                               // how often the structure was adapted to the pivots found
     std::vector<Factor> factors_;
+    std::vector<double> schur_;
     Memory<int> index_;                        // rows of all fronts, in elimination order of the structure
     Memory<double> lower_;                     // L of all fronts
     std::vector<double> diagonal_, coupling_;       // D: entries (k, k) and (k + 1, k) by number of the pivot

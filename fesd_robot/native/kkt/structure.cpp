@@ -184,7 +184,12 @@ void make_fronts(const Graph& graph, Structure& s, const std::vector<int>& start
         parts[f] = taken;
         children[f] = kept;
     }
-    // What is left of the tree, numbered anew.
+    // What is left of the tree, numbered anew: large parts first, so that little waits on the stacks.
+    std::vector<int> size(width);
+    for (int f = 0; f < nodes; ++f) {
+        for (int c : children[f]) size[f] += size[c];
+        std::stable_sort(children[f].begin(), children[f].end(), [&](int a, int b) { return size[a] > size[b]; });
+    }
     std::vector<int> stack, numbered;
     std::vector<size_t> done(nodes, 0);
     for (int f = 0; f < nodes; ++f) {
