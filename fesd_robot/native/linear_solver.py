@@ -46,9 +46,7 @@ class KktSystem:
             _at(self._info), ctypes.byref(operations),
         )  # fmt: skip
 
-    def factorize(
-        self, values: np.ndarray, threshold: float = 1e-8, *, stop_early: bool = False
-    ) -> tuple[int, int]:
+    def factorize(self, values: np.ndarray, threshold: float = 1e-8, *, stop_early: bool = False) -> tuple[int, int]:
         """Return the rank and the number of negative eigenvalues of A with these entries, (entries).
 
         Args:

@@ -4,6 +4,7 @@
 // factorization produce is kept here; the arrays that the interface passes carry only a ticket to it.
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -46,11 +47,13 @@ std::shared_ptr<Factorization> find(int ticket) {
 }
 
 #ifdef KKT_DUMP
-// Writes every system that is factorized into the folder KKT_DUMP, binary: n, nz, rows, columns, values, threshold.
+// Writes one of KKT_EVERY systems that are factorized into the folder KKT_FOLDER (variables of the environment), binary:
+// n, nz, rows, columns, values, threshold.
 void dump(int n, int nz, const int* row, const int* column, const double* value, double threshold) {
     static int number = 0;
+    if (number++ % std::atoi(std::getenv("KKT_EVERY"))) return;
     char name[512];
-    std::snprintf(name, sizeof name, "%s/%06d.kkt", KKT_DUMP, number++);
+    std::snprintf(name, sizeof name, "%s/%06d.kkt", std::getenv("KKT_FOLDER"), number);
     if (std::FILE* file = std::fopen(name, "wb")) {
         std::fwrite(&n, sizeof n, 1, file);
         std::fwrite(&nz, sizeof nz, 1, file);
