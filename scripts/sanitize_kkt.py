@@ -1,7 +1,7 @@
 """The linear solver under the address and undefined-behaviour sanitizers, on systems of every kind.
 
-Random systems (definite, indefinite, singular, empty rows, not finite, optimality systems that stop early) and, if given, files
-that check_kkt.py's variant of the library wrote. Exit code 1 if a sanitizer finds anything.
+Random systems (definite, indefinite, singular, empty rows, not finite, optimality systems that stop early) and, if
+given, files that check_kkt.py's variant of the library wrote. Exit code 1 if a sanitizer finds anything.
 """
 
 from __future__ import annotations

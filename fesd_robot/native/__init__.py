@@ -2,6 +2,6 @@
 
 from fesd_robot.native.compiler import CompilationError, shared_library
 from fesd_robot.native.functions import compile_functions
-from fesd_robot.native.linear_solver import kkt_library
+from fesd_robot.native.linear_solver import ipopt_options, kkt_library
 
-__all__ = ["CompilationError", "compile_functions", "kkt_library", "shared_library"]
+__all__ = ["CompilationError", "compile_functions", "ipopt_options", "kkt_library", "shared_library"]

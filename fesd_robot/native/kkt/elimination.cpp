@@ -57,7 +57,6 @@ void Factorization::eliminate(Factor& factor, int summed, double threshold) {
         coupling[k] = e;
         coupling[k + 1] = 0.0;
         negative_ += determinant < 0.0 ? 1 : (d0 < 0.0 ? 2 : 0);
-        two_by_two_ += 1;
         const double i00 = d1 / determinant, i11 = d0 / determinant, i01 = -e / determinant;
         for (int i = k + 2; i < m; ++i) {
             u[i] = p[i];

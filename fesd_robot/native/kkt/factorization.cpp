@@ -110,9 +110,7 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
     scaled_ = true;
     stop = stop && trusted_ && std::all_of(corner_.begin(), corner_.end(), [&](int e) { return value[e] <= 0.0; });
     stopped_ = false;
-    negative_ = two_by_two_ = delayed_ = 0;
-    factor_entries_ = 0;
-    flops_ = 0.0;
+    negative_ = delayed_ = 0;
     int rank = 0;
     std::size_t lower_top = 0, index_top = 0, top[2] = {0, 0};
     for (std::size_t f = 0; f < s.fronts.size(); ++f) {
@@ -171,8 +169,6 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         rank += factor.pivots;  // what a root leaves over has nowhere to go: the matrix is singular
         delayed_ += factor.delayed;
         lower_top += static_cast<std::size_t>(m) * factor.pivots;
-        factor_entries_ += static_cast<long long>(factor.pivots) * m - static_cast<long long>(factor.pivots) * (factor.pivots - 1) / 2;
-        for (int k = 0; k < factor.pivots; ++k) flops_ += static_cast<double>(m - k) * (m - k);
         pass_on(front, static_cast<int>(f), summed, late, top);
         if (stop && front.parent != -1 && too_many_negative(front, factor)) {
             stopped_ = true;

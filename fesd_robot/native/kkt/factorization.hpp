@@ -42,10 +42,6 @@ public:
 
     int order() const { return order_; }
     int negative() const { return negative_; }
-    int two_by_two() const { return two_by_two_; }
-    int delayed() const { return delayed_; }
-    long long factor_entries() const { return factor_entries_; }
-    double flops() const { return flops_; }
 
 private:
     void adopt(std::shared_ptr<const Structure> structure);
@@ -78,9 +74,7 @@ private:
     Memory<double> dense_;                     // a right side's part in a front
     Memory<double> stack_[2];                  // what fronts of even and odd level have left
     std::vector<int> place_;                        // where the rows of a child are in its parent
-    int negative_ = 0, two_by_two_ = 0, delayed_ = 0;
-    long long factor_entries_ = 0;
-    double flops_ = 0.0;
+    int negative_ = 0, delayed_ = 0;
 };
 
 }  // namespace fesd
