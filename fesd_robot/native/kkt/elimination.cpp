@@ -18,7 +18,7 @@ constexpr double CERTAIN = 1e-8;    // of the largest entry: a pivot this negati
 // Eliminates what can be among the first `summed` columns of a front; the others are moved behind the pivots.
 void Factorization::eliminate(Factor& factor, int summed, double threshold) {
     const int m = factor.order;
-    double* a = lower_.data() + factor.lower;
+    double* a = panel_.data();
     int* index = index_.data() + factor.index;
     double *diagonal = diagonal_.data() + factor.first, *coupling = coupling_.data() + factor.first;
     auto column = [&](int j) { return a + static_cast<std::size_t>(j) * m; };

@@ -136,9 +136,9 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         index_top += m;
 
         const std::size_t size = static_cast<std::size_t>(m) * summed;
-        reserve(lower_, lower_top + size + SLACK);
+        reserve(panel_, size + SLACK);
         reserve(weighted_, size + SLACK);
-        double* panel = lower_.data() + lower_top;
+        double* panel = panel_.data();
         std::fill(panel, panel + size, 0.0);
         double* own = panel + static_cast<std::size_t>(late) * m + late;
         for (int k = 0; k < front.columns; ++k, own += m) {
@@ -168,8 +168,12 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         }
         rank += factor.pivots;  // what a root leaves over has nowhere to go: the matrix is singular
         delayed_ += factor.delayed;
-        lower_top += static_cast<std::size_t>(m) * factor.pivots;
         pass_on(front, static_cast<int>(f), summed, late, top);
+        reserve(lower_, lower_top + static_cast<std::size_t>(m) * factor.pivots);
+        for (int k = 0; k < factor.pivots; ++k, panel += m) {
+            std::copy(panel + k + 1, panel + m, lower_.data() + lower_top);
+            lower_top += m - k - 1;
+        }
         if (stop && front.parent != -1 && too_many_negative(front, factor)) {
             stopped_ = true;
             negative_ = constraints_ + 1;
@@ -204,7 +208,7 @@ void Factorization::pass_on(const Front& front, int number, int summed, int late
         const std::size_t size = static_cast<std::size_t>(leading) * (left + rest);
         reserve(stack_[side], top[side] + size + SLACK);
         double* out = stack_[side].data() + top[side];
-        const double* panel = lower_.data() + factor.lower;
+        const double* panel = panel_.data();
         for (int j = 0; j < left; ++j)
             std::copy(panel + static_cast<std::size_t>(factor.pivots + j) * m + factor.pivots + j,
                       panel + static_cast<std::size_t>(factor.pivots + j) * m + m, out + static_cast<std::size_t>(j) * leading + j);

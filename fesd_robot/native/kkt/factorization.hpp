@@ -20,7 +20,7 @@ struct Factor {
     int constraints = 0;       // ... and how many of the eliminated were constraints
     int first = 0;             // number of its first pivot
     std::size_t index = 0;     // where its rows begin in index_, pivots first
-    std::size_t lower = 0;     // where its order x pivots unit lower trapezoid begins in lower_
+    std::size_t lower = 0;     // where its part of L begins in lower_: what is below the diagonal, by columns
     // What it leaves for its parent, delayed columns first.
     std::size_t rest = 0;      // where that begins on its stack
     int rest_leading = 0;      // leading dimension
@@ -70,6 +70,7 @@ private:
     std::vector<double> diagonal_, coupling_;       // D: entries (k, k) and (k + 1, k) by number of the pivot
     std::vector<double> scaling_, work_;            // in elimination order
     bool scaled_ = false;                           // for the matrix that comes next
+    Memory<double> panel_;                          // the columns of the front being eliminated
     Memory<double> weighted_;                  // L D of the front being eliminated
     Memory<double> dense_;                     // a right side's part in a front
     Memory<double> stack_[2];                  // what fronts of even and odd level have left

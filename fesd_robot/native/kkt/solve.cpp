@@ -19,11 +19,12 @@ void Factorization::solve(double* x) {
         const double* column = lower_.data() + factor.lower;
         for (int i = 0; i < m; ++i) t[i] = y[index[i]];
         int k = 0;
-        for (; k + 2 <= pivots; k += 2, column += 2 * m) {
-            const double first = t[k], second = t[k + 1] -= column[k + 1] * first;
-            dense::subtract(t + k + 2, first, column + k + 2, second, column + m + k + 2, m - k - 2);
+        for (; k + 2 <= pivots; k += 2) {
+            const double *other = column + (m - k - 1), first = t[k], second = t[k + 1] -= column[0] * first;
+            dense::subtract(t + k + 2, first, column + 1, second, other, m - k - 2);
+            column = other + (m - k - 2);
         }
-        if (k < pivots) dense::subtract(t + k + 1, t[k], column + k + 1, m - k - 1);
+        if (k < pivots) dense::subtract(t + k + 1, t[k], column, m - k - 1);
         for (int i = 0; i < m; ++i) y[index[i]] = t[i];
     }
     for (std::size_t f = factors_.size(); f-- > 0;) {
@@ -43,19 +44,18 @@ void Factorization::solve(double* x) {
                 k += 1;
             }
         }
-        const double* column = lower_.data() + factor.lower + static_cast<std::size_t>(factor.pivots) * m;
+        const std::size_t pivots = factor.pivots;
+        const double* column = lower_.data() + factor.lower + pivots * m - pivots * (pivots + 1) / 2;
         int k = factor.pivots;
         for (; k >= 2; k -= 2) {
-            column -= 2 * m;
+            const double* other = column - (m - k);
+            column = other - (m - k + 1);
             double first = 0.0, second = 0.0;
-            dense::products(column + k, column + m + k, t + k, m - k, first, second);
+            dense::products(column + 1, other, t + k, m - k, first, second);
             t[k - 1] -= second;
-            t[k - 2] -= first + column[k - 1] * t[k - 1];
+            t[k - 2] -= first + column[0] * t[k - 1];
         }
-        if (k == 1) {
-            column -= m;
-            t[0] -= dense::product(column + 1, t + 1, m - 1);
-        }
+        if (k == 1) t[0] -= dense::product(column - (m - 1), t + 1, m - 1);
         for (int i = 0; i < factor.pivots; ++i) y[index[i]] = t[i];
     }
     for (int i = 0; i < order_; ++i) x[permutation[i]] = y[i] * scaling_[i];

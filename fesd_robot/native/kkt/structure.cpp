@@ -268,7 +268,7 @@ void place(const Graph& graph, Structure& s) {
             const Front& child = s.fronts[s.child[c]];
             for (int i = 0; i < child.rows; ++i) s.in_parent[child.rows_begin + i] = local[below(s.child[c])[i]];
         }
-        s.factor_size += static_cast<size_t>(m) * front.columns;
+        s.factor_size += static_cast<size_t>(m) * front.columns - static_cast<size_t>(front.columns) * (front.columns + 1) / 2;
     }
 }
 

@@ -36,7 +36,7 @@ struct Structure {
     std::vector<int> child_begin, child;  // children by front
     std::vector<int> entry_begin;         // by column in elimination order
     Memory<int> entry, entry_place;       // entry of the pattern, and where its row is in the front
-    std::size_t factor_size = 0;          // doubles of all fronts' own columns
+    std::size_t factor_size = 0;          // entries of L if nothing is delayed
 
 };
 
