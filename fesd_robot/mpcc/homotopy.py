@@ -17,7 +17,7 @@ from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
 from fesd_robot.mpcc.schedule import SETTLED, Sigmas, chosen_start
-from fesd_robot.native import kkt_library
+from fesd_robot.native import ipopt_options, kkt_library
 
 _TRIALS = ("first", "again")
 """An NLP that fails is tried again from the same point, with the adaptive barrier."""
@@ -268,7 +268,7 @@ def _linear_solver(name: str) -> dict[str, Any]:
         return {"linear_solver": name}
     library = kkt_library()
     if library:
-        return {"linear_solver": "ma27", "hsllib": str(library), "linear_system_scaling": "none"}
+        return ipopt_options(library)
     if name == "fesd":
         raise SolverError("linear solver 'fesd' needs a C++ compiler (the log says what failed; valid: auto, mumps)")
     return {"linear_solver": "mumps"}

@@ -1,7 +1,15 @@
 """C and C++ that is compiled on first use: a linear solver for IPOPT and the functions of an NLP."""
 
 from fesd_robot.native.compiler import CompilationError, shared_library
-from fesd_robot.native.linear_solver import kkt_library
+from fesd_robot.native.linear_solver import ipopt_options, kkt_library
 from fesd_robot.native.nlp import NlpBlock, Output, compile_nlp
 
-__all__ = ["CompilationError", "NlpBlock", "Output", "compile_nlp", "kkt_library", "shared_library"]
+__all__ = [
+    "CompilationError",
+    "NlpBlock",
+    "Output",
+    "compile_nlp",
+    "ipopt_options",
+    "kkt_library",
+    "shared_library",
+]

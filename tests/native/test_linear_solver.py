@@ -96,6 +96,48 @@ def test_singular_matrices_are_noticed(copies: int) -> None:
     assert negative <= m + copies
 
 
+def _optimal_control(generator: np.random.Generator, intervals: int, curvature: float, corner: float) -> np.ndarray:
+    """A KKT system of states and controls on a chain; one Hessian in ten has a negative eigenvalue of this size."""
+    states, controls = 3, 2
+    n, m = intervals * (states + controls), (intervals - 1) * states
+    hessian, jacobian = np.zeros((n, n)), np.zeros((m, n))
+    for k in range(intervals):
+        own = slice(k * (states + controls), (k + 1) * (states + controls))
+        root = generator.normal(size=(states + controls, states + controls))
+        hessian[own, own] = root @ root.T
+        if generator.uniform() < 0.1:
+            direction = generator.normal(size=states + controls)
+            hessian[own, own] -= curvature * np.outer(direction, direction)
+        if k:
+            rows = slice((k - 1) * states, k * states)
+            jacobian[rows, own.start - states - controls : own.start] = generator.normal(size=(states, 5))
+            jacobian[rows, own.start : own.start + states] = -np.eye(states)
+    return np.block([[hessian, jacobian.T], [jacobian, -corner * np.eye(m)]])
+
+
+@pytest.mark.parametrize("corner", [0.0, 1e-3])
+def test_stopping_early_tells_right_from_wrong(corner: float) -> None:
+    """Stopped early or not, the count is that of the constraints where it truly is, else larger, and solutions hold."""
+    seen = [0, 0]
+    for seed in range(60):
+        generator = np.random.default_rng(seed)
+        definite = _optimal_control(np.random.default_rng(seed), 20, 0.0, corner)
+        matrix = _optimal_control(np.random.default_rng(seed), 20, generator.uniform(0, 8), corner)
+        row, column = np.nonzero(np.tril((matrix != 0) | (definite != 0)))
+        assert LIBRARY
+        system, constraints = KktSystem(row, column, len(matrix), LIBRARY), 57
+        true = int((np.linalg.eigvalsh(matrix) < 0).sum())
+        assert system.factorize(definite[row, column], stop_early=True)[1] == constraints
+        system.solve(np.ones(len(matrix)))
+        negative = system.factorize(matrix[row, column], stop_early=True)[1]
+        assert negative == (constraints if true == constraints else constraints + 1) or negative == true, seed
+        seen[true > constraints] += 1
+        right = generator.normal(size=len(matrix))
+        assert matrix @ system.solve(right) == pytest.approx(right, abs=1e-5), seed
+        assert system.factorize(matrix[row, column])[1] == true, seed
+    assert min(seen) > 5, seen
+
+
 def test_zero_rows_and_columns() -> None:
     """A variable that occurs nowhere makes the matrix singular, with the rank of the others."""
     matrix = np.diag([2.0, 0.0, -3.0])

@@ -1,276 +1,233 @@
 #include "factorization.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "dense.hpp"
 
 namespace fesd {
 
 namespace {
 
-using Matrix = Eigen::MatrixXd;
-using Map = Eigen::Map<Matrix, 0, Eigen::OuterStride<>>;
+constexpr int SLACK = 16;           // kernels read and write a little beyond the end
+constexpr int LEARN_AT_MOST = 4;
 
-constexpr int SCALING_ROUNDS = 1;
-constexpr double TINY = 1e-300;
-constexpr double STRONG = 0.1;      // a diagonal entry this large beside the others is taken as it is
-constexpr double NO_PIVOT = 1e-20;  // of the scaled matrix: below this a column counts as zero
-constexpr int BLOCK = 48;           // columns per product in the update of what remains of a front
+// 2^k near the inverse root of a size, so that scaling costs no round-off.
+double inverse_root(double size) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &size, sizeof bits);
+    const int exponent = static_cast<int>(bits >> 52 & 0x7ff);
+    if (exponent == 0 || exponent == 0x7ff) return 1.0;  // zero, or not a number
+    const int half = (exponent - 1023 + 1) >> 1;
+    bits = static_cast<std::uint64_t>(1023 - half) << 52;
+    double result;
+    std::memcpy(&result, &bits, sizeof result);
+    return result;
+}
+
+void reserve(Memory<double>& memory, std::size_t size) {
+    if (memory.size() < size) memory.resize(std::max(size, memory.size() + memory.size() / 2));
+}
 
 }  // namespace
 
-void Factorization::scale(const double* value) {
-    std::fill(scaling_.begin(), scaling_.end(), 1.0);
-    for (int round = 0; round < SCALING_ROUNDS; ++round) {
-        std::fill(work_.begin(), work_.end(), 0.0);
-        for (int e = 0; e < entries_; ++e) {
-            int i = place_row_[e], j = place_column_[e];
-            double size = std::abs(value[e]) * scaling_[i] * scaling_[j];
-            work_[i] = std::max(work_[i], size);
-            work_[j] = std::max(work_[j], size);
-        }
-        for (int i = 0; i < order_; ++i)
-            if (work_[i] > TINY) scaling_[i] /= std::sqrt(work_[i]);
+Factorization::Factorization(int order, int entries, const int* row, const int* column) : order_(order) {
+    auto pattern = std::make_shared<Pattern>();
+    pattern->order = order;
+    pattern->row.assign(row, row + entries);
+    pattern->column.assign(column, column + entries);
+    for (int e = 0; e < entries; ++e) --pattern->row[e], --pattern->column[e];
+    pattern_ = pattern;
+    // IPOPT's systems end with the constraints, which are not coupled among themselves.
+    std::vector<int> coupled(order, -1);  // the last row that a row is coupled with
+    for (int e = 0; e < entries; ++e) {
+        const int i = pattern->row[e], j = pattern->column[e];
+        if (i != j) coupled[std::min(i, j)] = std::max(coupled[std::min(i, j)], std::max(i, j));
     }
-    // Powers of two, so that scaling costs no round-off.
-    for (double& s : scaling_) s = std::exp2(std::round(std::log2(s)));
-    for (int q = 0; q < entries_; ++q) {
-        const int e = by_front_[q];
-        values_[q] = value[e] * scaling_[place_row_[e]] * scaling_[place_column_[e]];
+    while (constraints_ < order && coupled[order - 1 - constraints_] == -1) ++constraints_;
+    for (int e = 0; e < entries; ++e)
+        if (pattern->row[e] == pattern->column[e] && pattern->row[e] >= order - constraints_) corner_.push_back(e);
+    adopt(minimum_degree_structure(pattern_));
+}
+
+void Factorization::adopt(std::shared_ptr<const Structure> structure) {
+    structure_ = std::move(structure);
+    pattern_ = structure_->pattern;
+    factors_.assign(structure_->fronts.size(), Factor());
+    diagonal_.resize(order_);
+    coupling_.resize(order_);
+    scaling_.resize(order_);
+    work_.resize(order_);
+    scaled_ = false;
+    constraint_.resize(order_);
+    for (int i = 0; i < order_; ++i) constraint_[i] = structure_->permutation[i] >= order_ - constraints_;
+    reserve(lower_, structure_->factor_size + SLACK);
+}
+
+// A structure in which the pivots found last come in their order, so that no columns are passed on if they are found again.
+void Factorization::learn() {
+    std::vector<int> order;
+    std::vector<char> paired(order_, 0), seen(order_, 0);
+    order.reserve(order_);
+    for (const Factor& factor : factors_)
+        for (int k = 0; k < factor.pivots; ++k) {
+            const int i = index_[factor.index + k];
+            paired[order.size()] = coupling_[factor.first + k] != 0.0;
+            seen[i] = 1;
+            order.push_back(structure_->permutation[i]);
+        }
+    for (int i = 0; i < order_; ++i)
+        if (!seen[i]) order.push_back(structure_->permutation[i]);
+    adopt(structure_in_order(pattern_, order, paired));
+    ++learned_;
+}
+
+void Factorization::scale(const double* value) {
+    const Structure& s = *structure_;
+    std::fill(work_.begin(), work_.begin() + order_, 0.0);
+    for (const Front& front : s.fronts) {
+        const int* index = s.index.data() + front.index_begin;
+        for (int k = front.first; k < front.first + front.columns; ++k) {
+            double most = work_[k];
+            for (int q = s.entry_begin[k]; q < s.entry_begin[k + 1]; ++q) {
+                const double size = std::abs(value[s.entry[q]]);
+                double& other = work_[index[s.entry_place[q]]];
+                other = std::max(other, size);
+                most = std::max(most, size);
+            }
+            scaling_[k] = inverse_root(std::max(most, work_[k]));
+        }
     }
 }
 
-int Factorization::factorize(const double* value, double threshold) {
-    scale(value);
-    negative_ = two_by_two_ = delayed_ = 0;
-    factor_entries_ = 0;
-    flops_ = 0.0;
+int Factorization::factorize(const double* value, double threshold, bool stop) {
+    if (!stopped_ && delayed_ > order_ / 50 && learned_ < LEARN_AT_MOST) learn();
+    const Structure& s = *structure_;
+    // A matrix that is factorized without a solution in between is the last one with another regularization.
+    if (!scaled_) scale(value);
+    scaled_ = true;
+    stop = stop && trusted_ && std::all_of(corner_.begin(), corner_.end(), [&](int e) { return value[e] <= 0.0; });
+    stopped_ = false;
+    negative_ = delayed_ = 0;
     int rank = 0;
-    for (size_t f = 0; f < fronts_.size(); ++f) {
-        const Front& node = fronts_[f];
+    std::size_t lower_top = 0, index_top = 0, top[2] = {0, 0};
+    for (std::size_t f = 0; f < s.fronts.size(); ++f) {
+        const Front& front = s.fronts[f];
         Factor& factor = factors_[f];
-        auto& index = factor.index;
-        index.clear();
-        for (int child : node.children) {  // columns that found no pivot in a child come first
-            const Factor& below = factors_[child];
-            int left = below.order - below.pivots - static_cast<int>(fronts_[child].rows.size());
-            index.insert(index.end(), below.index.begin() + below.pivots, below.index.begin() + below.pivots + left);
-        }
-        for (int k = 0; k < node.columns; ++k) index.push_back(node.first + k);
-        const int summed = static_cast<int>(index.size()), late = summed - node.columns;
-        index.insert(index.end(), node.rows.begin(), node.rows.end());
-        const int m = factor.order = static_cast<int>(index.size());
+        const int* child = s.child.data() + s.child_begin[f];
+        int late = 0;
+        for (int c = 0; c < front.children; ++c) late += factors_[child[c]].delayed;
+        const int summed = front.columns + late, m = summed + front.rows;
+        reserve(dense_, m + SLACK);
 
-        front_.assign(static_cast<size_t>(m) * m, 0.0);
-        double* own = front_.data() + static_cast<size_t>(late) * m + late;
-        for (int q = front_begin_[f]; q < front_begin_[f + 1]; ++q)
-            own[static_cast<size_t>(local_column_[q]) * m + local_row_[q]] += values_[q];
-        int arrived = 0;  // delayed columns of the children so far
-        for (int child : node.children) {
-            const Factor& below = factors_[child];
-            int size = below.order - below.pivots;
-            const double* source = contribution_[child].data();
-            place_.clear();  // rising: delayed columns come first, the other rows keep their order
-            const auto& in_parent = fronts_[child].in_parent;
-            for (int left = size - static_cast<int>(in_parent.size()); left > 0; --left) place_.push_back(arrived++);
-            for (int row : in_parent) place_.push_back(late + row);
-            for (int j = 0; j < size; ++j, source += size) {
-                double* column = front_.data() + static_cast<size_t>(place_[j]) * m;
-                for (int i = j; i < size; ++i) column[place_[i]] += source[i];
+        factor.order = m;
+        factor.first = rank;
+        factor.index = index_top;
+        factor.lower = lower_top;
+        if (index_.size() < index_top + m) index_.resize(2 * (index_top + m));
+        int* index = index_.data() + index_top;
+        for (int c = 0; c < front.children; ++c) {  // columns that found no pivot in a child come first
+            const Factor& below = factors_[child[c]];
+            index = std::copy_n(index_.data() + below.index + below.pivots, below.delayed, index);
+        }
+        std::copy_n(s.index.data() + front.index_begin, front.columns + front.rows, index);
+        index_top += m;
+
+        const std::size_t size = static_cast<std::size_t>(m) * summed;
+        reserve(panel_, size + SLACK);
+        reserve(weighted_, size + SLACK);
+        double* panel = panel_.data();
+        std::fill(panel, panel + size, 0.0);
+        double* own = panel + static_cast<std::size_t>(late) * m + late;
+        for (int k = 0; k < front.columns; ++k, own += m) {
+            const double factor_k = scaling_[front.first + k];
+            for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q)
+                own[s.entry_place[q]] += value[s.entry[q]] * factor_k * scaling_[index[s.entry_place[q]]];
+        }
+        for (int c = 0, arrived = 0; c < front.children; ++c) {
+            const Factor& below = factors_[child[c]];
+            const int* place = places(s.fronts[child[c]], below, late, arrived);
+            const int rows = below.delayed + s.fronts[child[c]].rows;
+            const double* source = stack_[(front.level + 1) & 1].data() + below.rest;
+            for (int j = 0; j < rows && place[j] < summed; ++j, source += below.rest_leading) {
+                double* target = panel + static_cast<std::size_t>(place[j]) * m;
+                for (int i = j; i < rows; ++i) target[place[i]] += source[i];
             }
         }
 
-        const int pivots = eliminate(factor, summed, threshold);
-        rank += pivots;  // what a root leaves over has nowhere to go: the matrix is singular
-        delayed_ += summed - pivots;
-        int rest = m - pivots;
-        if (node.parent != -1 && rest > 0) {
-            auto& out = contribution_[f];
-            out.resize(static_cast<size_t>(rest) * rest);
-            for (int j = 0; j < rest; ++j)
-                std::copy(front_.begin() + static_cast<size_t>(pivots + j) * m + pivots + j,
-                          front_.begin() + static_cast<size_t>(pivots + j) * m + m,
-                          out.begin() + static_cast<size_t>(j) * rest + j);
+        const int negative_before = negative_;
+        eliminate(factor, summed, threshold);
+        factor.negative = negative_ - negative_before;
+        factor.constraints = 0;
+        for (int k = 0; k < factor.pivots; ++k) factor.constraints += constraint_[index_[factor.index + k]];
+        for (int c = 0; c < front.children; ++c) {
+            factor.negative += factors_[child[c]].negative;
+            factor.constraints += factors_[child[c]].constraints;
         }
-        factor.lower.assign(front_.begin(), front_.begin() + static_cast<size_t>(pivots) * m);
-        factor_entries_ += static_cast<long long>(pivots) * m - static_cast<long long>(pivots) * (pivots - 1) / 2;
-        for (int k = 0; k < pivots; ++k) flops_ += static_cast<double>(m - k) * (m - k);
+        rank += factor.pivots;  // what a root leaves over has nowhere to go: the matrix is singular
+        delayed_ += factor.delayed;
+        pass_on(front, static_cast<int>(f), summed, late, top);
+        reserve(lower_, lower_top + static_cast<std::size_t>(m) * factor.pivots);
+        for (int k = 0; k < factor.pivots; ++k, panel += m) {
+            std::copy(panel + k + 1, panel + m, lower_.data() + lower_top);
+            lower_top += m - k - 1;
+        }
+        if (stop && front.parent != -1 && too_many_negative(front, factor)) {
+            stopped_ = true;
+            negative_ = constraints_ + 1;
+            values_.assign(value, value + pattern_->row.size());
+            threshold_ = threshold;
+            return order_;
+        }
     }
     return rank;
 }
 
-// Eliminates what can be among the first `summed` columns of front_; the others are moved behind the pivots.
-int Factorization::eliminate(Factor& factor, int summed, double threshold) {
-    const int m = factor.order;
-    double* a = front_.data();
-    auto column = [&](int j) { return a + static_cast<size_t>(j) * m; };
-    auto at = [&](int i, int j) -> double { return i >= j ? column(j)[i] : column(i)[j]; };
-    factor.diagonal.assign(summed, 0.0);
-    factor.coupling.assign(summed, 0.0);
-    scratch_.resize(2 * static_cast<size_t>(m));
-    double* u = scratch_.data();
-    double* v = scratch_.data() + m;
-    int k = 0;  // pivots done
-
-    auto exchange = [&](int p, int q) {  // rows and columns p <= q
-        if (p == q) return;
-        for (int j = 0; j < p; ++j) std::swap(column(j)[p], column(j)[q]);
-        for (int i = p + 1; i < q; ++i) std::swap(column(p)[i], column(i)[q]);
-        for (int i = q + 1; i < m; ++i) std::swap(column(p)[i], column(q)[i]);
-        std::swap(column(p)[p], column(q)[q]);
-        std::swap(factor.index[p], factor.index[q]);
-    };
-    auto single = [&](int j) {
-        exchange(k, j);
-        double* pivot = column(k);
-        const double d = pivot[k], inverse = 1.0 / d;
-        factor.diagonal[k] = d;
-        negative_ += d < 0.0;
-        for (int i = k + 1; i < m; ++i) u[i] = pivot[i], pivot[i] *= inverse;
-        for (int c = k + 1; c < summed; ++c) {
-            const double w = u[c];
-            if (w == 0.0) continue;
-            double* target = column(c);
-            for (int i = c; i < m; ++i) target[i] -= w * pivot[i];
-        }
-        pivot[k] = 1.0;
-        k += 1;
-    };
-    auto pair = [&](int j, int r) {
-        exchange(k, std::min(j, r));
-        exchange(k + 1, std::max(j, r));
-        double *p = column(k), *q = column(k + 1);
-        const double d0 = p[k], d1 = q[k + 1], e = p[k + 1], determinant = d0 * d1 - e * e;
-        factor.diagonal[k] = d0;
-        factor.diagonal[k + 1] = d1;
-        factor.coupling[k] = e;
-        negative_ += determinant < 0.0 ? 1 : (d0 < 0.0 ? 2 : 0);
-        two_by_two_ += 1;
-        const double i00 = d1 / determinant, i11 = d0 / determinant, i01 = -e / determinant;
-        for (int i = k + 2; i < m; ++i) {
-            u[i] = p[i];
-            v[i] = q[i];
-            p[i] = i00 * u[i] + i01 * v[i];
-            q[i] = i01 * u[i] + i11 * v[i];
-        }
-        for (int c = k + 2; c < summed; ++c) {
-            const double wu = u[c], wv = v[c];
-            if (wu == 0.0 && wv == 0.0) continue;
-            double* target = column(c);
-            for (int i = c; i < m; ++i) target[i] -= wu * p[i] + wv * q[i];
-        }
-        p[k] = 1.0;
-        p[k + 1] = 0.0;
-        q[k + 1] = 1.0;
-        k += 2;
-    };
-    // Whether the inverse of the pivot times the largest entries beside it stays below 1 / threshold.
-    auto acceptable = [&](int j, int r) {
-        const double d = at(j, j), other = at(r, r), off = at(r, j), determinant = d * other - off * off;
-        const double size = std::max({std::abs(d), std::abs(other), std::abs(off)});
-        double beside_j = 0.0, beside_r = 0.0;
-        for (int i = k; i < m; ++i) {
-            if (i == j || i == r) continue;
-            beside_j = std::max(beside_j, std::abs(at(i, j)));
-            beside_r = std::max(beside_r, std::abs(at(i, r)));
-        }
-        return std::abs(determinant) > NO_PIVOT * size &&
-               threshold * (std::abs(other) * beside_j + std::abs(off) * beside_r) <= std::abs(determinant) &&
-               threshold * (std::abs(off) * beside_j + std::abs(d) * beside_r) <= std::abs(determinant);
-    };
-
-    for (bool found = true; found && k < summed;) {
-        found = false;
-        for (int j = k; j < summed && !found; ++j) {
-            double partner = 0.0;  // the largest entry in a row that could make a pivot of order 2 with j
-            int r = -1;
-            for (int i = k; i < summed; ++i) {
-                const double size = i == j ? 0.0 : std::abs(at(i, j));
-                if (size > partner) partner = size, r = i;
-            }
-            const double* own = column(j);
-            const double d = std::abs(own[j]);
-            double largest = partner;
-            if (m > summed)
-                largest = std::max(largest, Eigen::Map<const Eigen::ArrayXd>(own + summed, m - summed).abs().maxCoeff());
-            const bool enough = d > NO_PIVOT && d >= threshold * largest;
-            const bool strong = enough && (d >= STRONG * partner || d >= STRONG * largest);
-            if (!strong && partner > NO_PIVOT && acceptable(j, r)) {
-                pair(j, r);
-                found = true;
-            } else if (enough) {
-                single(j);
-                found = true;
-            }
-        }
-    }
-    factor.pivots = k;
-    factor.diagonal.resize(k);
-    factor.coupling.resize(k);
-    // What remains: C -= L2 D L2^T for the rows beyond the summed columns; the columns that were passed over are
-    // up to date in all their rows.
-    int rest = m - summed;
-    if (rest > 0 && k > 0) {
-        Map lower(a, m, k, Eigen::OuterStride<>(m));
-        weighted_.resize(static_cast<size_t>(rest) * k);
-        Map weighted(weighted_.data(), rest, k, Eigen::OuterStride<>(rest));
-        for (int c = 0; c < k;) {
-            if (factor.coupling[c] != 0.0) {
-                weighted.col(c) = factor.diagonal[c] * lower.col(c).tail(rest) + factor.coupling[c] * lower.col(c + 1).tail(rest);
-                weighted.col(c + 1) = factor.coupling[c] * lower.col(c).tail(rest) + factor.diagonal[c + 1] * lower.col(c + 1).tail(rest);
-                c += 2;
-            } else {
-                weighted.col(c) = factor.diagonal[c] * lower.col(c).tail(rest);
-                c += 1;
-            }
-        }
-        Map target(a + static_cast<size_t>(summed) * m + summed, rest, rest, Eigen::OuterStride<>(m));
-        for (int b = 0; b < rest; b += BLOCK) {
-            int w = std::min(BLOCK, rest - b);
-            target.block(b, b, rest - b, w).noalias() -=
-                lower.block(summed + b, 0, rest - b, k) * weighted.block(b, 0, w, k).transpose();
-        }
-    }
-    return k;
+// Where the rows of what a child left are in its parent, rising: delayed columns, then the others. `arrived` counts the
+// delayed columns of the children before it.
+const int* Factorization::places(const Front& child, const Factor& factor, int late, int& arrived) {
+    const int* in_parent = structure_->in_parent.data() + child.rows_begin;
+    if (late == 0) return in_parent;
+    place_.resize(factor.delayed + child.rows);
+    for (int i = 0; i < factor.delayed; ++i) place_[i] = arrived++;
+    for (int i = 0; i < child.rows; ++i) place_[factor.delayed + i] = late + in_parent[i];
+    return place_.data();
 }
 
-void Factorization::solve(double* x) {
-    std::vector<double>& y = work_;
-    for (int i = 0; i < order_; ++i) y[i] = x[permutation_[i]] * scaling_[i];
-    for (size_t f = 0; f < factors_.size(); ++f) {
-        const Factor& factor = factors_[f];
-        const double* column = factor.lower.data();
-        for (int k = 0; k < factor.pivots; ++k, column += factor.order) {
-            double value = y[factor.index[k]];
-            if (value == 0.0) continue;
-            for (int i = k + 1; i < factor.order; ++i) y[factor.index[i]] -= column[i] * value;
-        }
-    }
-    for (const Factor& factor : factors_)
-        for (int k = 0; k < factor.pivots;) {
-            double& first = y[factor.index[k]];
-            if (factor.coupling[k] != 0.0) {
-                double& second = y[factor.index[k + 1]];
-                double d0 = factor.diagonal[k], d1 = factor.diagonal[k + 1], e = factor.coupling[k];
-                double determinant = d0 * d1 - e * e, old = first;
-                first = (d1 * old - e * second) / determinant;
-                second = (d0 * second - e * old) / determinant;
-                k += 2;
-            } else {
-                first /= factor.diagonal[k];
-                k += 1;
+// What a front leaves for its parent, C - L D L^T, on the stack; what its children left is taken off theirs.
+void Factorization::pass_on(const Front& front, int number, int summed, int late, std::size_t (&top)[2]) {
+    const Structure& s = *structure_;
+    Factor& factor = factors_[number];
+    const int m = factor.order, left = factor.delayed, rest = front.rows, side = front.level & 1;
+    const int leading = factor.rest_leading = left + (rest + 3) / 4 * 4;
+    const int* child = s.child.data() + s.child_begin[number];
+    factor.rest = top[side];
+    if (front.parent != -1 && left + rest > 0) {
+        const std::size_t size = static_cast<std::size_t>(leading) * (left + rest);
+        reserve(stack_[side], top[side] + size + SLACK);
+        double* out = stack_[side].data() + top[side];
+        const double* panel = panel_.data();
+        for (int j = 0; j < left; ++j)
+            std::copy(panel + static_cast<std::size_t>(factor.pivots + j) * m + factor.pivots + j,
+                      panel + static_cast<std::size_t>(factor.pivots + j) * m + m, out + static_cast<std::size_t>(j) * leading + j);
+        double* square = out + static_cast<std::size_t>(left) * leading + left;
+        dense::product(rest, factor.pivots, panel + summed, weighted_.data() + summed, m, square, leading);
+        for (int c = 0, arrived = 0; c < front.children; ++c) {
+            const Factor& below = factors_[child[c]];
+            const int* place = places(s.fronts[child[c]], below, late, arrived);
+            const int rows = below.delayed + s.fronts[child[c]].rows;
+            const int begin = static_cast<int>(std::lower_bound(place, place + rows, summed) - place);
+            const double* source = stack_[side ^ 1].data() + below.rest + static_cast<std::size_t>(begin) * below.rest_leading;
+            for (int j = begin; j < rows; ++j, source += below.rest_leading) {
+                double* target = square + static_cast<std::size_t>(place[j] - summed) * leading - summed;
+                for (int i = j; i < rows; ++i) target[place[i]] += source[i];
             }
         }
-    for (size_t f = factors_.size(); f-- > 0;) {
-        const Factor& factor = factors_[f];
-        for (int k = factor.pivots - 1; k >= 0; --k) {
-            const double* column = factor.lower.data() + static_cast<size_t>(k) * factor.order;
-            double value = y[factor.index[k]];
-            for (int i = k + 1; i < factor.order; ++i) value -= column[i] * y[factor.index[i]];
-            y[factor.index[k]] = value;
-        }
+        top[side] += size;
     }
-    for (int i = 0; i < order_; ++i) x[permutation_[i]] = y[i] * scaling_[i];
+    if (front.children > 0) top[side ^ 1] = factors_[child[0]].rest;
 }
 
 }  // namespace fesd

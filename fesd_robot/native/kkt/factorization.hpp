@@ -4,27 +4,26 @@
 // column without an acceptable pivot is passed on to the parent front. S is a diagonal scaling.
 #pragma once
 
+#include <memory>
 #include <vector>
+
+#include "structure.hpp"
 
 namespace fesd {
 
-struct Front {
-    int first = 0;                  // first of its own columns in elimination order
-    int columns = 0;                // number of its own columns
-    int parent = -1;
-    std::vector<int> rows;          // rows below its own columns, in elimination order
-    std::vector<int> in_parent;     // where these rows are in the parent
-    std::vector<int> children;
-};
-
 // What a front became: its pivots and what lies below them.
 struct Factor {
-    int order = 0;                  // order of the front, delayed columns of the children included
-    int pivots = 0;                 // columns eliminated here
-    std::vector<int> index;         // elimination-order index of every row of the front, pivots first
-    std::vector<double> lower;      // order x pivots by columns, unit lower trapezoid
-    std::vector<double> diagonal;   // D: entry (k, k)
-    std::vector<double> coupling;   // D: entry (k + 1, k), zero unless k begins a pivot of order 2
+    int order = 0;             // order of the front, delayed columns of the children included
+    int pivots = 0;            // columns eliminated here
+    int delayed = 0;           // columns passed on to the parent
+    int negative = 0;          // negative eigenvalues of all that was eliminated up to here in this part of the tree ...
+    int constraints = 0;       // ... and how many of the eliminated were constraints
+    int first = 0;             // number of its first pivot
+    std::size_t index = 0;     // where its rows begin in index_, pivots first
+    std::size_t lower = 0;     // where its part of L begins in lower_: what is below the diagonal, by columns
+    // What it leaves for its parent, delayed columns first.
+    std::size_t rest = 0;      // where that begins on its stack
+    int rest_leading = 0;      // leading dimension
 };
 
 class Factorization {
@@ -33,43 +32,50 @@ public:
     Factorization(int order, int entries, const int* row, const int* column);
 
     // Factorizes values in the order of the pattern's entries.
-    // Returns the rank found; less than the order if singular.
-    int factorize(const double* value, double threshold);
+    // Returns the rank found; less than the order if singular. With `stop` it may end as soon as the number of negative
+    // eigenvalues is known to be larger than that of the constraints; negative() then is the smallest such number, and
+    // solve() begins with the whole factorization.
+    int factorize(const double* value, double threshold, bool stop = false);
 
     // Solves A x = b in place.
     void solve(double* x);
 
     int order() const { return order_; }
     int negative() const { return negative_; }
-    int two_by_two() const { return two_by_two_; }
-    int delayed() const { return delayed_; }
-    long long factor_entries() const { return factor_entries_; }
-    double flops() const { return flops_; }
 
 private:
-    void analyse();
-    void place_entries();
-    void build_fronts(const std::vector<int>& colptr, const std::vector<int>& rowind);
+    void adopt(std::shared_ptr<const Structure> structure);
+    void learn();
     void scale(const double* value);
-    int eliminate(Factor& factor, int summed, double threshold);
+    void eliminate(Factor& factor, int summed, double threshold);
+    bool too_many_negative(const Front& front, const Factor& factor);
+    void pass_on(const Front& front, int number, int summed, int late, std::size_t (&top)[2]);
+    const int* places(const Front& child, const Factor& factor, int late, int& arrived);
 
-    int order_, entries_;
-    std::vector<int> row_, column_;                 // pattern, from 0
-    std::vector<int> permutation_, inverse_;        // elimination order -> variable, variable -> elimination order
-    std::vector<int> place_row_, place_column_;     // of every entry, in elimination order, row >= column
-    std::vector<int> by_front_, front_begin_;       // entries sorted by the front that takes them
-    std::vector<int> local_row_, local_column_;     // where they go in it, in this order
-    std::vector<Front> fronts_;
-    std::vector<int> front_of_;
+    int order_;
+    int constraints_ = 0;                           // rows at the end that are not coupled among themselves
+    std::vector<int> corner_;                       // their diagonal entries
+    std::vector<char> constraint_;                  // whether a row is one of them, in elimination order
+    bool trusted_ = false, doubted_ = false;        // whether all that was solved had one negative eigenvalue for each of them
+    bool stopped_ = false;                          // the last factorization ended early, and what it was given:
+    std::vector<double> values_;
+    double threshold_ = 0.0;
+    std::shared_ptr<const Pattern> pattern_;
+    std::shared_ptr<const Structure> structure_;
+    int learned_ = 0;                               // how often the structure was adapted to the pivots found
     std::vector<Factor> factors_;
-    std::vector<double> scaling_, values_, work_;
-    std::vector<double> scratch_, weighted_;        // of the elimination of a front
-    std::vector<double> front_;                     // the matrix of the front being eliminated
-    std::vector<std::vector<double>> contribution_; // by front: what is left for its parent
+    std::vector<double> schur_;
+    Memory<int> index_;                        // rows of all fronts, in elimination order of the structure
+    Memory<double> lower_;                     // L of all fronts
+    std::vector<double> diagonal_, coupling_;       // D: entries (k, k) and (k + 1, k) by number of the pivot
+    std::vector<double> scaling_, work_;            // in elimination order
+    bool scaled_ = false;                           // for the matrix that comes next
+    Memory<double> panel_;                          // the columns of the front being eliminated
+    Memory<double> weighted_;                  // L D of the front being eliminated
+    Memory<double> dense_;                     // a right side's part in a front
+    Memory<double> stack_[2];                  // what fronts of even and odd level have left
     std::vector<int> place_;                        // where the rows of a child are in its parent
-    int negative_ = 0, two_by_two_ = 0, delayed_ = 0;
-    long long factor_entries_ = 0;
-    double flops_ = 0.0;
+    int negative_ = 0, delayed_ = 0;
 };
 
 }  // namespace fesd

@@ -4,6 +4,7 @@
 // factorization produce is kept here; the arrays that the interface passes carry only a ticket to it.
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -18,6 +19,7 @@ using fesd::Factorization;
 constexpr std::size_t KEPT = 64;  // factorizations alive at a time; the one unused for longest goes first
 constexpr int SINGULAR = 3;       // INFO(1): rank deficient, INFO(2) is the rank
 constexpr int BAD_TICKET = -7;
+constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: the count of negative eigenvalues only has to tell right from wrong
 
 std::mutex guard;
 std::unordered_map<int, std::shared_ptr<Factorization>> kept;
@@ -45,11 +47,13 @@ std::shared_ptr<Factorization> find(int ticket) {
 }
 
 #ifdef KKT_DUMP
-// Writes every system that is factorized into the folder KKT_DUMP, binary: n, nz, rows, columns, values, threshold.
+// Writes one of KKT_EVERY systems that are factorized into the folder KKT_FOLDER (variables of the environment), binary:
+// n, nz, rows, columns, values, threshold.
 void dump(int n, int nz, const int* row, const int* column, const double* value, double threshold) {
     static int number = 0;
+    if (number++ % std::atoi(std::getenv("KKT_EVERY"))) return;
     char name[512];
-    std::snprintf(name, sizeof name, "%s/%06d.kkt", KKT_DUMP, number++);
+    std::snprintf(name, sizeof name, "%s/%06d.kkt", std::getenv("KKT_FOLDER"), number);
     if (std::FILE* file = std::fopen(name, "wb")) {
         std::fwrite(&n, sizeof n, 1, file);
         std::fwrite(&nz, sizeof nz, 1, file);
@@ -72,6 +76,7 @@ void ma27id_(int* icntl, double* cntl) {
     std::fill(icntl, icntl + 30, 0);
     std::fill(cntl, cntl + 5, 0.0);
     cntl[0] = 0.1;
+    icntl[STOP_EARLY] = 1;
 }
 
 void ma27ad_(int* n, int* nz, const int* row, const int* column, int*, int*, int* ikeep, int*, int* nsteps, int*,
@@ -86,7 +91,7 @@ void ma27ad_(int* n, int* nz, const int* row, const int* column, int*, int*, int
 
 void ma27bd_([[maybe_unused]] int* n, [[maybe_unused]] int* nz, [[maybe_unused]] const int* row,
              [[maybe_unused]] const int* column, double* a, int*, int* iw, int*, int* ikeep, int*, int* maxfrt, int*,
-             int*, double* cntl, int* info) {
+             int* icntl, double* cntl, int* info) {
     clear(info);
     *maxfrt = 1;
     auto factorization = find(ikeep[0]);
@@ -97,7 +102,7 @@ void ma27bd_([[maybe_unused]] int* n, [[maybe_unused]] int* nz, [[maybe_unused]]
 #ifdef KKT_DUMP
     dump(*n, *nz, row, column, a, cntl[0]);
 #endif
-    int rank = factorization->factorize(a, cntl[0]);
+    int rank = factorization->factorize(a, cntl[0], icntl && icntl[STOP_EARLY]);
     iw[0] = ikeep[0];
     info[13] = 0;
     info[14] = factorization->negative();
