@@ -177,7 +177,6 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         if (stop && front.parent != -1 && too_many_negative(front, factor)) {
             stopped_ = true;
             negative_ = constraints_ + 1;
-            values_.assign(value, value + pattern_->row.size());
             threshold_ = threshold;
             return order_;
         }

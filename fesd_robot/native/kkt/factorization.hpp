@@ -37,8 +37,8 @@ public:
     // solve() begins with the whole factorization.
     int factorize(const double* value, double threshold, bool stop = false);
 
-    // Solves A x = b in place.
-    void solve(double* x);
+    // Solves A x = b in place; `value` is what was factorized last.
+    void solve(double* x, const double* value);
 
     int order() const { return order_; }
     int negative() const { return negative_; }
@@ -57,8 +57,7 @@ private:
     std::vector<int> corner_;                       // their diagonal entries
     std::vector<char> constraint_;                  // whether a row is one of them, in elimination order
     bool trusted_ = false, doubted_ = false;        // whether all that was solved had one negative eigenvalue for each of them
-    bool stopped_ = false;                          // the last factorization ended early, and what it was given:
-    std::vector<double> values_;
+    bool stopped_ = false;                          // the last factorization ended early
     double threshold_ = 0.0;
     std::shared_ptr<const Pattern> pattern_;
     std::shared_ptr<const Structure> structure_;
