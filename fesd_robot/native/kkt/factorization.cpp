@@ -92,6 +92,7 @@ void Factorization::scale(const double* value) {
         for (int k = front.first; k < front.first + front.columns; ++k) {
             double most = work_[k];
             for (int q = s.entry_begin[k]; q < s.entry_begin[k + 1]; ++q) {
+                __builtin_prefetch(value + s.entry[q + AHEAD]);
                 const double size = std::abs(value[s.entry[q]]);
                 double& other = work_[index[s.entry_place[q]]];
                 other = std::max(other, size);
@@ -143,8 +144,10 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         double* own = panel + static_cast<std::size_t>(late) * m + late;
         for (int k = 0; k < front.columns; ++k, own += m) {
             const double factor_k = scaling_[front.first + k];
-            for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q)
+            for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q) {
+                __builtin_prefetch(value + s.entry[q + AHEAD]);
                 own[s.entry_place[q]] += value[s.entry[q]] * factor_k * scaling_[index[s.entry_place[q]]];
+            }
         }
         for (int c = 0, arrived = 0; c < front.children; ++c) {
             const Factor& below = factors_[child[c]];

@@ -235,7 +235,7 @@ void place(const Graph& graph, Structure& s) {
     for (int e = 0; e < entries; ++e) ++s.entry_begin[std::min(position[pattern.row[e]], position[pattern.column[e]]) + 1];
     std::partial_sum(s.entry_begin.begin(), s.entry_begin.end(), s.entry_begin.begin());
     std::vector<int> next(s.entry_begin.begin(), s.entry_begin.end() - 1);
-    s.entry.resize(entries);
+    s.entry.assign(entries + AHEAD, 0);
     s.entry_place.resize(entries);
     for (int e = 0; e < entries; ++e) {
         const int i = position[pattern.row[e]], j = position[pattern.column[e]], q = next[std::min(i, j)]++;
