@@ -66,7 +66,7 @@ void Factorization::adopt(std::shared_ptr<const Structure> structure) {
     reserve(lower_, structure_->factor_size + SLACK);
 }
 
-// A structure in which the pivots found last come in their order, so that no columns are passed on if they are found again.
+// A structure in which the pivots found last come in their order: if they are found again, no columns are passed on.
 void Factorization::learn() {
     std::vector<int> order;
     std::vector<char> paired(order_, 0), seen(order_, 0);
@@ -211,9 +211,10 @@ void Factorization::pass_on(const Front& front, int number, int summed, int late
         reserve(stack_[side], top[side] + size + SLACK);
         double* out = stack_[side].data() + top[side];
         const double* panel = panel_.data();
-        for (int j = 0; j < left; ++j)
-            std::copy(panel + static_cast<std::size_t>(factor.pivots + j) * m + factor.pivots + j,
-                      panel + static_cast<std::size_t>(factor.pivots + j) * m + m, out + static_cast<std::size_t>(j) * leading + j);
+        for (int j = 0; j < left; ++j) {
+            const double* column = panel + static_cast<std::size_t>(factor.pivots + j) * m;
+            std::copy(column + factor.pivots + j, column + m, out + static_cast<std::size_t>(j) * leading + j);
+        }
         double* square = out + static_cast<std::size_t>(left) * leading + left;
         dense::product(rest, factor.pivots, panel + summed, weighted_.data() + summed, m, square, leading);
         for (int c = 0, arrived = 0; c < front.children; ++c) {
@@ -221,7 +222,8 @@ void Factorization::pass_on(const Front& front, int number, int summed, int late
             const int* place = places(s.fronts[child[c]], below, late, arrived);
             const int rows = below.delayed + s.fronts[child[c]].rows;
             const int begin = static_cast<int>(std::lower_bound(place, place + rows, summed) - place);
-            const double* source = stack_[side ^ 1].data() + below.rest + static_cast<std::size_t>(begin) * below.rest_leading;
+            const double* source = stack_[side ^ 1].data() + below.rest;
+            source += static_cast<std::size_t>(begin) * below.rest_leading;
             for (int j = begin; j < rows; ++j, source += below.rest_leading) {
                 double* target = square + static_cast<std::size_t>(place[j] - summed) * leading - summed;
                 for (int i = j; i < rows; ++i) target[place[i]] += source[i];

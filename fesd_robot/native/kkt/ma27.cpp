@@ -20,7 +20,7 @@ using fesd::Factorization;
 constexpr std::size_t KEPT = 16;  // factorizations alive at a time; the one unused for longest goes first
 constexpr int SINGULAR = 3;       // INFO(1): rank deficient, INFO(2) is the rank
 constexpr int BAD_TICKET = -7;
-constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: the count of negative eigenvalues only has to tell right from wrong
+constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: negative eigenvalues are only told right from too many
 
 std::mutex guard;
 std::unordered_map<int, std::shared_ptr<Factorization>> kept;
@@ -48,8 +48,8 @@ std::shared_ptr<Factorization> find(int ticket) {
 }
 
 #ifdef KKT_DUMP
-// Writes one of KKT_EVERY systems that are factorized into the folder KKT_FOLDER (variables of the environment), binary:
-// n, nz, rows, columns, values, threshold.
+// Writes one of KKT_EVERY systems that are factorized into the folder KKT_FOLDER (variables of the environment),
+// binary: n, nz, rows, columns, values, threshold.
 void dump(int n, int nz, const int* row, const int* column, const double* value, double threshold) {
     static int number = 0;
     if (number++ % std::atoi(std::getenv("KKT_EVERY"))) return;

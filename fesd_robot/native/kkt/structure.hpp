@@ -37,7 +37,7 @@ struct Structure {
     Memory<int> in_parent;                // of all fronts: where the rows are in the parent
     std::vector<int> child_begin, child;  // children by front
     std::vector<int> entry_begin;         // by column in elimination order
-    Memory<int> entry;                    // entry of the pattern; AHEAD more than there are, so that all can be looked up
+    Memory<int> entry;                    // entry of the pattern; AHEAD more than there are
     Memory<int> entry_place;              // where its row is in the front
     std::size_t factor_size = 0;          // entries of L if nothing is delayed
 
