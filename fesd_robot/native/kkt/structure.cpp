@@ -11,7 +11,7 @@ namespace fesd {
 
 namespace {
 
-// About the nanoseconds that a front takes: for itself, by row, operation, and entry of what is passed on to the parent.
+// About the nanoseconds a front takes: for itself, by row, operation, and entry of what is passed on to the parent.
 // Twice as much or half of any makes little difference.
 constexpr double FRONT_FIXED = 120, FRONT_LEAF = 60, FRONT_ROW = 3, FRONT_FLOP = 0.25, FRONT_SQUARE = 0.6;
 
