@@ -39,7 +39,7 @@ class KktSystem:
         self._row = np.ascontiguousarray(np.asarray(row) + 1, dtype=np.int32)
         self._column = np.ascontiguousarray(np.asarray(column) + 1, dtype=np.int32)
         self._keep, self._ticket = np.zeros(3 * max(order, 1), np.int32), np.zeros(16, np.int32)
-        self._info = np.zeros(20, np.int32)
+        self._info, self._values = np.zeros(20, np.int32), np.zeros(self.entries)
         steps, operations = ctypes.c_int(0), ctypes.c_double(0)
         self._library.ma27ad_(
             *self._pattern(), None, None, _at(self._keep), None, ctypes.byref(steps), None, None, None,
@@ -54,7 +54,7 @@ class KktSystem:
             stop_early: as IPOPT has it: once a system was solved that had one negative eigenvalue for each constraint,
                 a factorization ends where it finds too many, and the number is the smallest too large one.
         """
-        entries = np.ascontiguousarray(values, dtype=float)
+        entries = self._values = np.array(values, dtype=float)
         control, front = np.array([threshold, 0, 0, 0, 0], dtype=float), ctypes.c_int(0)
         choices = np.zeros(30, np.int32)
         choices[STOP_EARLY] = stop_early
@@ -70,7 +70,7 @@ class KktSystem:
         x = np.array(right, dtype=float)
         size = ctypes.c_int(self.order)
         self._library.ma27cd_(
-            ctypes.byref(size), None, None, _at(self._ticket), None, None, None, _at(x), None, None, None, None
+            ctypes.byref(size), _at(self._values), None, _at(self._ticket), None, None, None, _at(x), *4 * [None]
         )
         return x
 

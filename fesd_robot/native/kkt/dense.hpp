@@ -83,8 +83,8 @@ inline void tile(const double* l, const double* w, int ld, int k, double* c, int
         for (int i = 0; i < ROWS; ++i) store(c + static_cast<std::size_t>(j) * ldc + 4 * i, sum[j][i]);
 }
 
-// Lower triangle of C = - L W^T with L and W of order n x k and the same leading dimension. Up to three rows more than n
-// are read from L and W and written to C.
+// Lower triangle of C = - L W^T with L and W of order n x k and the same leading dimension. Up to three rows more
+// than n are read from L and W and written to C.
 inline void product(int n, int k, const double* l, const double* w, int ld, double* c, int ldc) {
     for (int j = 0; j < n; j += 4) {
         const int columns = std::min(4, n - j);

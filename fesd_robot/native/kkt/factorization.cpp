@@ -66,7 +66,7 @@ void Factorization::adopt(std::shared_ptr<const Structure> structure) {
     reserve(lower_, structure_->factor_size + SLACK);
 }
 
-// A structure in which the pivots found last come in their order, so that no columns are passed on if they are found again.
+// A structure in which the pivots found last come in their order: if they are found again, no columns are passed on.
 void Factorization::learn() {
     std::vector<int> order;
     std::vector<char> paired(order_, 0), seen(order_, 0);
@@ -92,6 +92,7 @@ void Factorization::scale(const double* value) {
         for (int k = front.first; k < front.first + front.columns; ++k) {
             double most = work_[k];
             for (int q = s.entry_begin[k]; q < s.entry_begin[k + 1]; ++q) {
+                __builtin_prefetch(value + s.entry[q + AHEAD]);
                 const double size = std::abs(value[s.entry[q]]);
                 double& other = work_[index[s.entry_place[q]]];
                 other = std::max(other, size);
@@ -143,8 +144,10 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         double* own = panel + static_cast<std::size_t>(late) * m + late;
         for (int k = 0; k < front.columns; ++k, own += m) {
             const double factor_k = scaling_[front.first + k];
-            for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q)
+            for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q) {
+                __builtin_prefetch(value + s.entry[q + AHEAD]);
                 own[s.entry_place[q]] += value[s.entry[q]] * factor_k * scaling_[index[s.entry_place[q]]];
+            }
         }
         for (int c = 0, arrived = 0; c < front.children; ++c) {
             const Factor& below = factors_[child[c]];
@@ -177,7 +180,6 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         if (stop && front.parent != -1 && too_many_negative(front, factor)) {
             stopped_ = true;
             negative_ = constraints_ + 1;
-            values_.assign(value, value + pattern_->row.size());
             threshold_ = threshold;
             return order_;
         }
@@ -209,9 +211,10 @@ void Factorization::pass_on(const Front& front, int number, int summed, int late
         reserve(stack_[side], top[side] + size + SLACK);
         double* out = stack_[side].data() + top[side];
         const double* panel = panel_.data();
-        for (int j = 0; j < left; ++j)
-            std::copy(panel + static_cast<std::size_t>(factor.pivots + j) * m + factor.pivots + j,
-                      panel + static_cast<std::size_t>(factor.pivots + j) * m + m, out + static_cast<std::size_t>(j) * leading + j);
+        for (int j = 0; j < left; ++j) {
+            const double* column = panel + static_cast<std::size_t>(factor.pivots + j) * m;
+            std::copy(column + factor.pivots + j, column + m, out + static_cast<std::size_t>(j) * leading + j);
+        }
         double* square = out + static_cast<std::size_t>(left) * leading + left;
         dense::product(rest, factor.pivots, panel + summed, weighted_.data() + summed, m, square, leading);
         for (int c = 0, arrived = 0; c < front.children; ++c) {
@@ -219,7 +222,8 @@ void Factorization::pass_on(const Front& front, int number, int summed, int late
             const int* place = places(s.fronts[child[c]], below, late, arrived);
             const int rows = below.delayed + s.fronts[child[c]].rows;
             const int begin = static_cast<int>(std::lower_bound(place, place + rows, summed) - place);
-            const double* source = stack_[side ^ 1].data() + below.rest + static_cast<std::size_t>(begin) * below.rest_leading;
+            const double* source = stack_[side ^ 1].data() + below.rest;
+            source += static_cast<std::size_t>(begin) * below.rest_leading;
             for (int j = begin; j < rows; ++j, source += below.rest_leading) {
                 double* target = square + static_cast<std::size_t>(place[j] - summed) * leading - summed;
                 for (int i = j; i < rows; ++i) target[place[i]] += source[i];

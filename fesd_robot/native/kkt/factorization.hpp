@@ -16,7 +16,7 @@ struct Factor {
     int order = 0;             // order of the front, delayed columns of the children included
     int pivots = 0;            // columns eliminated here
     int delayed = 0;           // columns passed on to the parent
-    int negative = 0;          // negative eigenvalues of all that was eliminated up to here in this part of the tree ...
+    int negative = 0;          // negative eigenvalues of all that was eliminated in this front and below it ...
     int constraints = 0;       // ... and how many of the eliminated were constraints
     int first = 0;             // number of its first pivot
     std::size_t index = 0;     // where its rows begin in index_, pivots first
@@ -37,8 +37,8 @@ public:
     // solve() begins with the whole factorization.
     int factorize(const double* value, double threshold, bool stop = false);
 
-    // Solves A x = b in place.
-    void solve(double* x);
+    // Solves A x = b in place; `value` is what was factorized last.
+    void solve(double* x, const double* value);
 
     int order() const { return order_; }
     int negative() const { return negative_; }
@@ -56,9 +56,8 @@ private:
     int constraints_ = 0;                           // rows at the end that are not coupled among themselves
     std::vector<int> corner_;                       // their diagonal entries
     std::vector<char> constraint_;                  // whether a row is one of them, in elimination order
-    bool trusted_ = false, doubted_ = false;        // whether all that was solved had one negative eigenvalue for each of them
-    bool stopped_ = false;                          // the last factorization ended early, and what it was given:
-    std::vector<double> values_;
+    bool trusted_ = false, doubted_ = false;        // whether all that was solved had so many negative eigenvalues
+    bool stopped_ = false;                          // the last factorization ended early
     double threshold_ = 0.0;
     std::shared_ptr<const Pattern> pattern_;
     std::shared_ptr<const Structure> structure_;

@@ -1,7 +1,8 @@
 // The calling interface of HSL's MA27 as IPOPT uses it, in front of our own factorization.
 //
 // IPOPT loads the library named by its option `hsllib` and calls ma27id, ma27ad, ma27bd and ma27cd. What analysis and
-// factorization produce is kept here; the arrays that the interface passes carry only a ticket to it.
+// factorization produce is kept here; the arrays that the interface passes carry only a ticket to it, and the matrix,
+// which stays as it is until it was solved with.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -16,10 +17,10 @@ namespace {
 
 using fesd::Factorization;
 
-constexpr std::size_t KEPT = 64;  // factorizations alive at a time; the one unused for longest goes first
+constexpr std::size_t KEPT = 16;  // factorizations alive at a time; the one unused for longest goes first
 constexpr int SINGULAR = 3;       // INFO(1): rank deficient, INFO(2) is the rank
 constexpr int BAD_TICKET = -7;
-constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: the count of negative eigenvalues only has to tell right from wrong
+constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: negative eigenvalues are only told right from too many
 
 std::mutex guard;
 std::unordered_map<int, std::shared_ptr<Factorization>> kept;
@@ -47,8 +48,8 @@ std::shared_ptr<Factorization> find(int ticket) {
 }
 
 #ifdef KKT_DUMP
-// Writes one of KKT_EVERY systems that are factorized into the folder KKT_FOLDER (variables of the environment), binary:
-// n, nz, rows, columns, values, threshold.
+// Writes one of KKT_EVERY systems that are factorized into the folder KKT_FOLDER (variables of the environment),
+// binary: n, nz, rows, columns, values, threshold.
 void dump(int n, int nz, const int* row, const int* column, const double* value, double threshold) {
     static int number = 0;
     if (number++ % std::atoi(std::getenv("KKT_EVERY"))) return;
@@ -112,8 +113,8 @@ void ma27bd_([[maybe_unused]] int* n, [[maybe_unused]] int* nz, [[maybe_unused]]
     }
 }
 
-void ma27cd_(int*, double*, int*, int* iw, int*, double*, int*, double* rhs, int*, int*, int*, double*) {
-    if (auto factorization = find(iw[0])) factorization->solve(rhs);
+void ma27cd_(int*, double* a, int*, int* iw, int*, double*, int*, double* rhs, int*, int*, int*, double*) {
+    if (auto factorization = find(iw[0])) factorization->solve(rhs, a);
 }
 
 }  // extern "C"

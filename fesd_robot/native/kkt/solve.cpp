@@ -6,8 +6,8 @@
 
 namespace fesd {
 
-void Factorization::solve(double* x) {
-    if (stopped_) factorize(values_.data(), threshold_);
+void Factorization::solve(double* x, const double* value) {
+    if (stopped_) factorize(value, threshold_);
     scaled_ = false;
     doubted_ = doubted_ || negative_ != constraints_;
     trusted_ = !doubted_;

@@ -25,6 +25,8 @@ struct Front {
     int level = 0;        // distance from the root
 };
 
+constexpr int AHEAD = 64;  // values are fetched so many entries before they are needed
+
 struct Structure {
     std::shared_ptr<const Pattern> pattern;
     std::vector<int> requested;           // the order and pairs it was made for
@@ -35,7 +37,8 @@ struct Structure {
     Memory<int> in_parent;                // of all fronts: where the rows are in the parent
     std::vector<int> child_begin, child;  // children by front
     std::vector<int> entry_begin;         // by column in elimination order
-    Memory<int> entry, entry_place;       // entry of the pattern, and where its row is in the front
+    Memory<int> entry;                    // entry of the pattern; AHEAD more than there are
+    Memory<int> entry_place;              // where its row is in the front
     std::size_t factor_size = 0;          // entries of L if nothing is delayed
 
 };
