@@ -81,6 +81,11 @@ class NumericPhysics:
         """The displacement from one configuration to another, (n_v)."""
         return np.asarray(pin.difference(self._model, before, after))
 
+    @property
+    def mass(self) -> float:
+        """Mass of all links, kg."""
+        return float(pin.computeTotalMass(self._model))
+
     def energy(self, q: np.ndarray, v: np.ndarray) -> float:
         """Kinetic energy (with armature) plus potential energy, J."""
         # Pinocchio computes the potential energy of no model with mimic joints, but the centre of mass of all.
