@@ -138,9 +138,9 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         hit = impact.impulse[:, 0] > 1e-3 * impact.impulse[:, 0].max()
         impulse, rest = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
         normal, tangential = impulse[hit].T
-        after = (jacobian @ motion.velocity[impact.after])[0::2][hit]
+        before, after = ((jacobian @ motion.velocity[k])[0::2][hit] for k in (impact.before, impact.after))
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
-        errors += [*np.abs(after), *np.abs(rest), *excess, *-normal]
+        errors += [*np.abs(after) / np.maximum(np.abs(before), 1.0), *np.abs(rest), *excess, *-normal]
     return _largest(errors)
 
 

@@ -125,8 +125,9 @@ class Audit(Record):
         max_friction_cone_violation: largest excess of |tangential| over mu * normal force, N.
         max_stick_slip_violation: largest min(tangential speed, unused friction) of a closed contact, m/s or N, and
             largest power that friction adds, W; zero if every contact either sticks or slips against its friction.
-        max_impact_law_error: largest of the normal velocity left after an inelastic impact, m/s, and of the part of
-            M (v+ - v-) that impulses within the friction cone do not explain, N s.
+        max_impact_law_error: largest of the normal velocity left after an inelastic impact, m/s, as a share of the
+            approach where that is faster than 1 m/s, and of the part of M (v+ - v-) that impulses within the friction
+            cone do not explain, N s.
         max_normal_force_violation: largest pulling (negative) normal force, N.
         max_dynamics_error: largest part of M a + h - B u that closed contacts cannot supply, relative.
         max_position_limit_violation: m or rad.

@@ -131,9 +131,9 @@ def stance(friction: float = 0.0, speed: float = 0.0, push: float = 0.0) -> Phys
     return motion_of(np.array([0, 0.4, 0, 0.4]), np.array([speed, 0, 0, 0]), parts)
 
 
-def collision(normal: float, tangential: float = 0.0, kick: float = 0.0) -> PhysicalMotion:
-    """An impact alone, of the foot that comes down at 1 m/s; 1 / (1 / 1.1 + 1 / 0.1) N s stop it."""
-    return motion_of(np.array([0, 0.5, 0, 0.5]), np.array([0, -1.0, 0, 0]), [Hit(normal, tangential, kick)])
+def collision(normal: float, tangential: float = 0.0, kick: float = 0.0, speed: float = 1.0) -> PhysicalMotion:
+    """An impact alone, of the foot that comes down at 1 m/s or `speed`; 1 / (1 / 1.1 + 1 / 0.1) N s stop 1 m/s."""
+    return motion_of(np.array([0, 0.5, 0, 0.5]), np.array([0, -speed, 0, 0]), [Hit(normal, tangential, kick)])
 
 
 STOP = 1 / (1 / 1.1 + 1 / 0.1)

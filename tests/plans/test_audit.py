@@ -160,6 +160,12 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
     ),
     "ground that pulls": (lambda: stance(push=-2.0), {}, {"max_normal_force_violation"}, np.nan),
     "impact that leaves normal velocity": (lambda: collision(0.9 * STOP), {}, {"max_impact_law_error"}, 0.1),
+    "fast impact that leaves a tenth": (
+        lambda: collision(0.9 * 4 * STOP, speed=4.0),
+        {},
+        {"max_impact_law_error"},
+        0.1,
+    ),
     "impulse outside the cone": (
         lambda: collision(STOP, 2 * FRICTION * STOP),
         {},
