@@ -37,6 +37,12 @@ def test_the_schema_is_the_committed_one(run: Callable[..., Any]) -> None:
     assert run("schema") == (0, SCHEMA_FILE.read_text(encoding="utf-8"), "")
 
 
+def test_the_package_runs_as_the_program() -> None:
+    """`python -m fesd_robot` is `fesd-robot`, by its name, too."""
+    done = subprocess.run([sys.executable, "-m", "fesd_robot", "--version"], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, f"fesd-robot {__version__}\n"), done.stderr
+
+
 def test_the_version_is_the_package_s(run: Callable[..., Any]) -> None:
     """`--version` prints it."""
     assert run("--version") == (0, f"fesd-robot {__version__}\n", "")
