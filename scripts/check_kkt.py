@@ -24,8 +24,8 @@ from scipy import sparse
 
 from fesd_robot import load_task
 from fesd_robot.mpcc import solve
-from fesd_robot.native import ipopt_options, kkt_library, shared_library
-from fesd_robot.native.linear_solver import FLAGS, SOURCES, KktSystem, instruction_set
+from fesd_robot.native import ipopt_options, kkt_library
+from fesd_robot.native.linear_solver import KktSystem, build_library
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.transcription import transcribe
 from fesd_robot.planner import homotopy_options
@@ -75,9 +75,7 @@ class Dumped:
 
 def dump(name: str, overrides: list[str], folder: Path, iterations: int, every: int) -> None:
     """Solve a task with the variant that writes one of `every` systems to a folder."""
-    eigen = Path(casadi.__file__).parent / "include" / "eigen3"
-    flags = [*FLAGS, instruction_set(), f"-I{eigen}", "-DKKT_DUMP"]
-    library = shared_library("kkt-dump", sorted(SOURCES.glob("*.cpp")), flags, headers=sorted(SOURCES.glob("*.hpp")))
+    library = build_library("kkt-dump", ["-DKKT_DUMP"])
     task = load_task(ROOT / "tasks" / f"{name}.yaml", overrides)
     motion = formulate(task)
     chosen = ipopt_options(library)

@@ -15,20 +15,11 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 
-from fesd_robot.native import shared_library
-from fesd_robot.native.linear_solver import FLAGS, SOURCES, KktSystem, instruction_set
+from fesd_robot.native.linear_solver import KktSystem, build_library
 
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer", "-g")
-
-
-def sanitized() -> Path:
-    """Return the library with sanitizers."""
-    eigen = Path(casadi.__file__).parent / "include" / "eigen3"
-    flags = [*FLAGS, *SANITIZERS, instruction_set(), f"-I{eigen}"]
-    return shared_library("kkt-sanitized", sorted(SOURCES.glob("*.cpp")), flags, headers=sorted(SOURCES.glob("*.hpp")))
 
 
 def random_matrix(generator: np.random.Generator) -> np.ndarray:
@@ -76,7 +67,7 @@ def main() -> int:
     arguments = parser.parse_args()
     if platform.system() != "Linux":
         parser.error("needs Linux and GCC, whose sanitizer can be loaded before Python")
-    library = sanitized()
+    library = build_library("kkt-sanitized", SANITIZERS)
     if os.environ.get("KKT_SANITIZED"):
         exercise(library, arguments.rounds, sorted(arguments.dumps.glob("*.kkt")) if arguments.dumps else [])
         return 0

@@ -19,7 +19,7 @@ def multiplier_contact_system(
     options: ContactOptions,
     parameters: ca.SX | None = None,
 ) -> ContactSystem:
-    """Return rigid-body motion with planar contacts whose variables are theta_+ and theta_- alone.
+    """Return rigid-body motion with planar contacts whose variables are the shares of the fields.
 
     With beta = theta_+ + theta_-, its rest 1 - beta >= 0 and theta_ODE = prod_c (1 - beta_c), the step logic of gap
     p >= 0, normal speed J_n v and tangential speed J_t v says, for every contact and between all points of a finite
@@ -45,35 +45,31 @@ def multiplier_contact_system(
     (arXiv 2111.06759, section 3).
     """
     symbols = freezing_state(mechanics, contacts, options)
-    names, variables, exclusions, upper = [], [], [], []
+    names, variables, exclusions, upper, exact = [], [], [], [], ca.SX(1)
     rests: list[ca.SX] = []
     lifted: list[tuple[str, ca.SX, ca.SX]] = []
     shares: list[tuple[ca.SX, ca.SX]] = []
     speeds = normal_speeds(mechanics, contacts, options, symbols)
     for i, (gap, normal_speed, contact) in enumerate(zip(ca.vertsplit(symbols.gaps), speeds, contacts, strict=True)):
-        plus = ca.SX.sym(f"theta_plus{i}")
-        minus = ca.SX.sym(f"theta_minus{i}") if contact.friction > 0 else ca.SX(0)
-        beta = plus + minus
-        rest = 1 - beta
-        if contact.friction > 0:
-            rest = ca.SX.sym(f"rest{i}")
-            lifted.append((f"1 - beta[{contact.name}]", rest, 1 - beta))
-        exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta, kept=True))
-        exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, rest, (plus, minus))
+        plus, minus = ca.SX.sym(f"theta_plus{i}"), ca.SX(0)
+        beta, rest, bounds = plus, 1 - plus, [1.0]
         variables.append(plus)
         names.append(f"theta_+[{contact.name}]")
         if contact.friction > 0:
+            minus, rest = ca.SX.sym(f"theta_minus{i}"), ca.SX.sym(f"rest{i}")
+            beta, bounds = plus + minus, [np.inf, np.inf]
             variables.append(minus)
             names.append(f"theta_-[{contact.name}]")
-        upper += [1.0] if contact.friction == 0 else [np.inf, np.inf]
+            lifted.append((f"1 - beta[{contact.name}]", rest, 1 - beta))
+        exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta, kept=True))
+        exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, rest, (plus, minus))
+        upper += bounds
         shares.append((plus, minus))
         rests.append(rest)
+        exact *= 1 - beta
     theta_ode, products = free_share(rests)
     lifted += products
     mass_matrix, right_hand_side = freezing_dynamics(mechanics, contacts, options, symbols, theta_ode, shares)
-    exact = ca.SX(1)
-    for plus, minus in shares:
-        exact *= 1 - plus - minus
     n_theta, n_lifted, nothing = len(variables), len(lifted), ca.SX(0, 1)
     system = ComplementaritySystem(
         state=symbols.state,

@@ -162,3 +162,12 @@ def processor() -> str:
     except OSError:
         flags = platform.processor()
     return f"{platform.machine()} {flags}"
+
+
+def instruction_set() -> str:
+    """Return the compiler's flag for this processor.
+
+    Where it can be, that is one common level: with the same instructions sums are rounded alike, so that a task ends in
+    the same local optimum on other machines.
+    """
+    return "-march=x86-64-v3" if {"avx2", "fma", "bmi2"} <= set(processor().split()) else "-march=native"

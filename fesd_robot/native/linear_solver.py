@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import logging
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import casadi
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.native.compiler import CompilationError, processor, shared_library
+from fesd_robot.native.compiler import CompilationError, instruction_set, shared_library
 
 logger = logging.getLogger(__name__)
 
@@ -93,6 +94,21 @@ def ipopt_options(library: Path) -> dict[str, Any]:
     return {"linear_solver": "ma27", "hsllib": str(library), "linear_system_scaling": "none", **pivots}
 
 
+def build_library(variant: str = "kkt", flags: Sequence[str] = ()) -> Path:
+    """Return the library compiled, or a variant of it by name with further flags of the compiler.
+
+    Raises:
+        CompilationError: no compiler, or it failed.
+    """
+    return shared_library(
+        variant,
+        sorted(SOURCES.glob("*.cpp")),
+        [*FLAGS, *flags, instruction_set()],
+        headers=sorted(SOURCES.glob("*.hpp")),
+        folders=[Path(casadi.__file__).parent / "include" / "eigen3"],
+    )
+
+
 @cache
 def kkt_library() -> Path | None:
     """Return our linear solver as a shared library with MA27's calling interface, or None if it cannot be had.
@@ -100,28 +116,13 @@ def kkt_library() -> Path | None:
     It is compiled on first use and then tried on systems whose solution and inertia are known. Without a compiler, or
     if a trial fails, one line of the log says so.
     """
-    eigen = Path(casadi.__file__).parent / "include" / "eigen3"
     try:
-        library = shared_library(
-            "kkt",
-            sorted(SOURCES.glob("*.cpp")),
-            [*FLAGS, instruction_set(), f"-I{eigen}"],
-            headers=sorted(SOURCES.glob("*.hpp")),
-        )
+        library = build_library()
         self_test(library)
     except (CompilationError, SolverError, OSError) as error:
         logger.warning("IPOPT uses MUMPS, for our own linear solver is not available: %s", error)
         return None
     return library
-
-
-def instruction_set() -> str:
-    """Return the compiler's flag for this processor.
-
-    Where it can be, that is one common level: with the same instructions sums are rounded alike, so that a task ends in
-    the same local optimum on other machines.
-    """
-    return "-march=x86-64-v3" if {"avx2", "fma", "bmi2"} <= set(processor().split()) else "-march=native"
 
 
 def self_test(library: Path) -> None:

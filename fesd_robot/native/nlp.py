@@ -11,9 +11,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from fesd_robot.native.compiler import object_files, shared_library
+from fesd_robot.native.compiler import instruction_set, object_files, shared_library
 from fesd_robot.native.lanes import LANES_VERSION, lanes_source
-from fesd_robot.native.linear_solver import instruction_set
 
 SOURCES = Path(__file__).parent / "nlp"
 EXACT = ("-std=gnu99", "-ffp-contract=off", "-fno-math-errno")

@@ -89,7 +89,7 @@ class NumericPhysics:
     def energy(self, q: np.ndarray, v: np.ndarray) -> float:
         """Kinetic energy (with armature) plus potential energy, J."""
         # Pinocchio computes the potential energy of no model with mimic joints, but the centre of mass of all.
-        weight = pin.computeTotalMass(self._model) * self._model.gravity.linear
+        weight = self.mass * self._model.gravity.linear
         potential = -weight @ pin.centerOfMass(self._model, self._data, q)
         return float(0.5 * v @ self.mass_matrix(q) @ v + potential)
 

@@ -118,7 +118,7 @@ def test_statistics_are_those_of_the_solve(found: Plan, reports: list[NlpReport]
     assert statistics.iterations == sum(report.iterations for report in reports)
     assert found.status.exact and (statistics.homotopy[-1].sigma, statistics.homotopy[-1].velocity_sigma) == (0, 0)
     assert sum(statistics.cost_terms.values()) == pytest.approx(statistics.objective, rel=1e-9)
-    # 10 states, 2 shares: the start, and twice 3 controls and 3 elements of a step and 2 points.
+    # 10 states, 2 shares and what they leave: the start, and twice 3 controls and 3 elements of a step and 2 points.
     assert statistics.variables == 13 + 2 * (3 + 3 * (1 + 2 * 13))
     assert statistics.build_seconds > 0 and statistics.solve_seconds > 0
 
