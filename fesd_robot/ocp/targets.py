@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd import Condition
+from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
@@ -35,13 +35,15 @@ class _Rows:
         if weight:
             self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
 
-    def condition(self, name: str, state: ca.SX, interval: int) -> Condition:
+    def condition(self, name: str, state: ca.SX, interval: int) -> TrajectoryConstraint:
         width = np.array(self.width)
         rows = ca.vertcat(ca.SX(0, 1), *self.rows)
-        return Condition(name, "ends", state, (interval,), rows, -width, width, self.names, self.cost)
+        return TrajectoryConstraint(
+            name, "interval_end", state, (interval,), rows, -width, width, self.names, self.cost
+        )
 
 
-def target_conditions(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[Condition]:
+def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[TrajectoryConstraint]:
     """Return a condition for the goals of frames and the centre of mass, and one for every waypoint.
 
     Args:

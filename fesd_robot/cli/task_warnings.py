@@ -1,0 +1,162 @@
+"""What is valid in a task and perhaps not meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.formulate import TOUCHING
+from fesd_robot.planner import numeric_physics
+from fesd_robot.recovery.statics import holding_effort
+from fesd_robot.robot.units import configuration_units
+from fesd_robot.task import GROUND, Jumps
+
+FAR = 0.1
+"""m; a contact further from what it may touch is not near it."""
+
+BURIED = 0.1
+"""m; a reference that takes a contact deeper into the ground says little about the motion."""
+
+LONG = 0.2
+"""s; controls that stay constant for longer can hardly balance a robot."""
+
+FAST = 1e-6
+"""m/s; a slower contact does not hit."""
+
+BROKEN = 1e-6
+"""m; a goal that violates a constraint by less is on its boundary, rounded."""
+
+REFERENCE_SAMPLES = 400
+
+_LEAST_DEGREES, _STEP_OF_DEGREES = 10.0, 5.0
+"""Nobody writes a multiple of 5 rad from 10 rad on, but many write such angles in degrees."""
+
+
+def cautions(motion: MotionProblem) -> list[str]:
+    """Return a sentence for everything about a task that is valid and perhaps not meant.
+
+    Of a motion that repeats the start is free, so that nothing is said about what happens there.
+    """
+    return [
+        *_degrees(motion),
+        *_far_from_the_ground(motion),
+        *([] if motion.task.goal.periodic else [*_hitting_at_the_start(motion), *_too_weak(motion)]),
+        *_buried_reference(motion),
+        *_goal_against_constraints(motion),
+        *_long_intervals(motion),
+    ]
+
+
+def reference_gaps(motion: MotionProblem) -> np.ndarray:
+    """Return the smallest gap of every contact along the reference, m, (n_c)."""
+    physics = numeric_physics(motion)
+    times = np.linspace(0.0, motion.grid.nominal, REFERENCE_SAMPLES)
+    gaps = [physics.gaps(motion.reference.configuration(float(time))) for time in times]
+    return np.asarray(np.min(gaps, axis=0))
+
+
+def _degrees(motion: MotionProblem) -> Iterator[str]:
+    task, units = motion.task, configuration_units(motion.robot)
+    groups: dict[str, Mapping[str, float]] = {
+        "initial.configuration": task.initial.configuration,
+        "goal.configuration": task.goal.configuration,
+    }
+    groups |= {f"waypoints.{i}.configuration": each.configuration for i, each in enumerate(task.waypoints)}
+    if isinstance(task.reference, Jumps):
+        groups["reference.apex"] = task.reference.apex
+    for key, values in groups.items():
+        for name, value in values.items():
+            if units[name] == "rad" and abs(value) >= _LEAST_DEGREES and value % _STEP_OF_DEGREES == 0:
+                yield (
+                    f"{key}.{name} is {value:g} rad, {abs(value) / (2 * math.pi):.2g} turns; {value:g} degrees would "
+                    f"be {math.radians(value):.6g} rad."
+                )
+
+
+def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
+    physics, ends = numeric_physics(motion), motion.endpoints
+    gaps = np.minimum(physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration))
+    never = [
+        contact.name
+        for contact in motion.contacts
+        if not ca.jacobian_sparsity(contact.gap, motion.dynamics.configuration).nnz()
+    ]
+    for name in never:
+        yield f"Contact '{name}' can never touch: no joint changes its distance from what it may touch."
+    if len(never) < len(gaps) and gaps.min() > FAR:
+        yield (
+            "Neither at the start nor at the goal is any contact near what it may touch; the nearest is "
+            f"'{motion.contacts[int(np.argmin(gaps))].name}', {gaps.min():.4g} m away."
+        )
+
+
+def _hitting_at_the_start(motion: MotionProblem) -> Iterator[str]:
+    physics, ends = numeric_physics(motion), motion.endpoints
+    gaps = physics.gaps(ends.initial_configuration)
+    speeds = physics.contact_jacobian(ends.initial_configuration)[::2] @ ends.initial_velocity
+    for contact, gap, speed in zip(motion.contacts, gaps, speeds, strict=True):
+        if gap <= TOUCHING and speed < -FAST:
+            yield (
+                f"Contact '{contact.name}' touches at the start and moves on into what it touches at {-speed:.4g} m/s: "
+                "the motion begins with an impact."
+            )
+
+
+def _too_weak(motion: MotionProblem) -> Iterator[str]:
+    """Compare the controls with the weight, for a robot that starts at rest on something."""
+    physics, q, drive = numeric_physics(motion), motion.endpoints.initial_configuration, motion.actuation
+    closed = physics.gaps(q) <= TOUCHING
+    if motion.endpoints.initial_velocity.any() or not closed.any():
+        return
+    found = holding_effort(physics, q, (drive.lower, drive.upper), closed)
+    if found is None or found[0] <= 1 + 1e-6:
+        return
+    share, u = found
+    over = [
+        f"{name} {value:.4g} {unit}"
+        for name, value, unit, lower, upper in zip(drive.names, u, drive.units, drive.lower, drive.upper, strict=True)
+        if not lower - 1e-6 <= value <= upper + 1e-6
+    ]
+    yield (
+        f"The controls cannot hold the weight at the start: standing still takes {share:.3g} times their limits "
+        f"({', '.join(over)}), so the robot sinks."
+    )
+
+
+def _buried_reference(motion: MotionProblem) -> Iterator[str]:
+    for (name, contact), least in zip(motion.task.contacts.items(), reference_gaps(motion), strict=True):
+        if least < -BURIED and getattr(contact, "surface", None) == GROUND:
+            yield (
+                f"The reference takes contact '{name}' {-least:.4g} m below the ground; one that stays above it is a "
+                "better start for the solver."
+            )
+
+
+def _goal_against_constraints(motion: MotionProblem) -> Iterator[str]:
+    if motion.task.goal.periodic is not None or motion.task.goal.has_points:
+        return
+    for condition in motion.ocp.constraints:
+        if condition.name != "constraints":
+            continue
+        point = np.zeros(condition.variables.numel())
+        q = motion.endpoints.goal_configuration
+        point[: len(q)] = q
+        values = np.asarray(ca.Function("rows", [condition.variables], [condition.rows])(point)).ravel()
+        missing = np.maximum(condition.lower - values, values - condition.upper)
+        for name, depth in zip(condition.row_names, missing, strict=True):
+            if depth > BROKEN:
+                yield f"The goal itself violates {name}, by {depth:.4g} m."
+
+
+def _long_intervals(motion: MotionProblem) -> Iterator[str]:
+    length = motion.grid.upper / motion.grid.intervals
+    if length > LONG * (1 + 1e-9):
+        least = math.ceil(motion.grid.upper / LONG - 1e-9)
+        yield (
+            f"The controls are constant for {length:.4g} s at a time, which is long for a robot that has to balance; "
+            f"horizon.intervals of {least} or more make it at most {LONG:g} s."
+        )

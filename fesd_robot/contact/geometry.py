@@ -1,0 +1,95 @@
+"""What touches what: the geometry of every contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from fesd_robot.contact.circles import circle_contact, two_circles_contact
+from fesd_robot.contact.ground import Ground
+from fesd_robot.contact.model import PlanarContact
+from fesd_robot.contact.points import point_contact
+from fesd_robot.robot import Robot
+
+
+@dataclass(frozen=True)
+class PointOnSurface:
+    """The origin of a frame against a surface."""
+
+    frame: str
+    surface: Ground
+
+
+@dataclass(frozen=True)
+class CircleOnSurface:
+    """A circle in the x-z plane, of a radius in m about the origin of a frame and turning with it, on a surface.
+
+    Attributes:
+        path: the surface raised by the radius, on which the centre runs.
+    """
+
+    frame: str
+    radius: float
+    path: Ground
+
+
+@dataclass(frozen=True)
+class CircleOnCircle:
+    """Two circles in the x-z plane, each about the origin of its frame and turning with it, radii in m."""
+
+    frame: str
+    radius: float
+    other_frame: str
+    other_radius: float
+
+
+ContactGeometry = PointOnSurface | CircleOnSurface | CircleOnCircle
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a robot may touch.
+
+    Attributes:
+        surfaces: name -> surface; ``ground`` and the walls.
+        geometries: name of a contact -> its geometry.
+    """
+
+    surfaces: Mapping[str, Ground]
+    geometries: Mapping[str, ContactGeometry]
+
+
+def contact_of(
+    robot: Robot, configuration: ca.SX, geometry: ContactGeometry, *, name: str, friction: float
+) -> PlanarContact:
+    """Return gap, normal and tangent directions of a geometry as expressions.
+
+    Args:
+        configuration: q, SX symbols (n_q).
+        friction: coefficient mu.
+
+    Raises:
+        RobotError: a frame of the geometry can leave the x-z plane.
+    """
+    if isinstance(geometry, PointOnSurface):
+        return point_contact(robot, configuration, geometry.surface, name=name, frame=geometry.frame, friction=friction)
+    if isinstance(geometry, CircleOnSurface):
+        return circle_contact(
+            robot,
+            configuration,
+            geometry.path,
+            name=name,
+            frame=geometry.frame,
+            radius=geometry.radius,
+            friction=friction,
+        )
+    return two_circles_contact(
+        robot,
+        configuration,
+        name=name,
+        frames=(geometry.frame, geometry.other_frame),
+        radii=(geometry.radius, geometry.other_radius),
+        friction=friction,
+    )

@@ -1,0 +1,242 @@
+"""From a task and its robot to an optimal control problem with contact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.contact import (
+    ContactOptions,
+    ContactSystem,
+    MultibodyDynamics,
+    PlanarContact,
+    Scene,
+    contact_of,
+)
+from fesd_robot.contact import contact_system as build_contact_system
+from fesd_robot.errors import RobotError
+from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
+from fesd_robot.ocp.actuation import Actuation, build_actuation
+from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
+from fesd_robot.ocp.constraints import add_forbidden_zones
+from fesd_robot.ocp.guess import guess_of
+from fesd_robot.ocp.points import points_of
+from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
+from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.reference_types import reference_of
+from fesd_robot.ocp.scene import friction_of, scene_of
+from fesd_robot.ocp.task_robot import load_task_robot
+from fesd_robot.ocp.timing import TimeGrid, time_grid
+from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
+from fesd_robot.robot import (
+    Robot,
+    configuration_derivative,
+    damping_force,
+    mass_matrix,
+    nonlinear_effects,
+)
+from fesd_robot.task import GROUND, CircleCircleContact, Task
+
+AUTOMATIC_AUXILIARY_FORCE = 10.0
+"""Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
+
+TOUCHING = 1e-5
+"""m; a contact that starts this close to what it touches is closed: positions are often written with five decimals."""
+
+
+@dataclass(frozen=True)
+class MotionProblem:
+    """A task with everything that was derived from it on the way to the optimal control problem."""
+
+    task: Task
+    robot: Robot
+    scene: Scene
+    dynamics: MultibodyDynamics
+    actuation: Actuation
+    contacts: Sequence[PlanarContact]
+    contact_system: ContactSystem
+    auxiliary_force: float
+    endpoints: Endpoints
+    limits: StateLimits
+    reference: ReferenceMotion
+    grid: TimeGrid
+    ocp: OptimalControlProblem
+    fesd: FesdOptions
+
+
+def formulate(task: Task) -> MotionProblem:
+    """Return the optimal control problem of a task.
+
+    Raises:
+        TaskError: a name, value or combination that this robot cannot satisfy, with file, line and key.
+    """
+    robot = load_task_robot(task)
+    actuation = build_actuation(task, robot)
+    endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
+    scene = scene_of(task)
+    dynamics = _multibody_dynamics(robot, actuation)
+    contacts = _contacts(task, robot, dynamics.configuration, scene)
+    check_contacts_move(task, contacts, dynamics.configuration)
+    _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
+    if task.goal.periodic is None:
+        contacts = _closed_at_start(contacts, dynamics, endpoints)
+    gap = _gap_function(dynamics, contacts)
+    check_inertia(task, robot, endpoints.initial_configuration)
+    check_forces(task, actuation, endpoints.initial_configuration)
+    strength = _auxiliary_force(task, robot)
+    formulation = task.method.formulation
+    n_q = len(robot.configuration_names)
+    parameters = ca.SX.sym("reference", n_q + 1)
+    contact_system = build_contact_system(
+        dynamics,
+        contacts,
+        ContactOptions(
+            form=formulation.type,
+            gap=formulation.gap,
+            baumgarte_gain=formulation.baumgarte_gain,
+            gate=formulation.gate,
+            regularisation_weight=formulation.step_regularisation_weight,
+            auxiliary_force=strength,
+        ),
+        parameters,
+    )
+    points = points_of(task, robot, dynamics.configuration, dynamics.velocity)
+    contact_system = add_forbidden_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
+    grid = time_grid(task)
+    check_pace(task, robot, endpoints, limits, grid)
+    reference = reference_of(task, robot, endpoints, limits, grid)
+    return MotionProblem(
+        task=task,
+        robot=robot,
+        scene=scene,
+        dynamics=dynamics,
+        actuation=actuation,
+        contacts=contacts,
+        contact_system=contact_system,
+        auxiliary_force=strength,
+        endpoints=endpoints,
+        limits=limits,
+        reference=reference,
+        grid=grid,
+        ocp=optimal_control_problem(
+            ProblemParts(
+                task=task,
+                dynamics=dynamics,
+                actuation=actuation,
+                contacts=contacts,
+                contact_system=contact_system,
+                ground=scene.surfaces[GROUND],
+                gap=gap,
+                strength=strength,
+                endpoints=endpoints,
+                limits=limits,
+                reference=reference,
+                guess=guess_of(task, robot, reference, grid.nominal),
+                grid=grid,
+                points=points,
+                parameters=parameters,
+            )
+        ),
+        fesd=FesdOptions(
+            tableau=make_tableau(task.method.scheme, task.method.stages),
+            elements=task.method.elements,
+            cross_complementarity=_aggregation(task),
+            step_equilibration=task.method.step_equilibration.type,
+            equilibration_weight=task.method.step_equilibration.weight,
+            step_freedom=task.method.step_freedom,
+        ),
+    )
+
+
+def _aggregation(task: Task) -> CrossComplementarity:
+    chosen = task.method.cross_complementarity
+    if chosen != "auto":
+        return chosen
+    return "theta_sum" if task.method.formulation.type == "multipliers" else "lambda_sum"
+
+
+def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics:
+    q = ca.SX.sym("q", len(robot.configuration_names))
+    v = ca.SX.sym("v", len(robot.velocity_names))
+    u = ca.SX.sym("u", len(actuation.names))
+    return MultibodyDynamics(
+        configuration=q,
+        velocity=v,
+        control=u,
+        configuration_derivative=configuration_derivative(robot, q, v),
+        mass_matrix=mass_matrix(robot, q),
+        force=ca.mtimes(actuation.matrix(q), u) - nonlinear_effects(robot, q, v) - damping_force(robot, v),
+        configuration_names=robot.configuration_names,
+        velocity_names=robot.velocity_names,
+        control_names=actuation.names,
+    )
+
+
+def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarContact]:
+    found = []
+    for name, geometry in scene.geometries.items():
+        try:
+            found.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
+        except RobotError as error:
+            raise task.error(("contacts", name, "frame"), str(error)) from error
+    return found
+
+
+def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:
+    return ca.Function("gap", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
+
+
+def _closed_at_start(
+    contacts: Sequence[PlanarContact], dynamics: MultibodyDynamics, endpoints: Endpoints
+) -> list[PlanarContact]:
+    """Return the contacts with gaps that are exactly zero at the start where they are up to `TOUCHING`.
+
+    A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
+    a distance: no point fulfils such a complementarity exactly.
+    """
+    gaps = np.asarray(_gap_function(dynamics, contacts)(endpoints.initial_configuration)).ravel()
+    return [
+        replace(contact, gap=contact.gap - gap) if 0 < abs(gap) <= TOUCHING else contact
+        for contact, gap in zip(contacts, gaps, strict=True)
+    ]
+
+
+def _check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> None:
+    for key, configuration in (
+        ("initial", endpoints.initial_configuration),
+        ("goal", endpoints.goal_configuration),
+    ):
+        gaps = np.asarray(gap(configuration)).ravel()
+        worst = int(np.argmin(gaps))
+        if gaps[worst] < -TOUCHING:
+            name = list(task.contacts)[worst]
+            raise task.error((key, "configuration"), _overlap(task, name, -gaps[worst]))
+
+
+def _overlap(task: Task, name: str, depth: float) -> str:
+    contact = task.contacts[name]
+    if isinstance(contact, CircleCircleContact):
+        return f"found the circles of contact '{name}' overlapping by {depth:.6g} m, expected them apart or touching"
+    wall = task.ground.walls.get(contact.surface)
+    if wall is None:
+        return f"found contact '{name}' {depth:.6g} m below the ground, expected it on or above the ground"
+    return (
+        f"found contact '{name}' {depth:.6g} m beyond the wall '{contact.surface}', expected it on its {wall.side} side"
+    )
+
+
+def _auxiliary_force(task: Task, robot: Robot) -> float:
+    chosen = task.method.auxiliary_force
+    if chosen != "auto":
+        return float(chosen)
+    weight = pin.computeTotalMass(robot.model) * float(np.linalg.norm(robot.model.gravity.linear))
+    if weight <= 0:
+        raise task.error(
+            "method.auxiliary_force",
+            "found 'auto' for a robot without weight, expected a number greater than 0 (N)",
+        )
+    return AUTOMATIC_AUXILIARY_FORCE * weight

@@ -1,0 +1,110 @@
+"""The reference motion that a task asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from scipy.interpolate import CubicSpline
+
+from fesd_robot.ocp.reference_file import read_motion
+from fesd_robot.ocp.reference_motion import LineMotion, ReferenceMotion
+from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.ocp.vectors import Endpoints, StateLimits
+from fesd_robot.robot import Robot
+from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
+
+_STEP = 1e-6
+"""Step of difference quotients, as a share of the duration."""
+
+
+@dataclass(frozen=True)
+class SampledMotion:
+    """A motion given as a function of time, with velocities by difference quotients.
+
+    Attributes:
+        at: time, s -> configuration, (n_q).
+        duration: s.
+    """
+
+    robot: Robot
+    at: Callable[[float], np.ndarray]
+    duration: float
+
+    def configuration(self, time: float) -> np.ndarray:
+        """Configuration at a time, (n_q)."""
+        return self.at(time)
+
+    def velocity(self, time: float) -> np.ndarray:
+        """Velocity consistent with the configuration, (n_v); at a corner that of the motion after it."""
+        step = _STEP * self.duration
+        first = min(time, self.duration - step)
+        return np.asarray(pin.difference(self.robot.model, self.at(first), self.at(first + step))) / step
+
+
+def reference_of(
+    task: Task, robot: Robot, endpoints: Endpoints, limits: StateLimits, grid: TimeGrid
+) -> ReferenceMotion:
+    """Return the task's reference motion.
+
+    Raises:
+        TaskError: a reference file that cannot be used.
+    """
+    reference, duration = task.reference, grid.nominal
+    if isinstance(reference, FromFile):
+        times, rows = read_motion(task, "reference.path", reference.path, robot)
+        if reference.stretch:
+            times = (times - times[0]) * duration / max(times[-1] - times[0], 1e-300)
+        return SampledMotion(robot, lambda time: between(robot, times, rows, time), duration)
+    if isinstance(reference, ThroughWaypoints):
+        return SampledMotion(robot, _splines(task, robot, endpoints, limits, grid), duration)
+    jumps = reference if isinstance(reference, Jumps) else None
+    names = robot.configuration_names
+    return LineMotion(
+        robot=robot,
+        duration=duration,
+        start=endpoints.initial_configuration,
+        goal=endpoints.goal_configuration,
+        count=jumps.count if jumps else 1,
+        apex={names.index(name): value for name, value in jumps.apex.items()} if jumps else {},
+    )
+
+
+def between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> np.ndarray:
+    """Interpolate the rows on the configuration manifold; before the first and after the last they hold still."""
+    after = int(np.clip(np.searchsorted(times, time, side="right"), 1, len(times) - 1)) if len(times) > 1 else 0
+    if after == 0:
+        return np.array(rows[0])
+    share = float(np.clip((time - times[after - 1]) / (times[after] - times[after - 1]), 0.0, 1.0))
+    return np.array(pin.interpolate(robot.model, rows[after - 1], rows[after], share))
+
+
+def _splines(
+    task: Task, robot: Robot, endpoints: Endpoints, limits: StateLimits, grid: TimeGrid
+) -> Callable[[float], np.ndarray]:
+    """Return the cubic spline of every coordinate through the waypoints that give it, moved into its limits.
+
+    Its ends have the slopes of the initial and the goal velocity.
+    """
+    start, goal, model = endpoints.initial_configuration, endpoints.goal_configuration, robot.model
+    slopes = [
+        (np.asarray(pin.integrate(model, q, _STEP * v)) - q) / _STEP
+        for q, v in ((start, endpoints.initial_velocity), (goal, endpoints.goal_velocity))
+    ]
+    ends = [grid.nominal * end / grid.intervals for end in waypoint_ends(task, grid)]
+    splines = []
+    for i, name in enumerate(robot.configuration_names):
+        passed = [
+            (t, w.configuration[name]) for t, w in zip(ends, task.waypoints, strict=True) if name in w.configuration
+        ]
+        times, values = zip((0.0, start[i]), *passed, (grid.nominal, goal[i]), strict=True)
+        splines.append(CubicSpline(times, values, bc_type=((1, slopes[0][i]), (1, slopes[1][i]))))
+
+    def at(time: float) -> np.ndarray:
+        values = np.array([float(spline(time)) for spline in splines])
+        return np.asarray(pin.normalize(model, np.clip(values, limits.lower_position, limits.upper_position)))
+
+    return at

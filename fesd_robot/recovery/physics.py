@@ -1,0 +1,164 @@
+"""Pinocchio's numeric algorithms at one sample of a trajectory: what the audit compares with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene
+from fesd_robot.robot import Robot
+
+
+@dataclass(frozen=True)
+class ContactPoint:
+    """A contact as the audit sees it: its name, the frame that touches, its friction coefficient."""
+
+    name: str
+    frame: str
+    friction: float
+
+
+class NumericPhysics:
+    """Dynamics and contact kinematics by Pinocchio's own algorithms, independent of the planner's expressions.
+
+    Args:
+        robot: the robot with its armature and damping.
+        scene: surfaces, and what touches what.
+        contacts: the contacts in their order; the geometry of each is that of its name in `scene.geometries`.
+        control_matrix: q -> B, (n_v, n_u).
+
+    Attributes:
+        scene: surfaces, and what touches what.
+        friction: coefficient of every contact, (n_c).
+        damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        scene: Scene,
+        contacts: Sequence[ContactPoint],
+        control_matrix: Callable[[np.ndarray], np.ndarray],
+    ) -> None:
+        self.scene = scene
+        self._model = robot.model
+        self._data = robot.model.createData()
+        self._geometries = [scene.geometries[contact.name] for contact in contacts]
+        self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in _frames(geometry)}
+        self._control_matrix = control_matrix
+        self.damping = np.array(robot.model.damping)
+        self.friction = np.array([contact.friction for contact in contacts])
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q) with armature, (n_v, n_v)."""
+        upper = np.triu(pin.crba(self._model, self._data, q))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
+    def gaps(self, q: np.ndarray) -> np.ndarray:
+        """Gap of every contact, m, (n_c)."""
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return np.array([self._gap(geometry) for geometry in self._geometries])
+
+    def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateFramePlacements(self._model, self._data)
+        return np.array([row for geometry in self._geometries for row in self._rows(geometry)])
+
+    def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """B(q) u, (n_v)."""
+        return np.asarray(self._control_matrix(q)) @ u
+
+    def required_force(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """M a + h + D v - B u, what the contacts must supply, (n_v)."""
+        return np.asarray(pin.rnea(self._model, self._data, q, v, a)) + self.damping * v - self.generalized_force(q, u)
+
+    def difference(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """The displacement from one configuration to another, (n_v)."""
+        return np.asarray(pin.difference(self._model, before, after))
+
+    @property
+    def mass(self) -> float:
+        """Mass of all links, kg."""
+        return float(pin.computeTotalMass(self._model))
+
+    def energy(self, q: np.ndarray, v: np.ndarray) -> float:
+        """Kinetic energy (with armature) plus potential energy, J."""
+        # Pinocchio computes the potential energy of no model with mimic joints, but the centre of mass of all.
+        weight = self.mass * self._model.gravity.linear
+        potential = -weight @ pin.centerOfMass(self._model, self._data, q)
+        return float(0.5 * v @ self.mass_matrix(q) @ v + potential)
+
+    def _position(self, frame: str) -> np.ndarray:
+        return np.asarray(self._data.oMf[self._frames[frame]].translation)
+
+    def _jacobian(self, frame: str) -> np.ndarray:
+        """Rows of velocity and angular velocity in world axes, (6, n_v)."""
+        frame_id = self._frames[frame]
+        jacobian = pin.getFrameJacobian(self._model, self._data, frame_id, pin.LOCAL_WORLD_ALIGNED)
+        return np.asarray(jacobian).reshape(6, -1)  # Pinocchio gives a vector for a robot with one coordinate
+
+    def _gap(self, geometry: ContactGeometry) -> float:
+        if isinstance(geometry, PointOnSurface):
+            return float(geometry.surface.distance(self._position(geometry.frame)))
+        if isinstance(geometry, CircleOnSurface):
+            return float(geometry.path.distance(self._position(geometry.frame)))
+        apart = self._position(geometry.frame) - self._position(geometry.other_frame)
+        return math.hypot(apart[0], apart[2]) - geometry.radius - geometry.other_radius
+
+    def _rows(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
+        """J_n and J_t of one contact, (n_v) each."""
+        position, jacobian = self._position(geometry.frame), self._jacobian(geometry.frame)
+        if isinstance(geometry, PointOnSurface):
+            return geometry.surface.normal(position) @ jacobian[:3], geometry.surface.tangent(position) @ jacobian[:3]
+        if isinstance(geometry, CircleOnSurface):
+            tangent = geometry.path.tangent(position)
+            arm = geometry.radius * np.array([tangent[2], 0.0, -tangent[0]])
+            return geometry.path.normal(position) @ jacobian[:3], tangent @ self._at_rim(jacobian, arm)
+        other, apart = self._jacobian(geometry.other_frame), position - self._position(geometry.other_frame)
+        normal = np.array([apart[0], 0.0, apart[2]]) / math.hypot(apart[0], apart[2])
+        tangent = np.array([normal[2], 0.0, -normal[0]])
+        moving = self._at_rim(jacobian, -geometry.radius * normal) - self._at_rim(other, geometry.other_radius * normal)
+        return normal @ (jacobian[:3] - other[:3]), tangent @ moving
+
+    @staticmethod
+    def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
+        """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
+        return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
+
+
+def _frames(geometry: ContactGeometry) -> list[str]:
+    return [geometry.frame, *([geometry.other_frame] if isinstance(geometry, CircleOnCircle) else [])]
+
+
+def split_contact_force(
+    generalized: np.ndarray,
+    jacobian: np.ndarray,
+    closed: np.ndarray,
+    friction: np.ndarray | None = None,
+    near: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return forces (n_c, 2) of the closed contacts with J^T f = generalized in least squares, and what is left over.
+
+    Where the motion does not tell how contacts share a force, as the friction of two corners of a block, every share
+    obeys the same equations of motion; of all of them the one nearest to `near` is taken.
+
+    Args:
+        generalized: (n_v). jacobian: rows J_n, J_t of every contact, (2 n_c, n_v). closed: (n_c) of bool.
+        friction: coefficients (n_c); a contact with none has no tangential force. All have one if omitted.
+        near: (n_c, 2), normal and tangential; zeros if omitted.
+    """
+    force = np.zeros(len(jacobian))
+    rows = np.repeat(closed, 2)
+    if friction is not None:
+        rows[1::2] &= friction > 0
+    if rows.any():
+        if near is not None:
+            force[rows] = near.ravel()[rows]
+        missing = generalized - jacobian.T @ force
+        force[rows] += np.linalg.lstsq(jacobian[rows].T, missing, rcond=None)[0]
+    return force.reshape(-1, 2), generalized - jacobian.T @ force

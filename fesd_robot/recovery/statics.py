@@ -1,0 +1,55 @@
+"""Whether a robot can be held still: forces of controls and contacts against its weight."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linprog
+
+from fesd_robot.recovery.physics import NumericPhysics
+
+
+def holding_effort(
+    physics: NumericPhysics, q: np.ndarray, limits: tuple[np.ndarray, np.ndarray], closed: np.ndarray
+) -> tuple[float, np.ndarray] | None:
+    """Return the share of its control limits that a robot needs at least to stand still, and controls that do it.
+
+        min k   s.t.   B(q) u + J(q)ᵀ f = g(q),   k u_lower <= u <= k u_upper,   |f_t| <= mu f_n
+
+    Args:
+        physics: the robot, its contacts and what its controls push.
+        q: configuration, (n_q).
+        limits: lower and upper bounds of the controls, N or N m, (n_u) each, with zero between them.
+        closed: which contacts can push, (n_c) of bool.
+
+    Returns:
+        k, above 1 if the controls are too weak, and u, (n_u); None if no force of the controls, however large, and no
+        force of the contacts within their friction cones holds the robot still, or if a control cannot be zero.
+    """
+    lower, upper = limits
+    if (lower > 0).any() or (upper < 0).any():
+        return None
+    controls, rest = len(lower), np.zeros(len(lower))
+    v = np.zeros(physics.contact_jacobian(q).shape[1])
+    weight = physics.required_force(q, v, v, rest)
+    pushes = np.column_stack([physics.generalized_force(q, row) for row in np.eye(controls)])
+    jacobian = physics.contact_jacobian(q)[np.repeat(closed, 2)]
+    friction, count = physics.friction[closed], int(closed.sum())
+    # Unknowns: k, u, and (f_n, f_t) of every closed contact.
+    balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T])
+    bounded = np.zeros((2 * controls + 2 * count, 1 + controls + 2 * count))
+    for i in range(controls):
+        bounded[2 * i, [0, 1 + i]] = [-upper[i], 1]
+        bounded[2 * i + 1, [0, 1 + i]] = [lower[i], -1]
+    for i in range(count):
+        rows, normal = 2 * controls + 2 * i, 1 + controls + 2 * i
+        bounded[rows, [normal, normal + 1]] = [-friction[i], 1]
+        bounded[rows + 1, [normal, normal + 1]] = [-friction[i], -1]
+    found = linprog(
+        np.eye(1, balance.shape[1])[0],
+        A_ub=bounded,
+        b_ub=np.zeros(len(bounded)),
+        A_eq=balance,
+        b_eq=weight,
+        bounds=[(0, None)] + [(None, None)] * controls + [(0, None), (None, None)] * count,
+    )
+    return (float(found.x[0]), found.x[1 : 1 + controls]) if found.status == 0 else None

@@ -1,0 +1,74 @@
+"""What `fesd-robot check` says about goals of points, waypoints, references, costs and constraints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fesd_robot.cli.explanation import explanation
+from fesd_robot.fesd import Transcription
+from fesd_robot.ocp import formulate
+from fesd_robot.task import load_task
+
+ROOT = Path(__file__).parents[2]
+
+
+def explained(*overrides: str) -> str:
+    motion = formulate(load_task(ROOT / "tasks" / "hopper_one_jump.yaml", overrides))
+    text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
+    assert max(map(len, text.splitlines())) <= 120
+    return " ".join(text.split())
+
+
+def test_targets_and_constraints_are_told() -> None:
+    """Each goal of a point, waypoint, further cost and constraint is one sentence or row with its numbers."""
+    text = explained(
+        "goal.frames={foot: {position: {x: 1, z: 0}, tolerance: 0.01}}",
+        "goal.center_of_mass={velocity: {x: 0}, velocity_weight: 3}",
+        "waypoints=[{time: 0.5, configuration: {leg: 0.2}, tolerance: {configuration: {leg: 0.1}}}]",
+        "reference={type: waypoints}",
+        "costs.control_change={leg_force: 2}",
+        "costs.frames={foot: {z: 3}}",
+        "costs.force={foot: 0.1}",
+        "constraints.knee={type: clearance, frame: body, offset: [0, 0, -0.1], distance: 0.2}",
+        "constraints.rock={type: avoid_box, frame: foot, center: {x: 0.5, z: 0}, size: {x: 0.1, z: 0.2}}",
+        "constraints.ball={type: avoid_sphere, frame: foot, center: {x: 0.5, z: 0}, radius: 0.2}",
+        "constraints.egg={type: avoid_ellipse, frame: foot, center: {x: 0.5, z: 0}, semi_axes: {x: 0.2, z: 0.1}}",
+        "constraints.room={type: frame_limits, frame: body, z: [null, 1.2]}",
+        "constraints.ditch={type: forbidden_zone, contact: foot, x: [0.4, 0.6]}",
+        "constraints.up={type: contact_window, contact: foot, times: [0.4, 0.5], touch: forbidden}",
+        "constraints.down={type: contact_window, contact: foot, times: [0.9, 1], touch: required}",
+    )
+    for words in (
+        "foot: at x 1, z 0 m within 0.01 m, weight 100.",
+        "center of mass: moving with x 0 m/s, weight 3.",
+        "After interval 10 of 20, 0.5 s: leg 0.2, leg within 0.1.",
+        "Cubic splines through the waypoints.",
+        "change of control between intervals: leg_force 2",
+        "distance of frame foot from the reference's: z 3",
+        "integral of the normal force (not squared): foot 0.1",
+        "knee: the point x 0, y 0, z -0.1 m of frame 'body' stays 0.2 m above the ground, at every stage.",
+        "out of the box around x 0.5, z 0 m, size x 0.1, z 0.2 m, rounded outwards (up to 9.1 % wider)",
+        "out of the sphere of radius 0.2 m around x 0.5, z 0 m",
+        "out of the ellipsoid around x 0.5, z 0 m, half axes x 0.2, z 0.1 m",
+        "room: the origin of frame 'body' stays in z [-inf, 1.2] m, at every stage.",
+        "ditch: foot does not push on the ground for x in [0.4, 0.6] m.",
+        "up: the gap of foot is open by 0.01 m at every stage from 0.4 to 0.5 s.",
+        "down: the gap of foot is closed within 0.001 m at every interval's end from 0.9 to 1 s.",
+    ):
+        assert words in text, words
+
+
+def test_a_free_duration_and_a_period_are_told() -> None:
+    """The bounds of the duration, the stride, and that the goal's own weights have no place."""
+    text = explained(
+        "horizon.duration={lower: 0.5, upper: 2}",
+        "goal={periodic: {stride: {root_x: 0.5}}}",
+        "costs={time: 4}",
+    )
+    for words in (
+        "0.5 to 2 s, first taken as 1.25 s, in 20 intervals of 0.0625 s",
+        "Periodic: the motion ends in the state it begins in, moved on: root_x by 0.5 m; the start is free",
+        "duration (not squared): s 4",
+    ):
+        assert words in text, words
+    assert "distance from the goal" not in text and "Waypoints" not in text and "Constraints" not in text

@@ -1,0 +1,140 @@
+"""Contact pairs on real robots: gap, directions and Pinocchio's own numbers fit together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fesd_robot.contact import CircleOnCircle, CircleOnSurface, Pair, PointOnSurface, Scene, contact_of
+from fesd_robot.errors import RobotError
+from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
+from fesd_robot.robot import Robot, configuration_derivative, load_robot
+
+from .grounds import GROUNDS, HILLS
+
+DISCS = Path(__file__).parent / "models" / "discs.urdf"
+HOPPER = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
+WALKER = Path(__file__).parents[1] / "robot" / "models" / "walker.xml"
+
+CASES: dict[str, tuple[Path, Pair]] = {
+    **{
+        f"foot, {name}": (HOPPER, PointOnSurface("foot", ground))
+        for name, ground in GROUNDS.items()
+        if "raised" not in name
+    },
+    **{f"disc, {name}": (DISCS, CircleOnSurface("first", 0.2, GROUNDS[name])) for name in GROUNDS if "raised" in name},
+    "wheel on a leg": (WALKER, CircleOnSurface("foot", 0.1, HILLS.raised(0.1))),
+    "two discs": (DISCS, CircleOnCircle("first", 0.2, "second", 0.3)),
+    "shank and foot": (HOPPER, CircleOnCircle("foot", 0.02, "body", 0.07)),
+}
+each_case = pytest.mark.parametrize(("source", "pair"), CASES.values(), ids=CASES.keys())
+
+
+def expressions(robot: Robot, pair: Pair) -> ca.Function:
+    """Return (q, v) -> gap, its rate by differentiation, J_n, J_t."""
+    q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
+    contact = contact_of(robot, q, pair, name="it", friction=0.4)
+    rate = ca.jtimes(contact.gap, q, configuration_derivative(robot, q, v))
+    return ca.Function("contact", [q, v], [contact.gap, rate, contact.normal, contact.tangent])
+
+
+def states(robot: Robot, count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:
+    rng = np.random.default_rng(3)
+    moved = [rng.uniform(-0.6, 0.6, robot.model.nv) for _ in range(count)]
+    return [(pin.integrate(robot.model, robot.neutral, v), rng.normal(size=robot.model.nv)) for v in moved]
+
+
+@each_case
+def test_gap_and_rates_by_finite_differences(source: Path, pair: Pair) -> None:
+    """Along random motions d/dt f_c = J_n v, by differences of the gap and by CasADi's differentiation."""
+    robot = load_robot(source)
+    function, step = expressions(robot, pair), 1e-6
+    for q, v in states(robot):
+        _, rate, normal, _ = (np.asarray(value.full()).ravel() for value in function(q, v))
+        ends = [float(function(pin.integrate(robot.model, q, h * v), v)[0]) for h in (-step, step)]
+        assert normal @ v == pytest.approx((ends[1] - ends[0]) / (2 * step), abs=1e-7)
+        assert normal @ v == pytest.approx(rate[0], abs=1e-11)
+
+
+@each_case
+def test_expressions_and_pinocchio_agree(source: Path, pair: Pair) -> None:
+    """Gap, J_n and J_t as expressions are those that the audit computes with Pinocchio and scipy."""
+    robot = load_robot(source)
+    function = expressions(robot, pair)
+    physics = NumericPhysics(
+        robot, Scene({}, {"it": pair}), [ContactPoint("it", pair.frame, 0.4)], lambda _: np.zeros((0, 0))
+    )
+    for q, v in states(robot):
+        gap, _, normal, tangent = (np.asarray(value.full()).ravel() for value in function(q, v))
+        assert physics.gaps(q) == pytest.approx(gap, abs=1e-12)
+        assert physics.contact_jacobian(q) == pytest.approx(np.array([normal, tangent]), abs=1e-9)
+
+
+def frame_motion(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray, step: float) -> pin.SE3:
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, pin.integrate(robot.model, q, step * v))
+    return data.oMf[robot.frame_id(frame)].copy()
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("foot")])
+def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
+    """J_t v is the speed along the surface of the point of the body that lies at the contact, by finite differences."""
+    source, pair = CASES[name]
+    robot = load_robot(source)
+    function, step = expressions(robot, pair), 1e-6
+    for q, v in states(robot):
+        here = frame_motion(robot, pair.frame, q, v, 0.0)
+        if isinstance(pair, CircleOnCircle):
+            bodies = [(pair.frame, pair.radius), (pair.other_frame, -pair.other_radius)]
+            apart = here.translation - frame_motion(robot, pair.other_frame, q, v, 0.0).translation
+            normal = apart * [1, 0, 1] / np.linalg.norm(apart[[0, 2]])
+            tangent = np.array([normal[2], 0, -normal[0]])
+        else:
+            bodies = [(pair.frame, pair.radius)]
+            tangent = np.asarray(pair.path.tangent(here.translation))
+            normal = np.array([-tangent[2], 0, tangent[0]])
+        speeds = []
+        for frame, radius in bodies:
+            placement = frame_motion(robot, frame, q, v, 0.0)
+            fixed = placement.actInv(placement.translation - radius * normal)
+            ends = [frame_motion(robot, frame, q, v, h).act(fixed) for h in (-step, step)]
+            speeds.append(tangent @ (ends[1] - ends[0]) / (2 * step))
+        found = np.asarray(function(q, v)[3].full()).ravel() @ v
+        assert found == pytest.approx(speeds[0] - sum(speeds[1:]), abs=1e-7)
+
+
+def test_a_rolling_disc_does_not_slide() -> None:
+    """With x' = r w the touching point of a disc on level ground rests; two gears that mesh do not slide either."""
+    robot = load_robot(DISCS)
+    disc = expressions(robot, CircleOnSurface("first", 0.2, GROUNDS["level"].raised(0.2)))
+    v = np.array([0.2 * 3.0, 0, 3.0, 0, 0, 0])  # turning about +y rolls towards +x
+    assert float(ca.dot(disc(np.zeros(6), v)[3], v)) == pytest.approx(0, abs=1e-15)
+    gears = expressions(robot, CircleOnCircle("first", 0.2, "second", 0.3))
+    v = np.array([0, 0, 3.0, 0, 0, 2.0])  # the second joint turns about -y
+    assert float(ca.dot(gears(np.array([0.5, 0, 0, 0, 0, 0]), v)[3], v)) == pytest.approx(0, abs=1e-15)
+
+
+def test_circles_at_one_place_have_finite_derivatives() -> None:
+    """A start guess that puts two centres on each other does not make the expressions undefined."""
+    function = expressions(load_robot(DISCS), CircleOnCircle("first", 0.2, "second", 0.3))
+    values = function(np.zeros(6), np.ones(6))
+    assert np.isfinite(np.concatenate([np.asarray(value.full()).ravel() for value in values])).all()
+    assert float(values[0]) == pytest.approx(-0.5)
+    touching = function(np.array([0.3, 0.4, 0, 0, 0, 0]), np.ones(6))
+    assert abs(float(touching[0])) <= 1e-16
+
+
+def test_a_wheel_that_turns_sideways_is_refused() -> None:
+    """A circle whose body can turn out of the plane is an error of the robot that names contact and frame."""
+    robot = load_robot("example-robot-data:solo12", root="free_flyer")
+    q = ca.SX.sym("q", robot.model.nq)
+    with pytest.raises(RobotError, match="contact 'wheel': frame 'FL_FOOT' can leave the x-z plane"):
+        contact_of(robot, q, CircleOnSurface("FL_FOOT", 0.1, HILLS), name="wheel", friction=0.5)
+    fixed = load_robot("example-robot-data:solo12")
+    q = ca.SX.sym("q", fixed.model.nq)
+    with pytest.raises(RobotError, match="contact 'wheel': frame 'FL_SHOULDER' can turn out of the x-z plane"):
+        contact_of(fixed, q, CircleOnSurface("FL_SHOULDER", 0.1, HILLS), name="wheel", friction=0.5)
