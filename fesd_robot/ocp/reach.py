@@ -52,7 +52,7 @@ def reach(robot: Robot, task: Task, frame: str) -> Reach:
     joint before turns, as a radius afterwards. A joint of another kind, or without limits, reaches everywhere.
     """
     found = robot.model.frames[robot.frame_id(frame)]
-    return _reach(robot, task, found.parentJoint, np.asarray(found.kindment.translation))
+    return _reach(robot, task, found.parentJoint, np.asarray(found.placement.translation))
 
 
 def reach_of_mass(robot: Robot, task: Task) -> Reach:

@@ -35,7 +35,7 @@ class _Rows:
         if weight:
             self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
 
-    def condition(self, name: str, state: ca.SX, interval: int) -> TrajectoryConstraint:
+    def constraint(self, name: str, state: ca.SX, interval: int) -> TrajectoryConstraint:
         width = np.array(self.width)
         rows = ca.vertcat(ca.SX(0, 1), *self.rows)
         return TrajectoryConstraint(
@@ -44,7 +44,7 @@ class _Rows:
 
 
 def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[TrajectoryConstraint]:
-    """Return a condition for the goals of frames and the centre of mass, and one for every waypoint.
+    """Return a constraint for the goals of frames and the centre of mass, and one for every waypoint.
 
     Args:
         state: x, SX symbols, beginning with the configuration and velocity of `points`.
@@ -56,12 +56,12 @@ def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid)
     if task.goal.has_points:
         rows = _Rows()
         _add_points(rows, ("goal",), "goal: ", task.goal, points)
-        found.append(rows.condition("goal", state, grid.intervals - 1))
+        found.append(rows.constraint("goal", state, grid.intervals - 1))
     for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
         rows, name = _Rows(), f"waypoint {i + 1}"
         _add_coordinates(rows, name, waypoint, points)
         _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
-        found.append(rows.condition(name, state, end - 1))
+        found.append(rows.constraint(name, state, end - 1))
     return found
 
 

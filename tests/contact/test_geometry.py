@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.contact import CircleOnCircle, CircleOnSurface, Pair, PointOnSurface, Scene, contact_of
+from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene, contact_of
 from fesd_robot.errors import RobotError
 from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
 from fesd_robot.robot import Robot, configuration_derivative, load_robot
@@ -20,7 +20,7 @@ DISCS = Path(__file__).parent / "models" / "discs.urdf"
 HOPPER = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
 WALKER = Path(__file__).parents[1] / "robot" / "models" / "walker.xml"
 
-CASES: dict[str, tuple[Path, Pair]] = {
+CASES: dict[str, tuple[Path, ContactGeometry]] = {
     **{
         f"foot, {name}": (HOPPER, PointOnSurface("foot", ground))
         for name, ground in GROUNDS.items()
@@ -34,7 +34,7 @@ CASES: dict[str, tuple[Path, Pair]] = {
 each_case = pytest.mark.parametrize(("source", "pair"), CASES.values(), ids=CASES.keys())
 
 
-def expressions(robot: Robot, pair: Pair) -> ca.Function:
+def expressions(robot: Robot, pair: ContactGeometry) -> ca.Function:
     """Return (q, v) -> gap, its rate by differentiation, J_n, J_t."""
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
     contact = contact_of(robot, q, pair, name="it", friction=0.4)
@@ -49,7 +49,7 @@ def states(robot: Robot, count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 @each_case
-def test_gap_and_rates_by_finite_differences(source: Path, pair: Pair) -> None:
+def test_gap_and_rates_by_finite_differences(source: Path, pair: ContactGeometry) -> None:
     """Along random motions d/dt f_c = J_n v, by differences of the gap and by CasADi's differentiation."""
     robot = load_robot(source)
     function, step = expressions(robot, pair), 1e-6
@@ -61,7 +61,7 @@ def test_gap_and_rates_by_finite_differences(source: Path, pair: Pair) -> None:
 
 
 @each_case
-def test_expressions_and_pinocchio_agree(source: Path, pair: Pair) -> None:
+def test_expressions_and_pinocchio_agree(source: Path, pair: ContactGeometry) -> None:
     """Gap, J_n and J_t as expressions are those that the audit computes with Pinocchio and scipy."""
     robot = load_robot(source)
     function = expressions(robot, pair)

@@ -13,10 +13,10 @@ from scipy.integrate import solve_ivp
 from fesd_robot.contact import (
     CircleOnCircle,
     CircleOnSurface,
+    ContactGeometry,
     ContactOptions,
     Ground,
     MultibodyDynamics,
-    Pair,
     Plane,
     PointOnSurface,
     Wall,
@@ -36,7 +36,7 @@ WEDGE = Plane(slope=0.5)
 
 
 def simulated(
-    pairs: dict[str, tuple[Pair, float]],
+    pairs: dict[str, tuple[ContactGeometry, float]],
     q: np.ndarray,
     v: np.ndarray,
     *,

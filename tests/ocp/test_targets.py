@@ -28,7 +28,7 @@ def test_points_of_the_goal(short: str, load: Load) -> None:
     """Rows are position and velocity minus target along the given axes, bounded by the tolerance; costs are squares."""
     motion = formulate(load(short + POINTS))
     goal = condition(motion, "goal")
-    assert (goal.place, tuple(goal.intervals)) == ("interval_end", (3,))
+    assert (goal.kind, tuple(goal.intervals)) == ("interval_end", (3,))
     np.testing.assert_array_equal(goal.upper, [0.01, 0.01, 0.5])
     np.testing.assert_array_equal(goal.lower, -goal.upper)
     for x in states():
