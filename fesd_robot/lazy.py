@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first asked for (PEP 562)."""
+"""Names of a package that are imported when they are first used (PEP 562)."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ def lazy_exports(
     """Return the functions `__getattr__` and `__dir__` of a package whose names are imported on first use.
 
     Args:
-        package: its ``__name__``.
-        names_by_module: full name of a module -> what the package takes from it. The module itself is meant where the
-            only name is the last part of its own, as in ``"fesd_robot.dcs": ["dcs"]``.
+        package: full name of the package.
+        names_by_module: full name of a module -> what the package exports of it. A name for which the package has a
+            module of its own stands for that module, as `dcs` of ``fesd_robot.dcs``.
     """
     home = {name: module for module, names in names_by_module.items() for name in names}
 
-    def getattribute(name: str) -> Any:
+    def load(name: str) -> Any:
         if name not in home:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")
         module = importlib.import_module(home[name])
@@ -28,7 +28,8 @@ def lazy_exports(
         setattr(sys.modules[package], name, value)
         return value
 
-    def directory() -> list[str]:
-        return sorted({*vars(sys.modules[package]), *home})
+    def names() -> list[str]:
+        special = [name for name in vars(sys.modules[package]) if name.startswith("__")]
+        return sorted([*special, *home])
 
-    return getattribute, directory
+    return load, names

@@ -39,15 +39,18 @@ def load_short() -> Callable[..., Task]:
 
 @pytest.fixture(scope="session")
 def short_task(load_short: Callable[..., Task]) -> Task:
+    """The short task as it is."""
     return load_short()
 
 
 @pytest.fixture(scope="session")
 def short_planned(short_task: Task) -> Planned:
+    """The short task, planned once."""
     reports: list[NlpReport] = []
     return Planned(plan(short_task, progress=reports.append), reports)
 
 
 @pytest.fixture(scope="session")
 def short_plan(short_planned: Planned) -> Plan:
+    """The plan of the short task."""
     return short_planned.plan

@@ -93,13 +93,8 @@ def test_statistics_are_those_of_the_solve(short_planned: tuple[Plan, list[NlpRe
     relaxed = [(s.sigma, s.velocity_level_sigma) for s in statistics.homotopy if s.sigma > 0]
     assert relaxed == homotopy_options(short_task).sigmas()[: len(relaxed)]
     assert statistics.iterations == sum(report.iterations for report in reports)
-    assert short_plan.status.exact and (
-        statistics.homotopy[-1].sigma,
-        statistics.homotopy[-1].velocity_level_sigma,
-    ) == (
-        0,
-        0,
-    )
+    last = statistics.homotopy[-1]
+    assert short_plan.status.exact and last.sigma == last.velocity_level_sigma == 0
     assert sum(statistics.cost_terms.values()) == pytest.approx(statistics.objective, rel=1e-9)
     # 10 states and 3 multipliers: the start, and twice 3 controls and 3 elements of a step and 2 points.
     assert statistics.variables == 13 + 2 * (3 + 3 * (1 + 2 * 13))
