@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, NlpReport, certify, solve
+from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, NlpReport, NlpStatus, certify, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
@@ -67,7 +67,7 @@ def plan(
         left = {} if seconds is None else {"solver.time_limit": max(seconds - (before - begin), 1e-3)}
         result = attempt(with_overrides(task, {**changes, **left}), progress=progress, stop=stop)
         tries.append((changes, result, time.perf_counter() - before))
-        if result.status.nlp in ("interrupted", "time limit"):
+        if result.status.nlp in (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT):
             break
     solved = [result for _, result, _ in tries if result.status.solved]
     best = min(solved, key=lambda one: one.statistics.objective) if solved else tries[0][1]
@@ -241,7 +241,7 @@ def _statistics(transcription: Transcription, solution: MpccSolution, build_seco
             HomotopyStep(
                 sigma=step.sigma,
                 velocity_level_sigma=step.velocity_level_sigma,
-                status=step.status,
+                status=step.status.value,
                 iterations=step.iterations,
                 objective=step.residuals.objective,
                 complementarity=step.residuals.complementarity,

@@ -5,6 +5,7 @@ from fesd_robot.mpcc.homotopy import HomotopyOptions, MpccSolution, NlpReport, s
 from fesd_robot.mpcc.polishing import BranchNlp, Held, Polisher, PolishingReport
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
 from fesd_robot.mpcc.sides import PairPolisher
+from fesd_robot.mpcc.status import NlpStatus
 
 __all__ = [
     "Block",
@@ -15,6 +16,7 @@ __all__ = [
     "Mpcc",
     "MpccSolution",
     "NlpReport",
+    "NlpStatus",
     "PairPolisher",
     "Polisher",
     "PolishingReport",

@@ -17,12 +17,13 @@ from fesd_robot.mpcc.polishing import ITERATIONS, BranchNlp, Polisher, Polishing
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
 from fesd_robot.mpcc.schedule import SETTLED, Sigmas, chosen_start
+from fesd_robot.mpcc.status import NlpStatus
 from fesd_robot.native import ipopt_options, kkt_library
 
 _TRIALS = ("first", "again")
 """An NLP that fails is tried again from the same point, with the adaptive barrier."""
 
-_FINAL = ("interrupted", "time limit", "iteration limit")
+_FINAL = (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT, NlpStatus.ITERATION_LIMIT)
 """Ends of an NLP after which another trial is pointless."""
 
 LOSS = 0.2
@@ -40,7 +41,7 @@ class NlpReport:
 
     sigma: float
     velocity_level_sigma: float
-    status: str
+    status: NlpStatus
     iterations: int
     seconds: float
     residuals: Residuals
@@ -56,7 +57,7 @@ class MpccSolution:
         feasible: constraints and complementarity within the tolerances.
         solved: feasible, and the last NLP converged at the last sigma or in the finish.
         exact: the finish found a point whose products are zero to round-off.
-        status: the last NLP's status in words.
+        status: how the last NLP ended.
         reports: every NLP.
         build_seconds, solve_seconds: derivatives and the NLPs.
     """
@@ -66,7 +67,7 @@ class MpccSolution:
     feasible: bool
     solved: bool
     exact: bool
-    status: str
+    status: NlpStatus
     reports: list[NlpReport]
     build_seconds: float
     solve_seconds: float
@@ -147,7 +148,7 @@ class _Run:
         self._point = self._best = NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower)))
         self._violation = problem.residuals(problem.start).constraint_violation
         self._reports: list[NlpReport] = []
-        self._status = "not started"
+        self._status = NlpStatus.NOT_STARTED
         self._begin = time.perf_counter()
 
     def solved(self, build_seconds: float) -> MpccSolution:
@@ -159,7 +160,7 @@ class _Run:
         while not finished:
             loose = loose and not self._steps.is_last(sigmas)
             result = self._nlp_at(sigmas, loose)
-            if result is None or not (result.converged or (loose and result.status == "iteration limit")):
+            if result is None or not (result.converged or (loose and result.status is NlpStatus.ITERATION_LIMIT)):
                 break
             self._point = result.point
             slack = self._point.x[size:].max(initial=0.0)
@@ -170,11 +171,11 @@ class _Run:
                 relaxed = self._problem.residuals(self._point.x[:size]).objective
                 if found and _keeps_cost(found.residuals.objective, relaxed, sigmas[0]):
                     exact = found
-                if exact or self._status in ("interrupted", "time limit"):
+                if exact or self._status.ended_early:
                     break
                 candidate = found or candidate
             if finished and self._elastic and not settled:
-                finished, self._status = False, "slack left"
+                finished, self._status = False, NlpStatus.SLACK_LEFT
                 break
             sigmas = self._steps.after(sigmas, result.iterations)
         if exact is None and not (finished and self._is_feasible(self._problem.residuals(self._best.x[:size]))):
@@ -199,7 +200,7 @@ class _Run:
         for trial in _TRIALS:
             remaining = self._remaining()
             if remaining is not None and remaining <= 0:
-                self._status = "time limit"
+                self._status = NlpStatus.TIME_LIMIT
                 return None
             last = self._elastic or self._steps.is_last(sigmas)
             settings = _ipopt_options(self._options, sigmas, remaining, trial, last, loose)
@@ -238,7 +239,7 @@ class _Run:
             report=report,
             stop=self._stop,
         )
-        if exact is None and self._status not in ("interrupted", "time limit"):
+        if exact is None and not self._status.ended_early:
             self._status = before
         return exact
 

@@ -13,6 +13,7 @@ from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
+from fesd_robot.mpcc.status import NlpStatus
 
 ITERATIONS = 40
 """IPOPT iterations for one structure before it is revised; one that fits needs 15 to 50."""
@@ -65,14 +66,14 @@ class PolishingReport:
     """One smooth NLP.
 
     Attributes:
-        status: IPOPT's, in words.
+        status: how it ended.
         iterations, seconds: of the NLP.
         residuals: of the problem with pairs, at the NLP's end.
         w: the NLP's end.
         exact: the NLP converged, its constraints hold, and all products are below `EXACT`.
     """
 
-    status: str
+    status: NlpStatus
     iterations: int
     seconds: float
     residuals: Residuals
@@ -128,7 +129,7 @@ class BranchNlp:
                     structure, problem, point, {"max_iter": iterations, **options}, feasibility, seconds, stop
                 )
                 report(found)
-                if found.exact or found.status == "interrupted":
+                if found.exact or found.status is NlpStatus.INTERRUPTED:
                     return found if found.exact else None
                 point = found.w
                 changed = self.polisher.revised(structure, point)

@@ -8,15 +8,6 @@ from collections.abc import Sequence
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.plan import Audit, Status
 
-_HELP = {
-    "iteration limit": "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",
-    "time limit": "try a longer solver.time_limit",
-    "infeasible": "try a longer horizon.duration, more method.elements, wider limits or another reference",
-    "slack left": "try solver.steering: direct",
-    "interrupted": "this is the best iterate so far",
-}
-_DEFAULT_HELP = "try another reference, solver.sigma_start or more method.elements"
-
 
 def status_of(
     solution: MpccSolution,
@@ -54,12 +45,12 @@ def status_of(
             else f"complementarity is {residuals.complementarity:.1e} (asked for {tolerance:.0e}), "
             f"worst at {residuals.worst_pair}"
         )
-        help_text = _HELP.get(solution.status, _DEFAULT_HELP)
         at = f"sigma = {sigma:.0e}" if sigma else "the exact problem"
-        message = f"Not solved: {solution.status} at {at}; {where}; {_elements(residuals, out_of_elements)}{help_text}."
+        hint = _elements(residuals, out_of_elements)
+        message = f"Not solved: {solution.status} at {at}; {where}; {hint}{solution.status.advice}."
     return Status(
         solved=solution.solved and audit_passed,
-        nlp=solution.status,
+        nlp=solution.status.value,
         complementarity=residuals.complementarity,
         exact=solution.exact,
         natural_residual=residuals.natural_residual,
