@@ -141,7 +141,7 @@ def assemble(
     Raises:
         CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
         ModelError: the problem has vanishing constraints and the relaxation cannot hold them.
-        ValueError: there is no such steering.
+        OptionError: there is no such steering.
     """
     check_steering(steering)
     check_vanishing(problem, relaxation)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from fesd_robot.errors import OptionError
 from fesd_robot.mpcc.assembly import Compile
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.schedule import USUAL, Rule, Schedule, Sigmas, check_rule
@@ -38,7 +39,7 @@ class HomotopyOptions:
         loose_iterations: IPOPT iterations of an NLP of the loose homotopy.
 
     Raises:
-        ValueError: a tolerance, factor, power or ratio outside its range, or an unknown name.
+        OptionError: a tolerance, factor, power or ratio outside its range, or an unknown name.
     """
 
     tolerance: float = 1e-8
@@ -65,13 +66,13 @@ class HomotopyOptions:
         check_rule(self.schedule)
         if not 0 < self.tolerance <= (1.0 if self.sigma_start is None else self.sigma_start):
             first = "chosen" if self.sigma_start is None else f"{self.sigma_start:g}"
-            raise ValueError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {first}")
+            raise OptionError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {first}")
         if not 0 < self.sigma_factor < 1:
-            raise ValueError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
+            raise OptionError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
         if not self.sigma_power > 1:
-            raise ValueError(f"sigma_power must be greater than 1, found {self.sigma_power:g}")
+            raise OptionError(f"sigma_power must be greater than 1, found {self.sigma_power:g}")
         if not self.velocity_level_ratio >= 1:
-            raise ValueError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
+            raise OptionError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
 
     def steps(self, sigma_start: float, last: float) -> Schedule:
         """Return the schedule from one sigma to another."""

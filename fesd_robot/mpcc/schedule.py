@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from fesd_robot.errors import nearest
+from fesd_robot.errors import OptionError, nearest
 from fesd_robot.mpcc.problem import Mpcc
 
 Rule = Literal["linear", "superlinear", "adaptive"]
@@ -37,10 +37,10 @@ def check_rule(rule: str) -> None:
     """Refuse a name that is no schedule.
 
     Raises:
-        ValueError: the message has the nearest name.
+        OptionError: the message has the nearest name.
     """
     if rule not in RULES:
-        raise ValueError(f"unknown schedule '{rule}'{nearest(rule, RULES)}")
+        raise OptionError(f"unknown schedule '{rule}'{nearest(rule, RULES)}")
 
 
 @dataclass(frozen=True)

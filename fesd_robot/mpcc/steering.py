@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import casadi as ca
 import numpy as np
 
-from fesd_robot.errors import ModelError, nearest
+from fesd_robot.errors import ModelError, OptionError, nearest
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import RELAXATIONS, Relaxation
 
@@ -59,10 +59,10 @@ def check_steering(steering: str) -> None:
     """Refuse a name that is no steering.
 
     Raises:
-        ValueError: the message has the nearest name.
+        OptionError: the message has the nearest name.
     """
     if steering not in STEERINGS:
-        raise ValueError(f"unknown steering '{steering}'{nearest(steering, STEERINGS)}")
+        raise OptionError(f"unknown steering '{steering}'{nearest(steering, STEERINGS)}")
 
 
 def check_vanishing(problem: Mpcc, relaxation: Relaxation) -> None:
