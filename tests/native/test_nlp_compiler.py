@@ -59,9 +59,9 @@ def _assert_same(plain: RelaxedNlp, compiled: RelaxedNlp, x: np.ndarray) -> None
     ):
         own, other = getattr(plain, name), getattr(compiled, name)
         assert (other.name(), other.name_in(), other.name_out()) == (own.name(), own.name_in(), own.name_out())
-        for expected, found in zip(own.call(arguments), other.call(arguments), strict=True):
-            assert found.sparsity() == expected.sparsity()
-            assert np.array_equal(found.nonzeros(), expected.nonzeros(), equal_nan=True)
+        for expected, actual in zip(own.call(arguments), other.call(arguments), strict=True):
+            assert actual.sparsity() == expected.sparsity()
+            assert np.array_equal(actual.nonzeros(), expected.nonzeros(), equal_nan=True)
 
 
 def _hopper(intervals: int, goal: float = 0.3) -> Mpcc:
@@ -184,9 +184,9 @@ def test_nothing_is_written_beside_the_results(steering: Steering, empty_cache: 
                 results = (ctypes.c_void_p * 8)(*(value.ctypes.data + 32 for value in guarded))
                 memory = ctypes.c_void_p(work.ctypes.data + 8 * shift)
                 assert library[function.name()](arguments, results, None, memory, 0) == 0
-                for value, found in zip(expected, guarded, strict=True):
-                    assert found[4:-4].tolist() == value.nonzeros()
-                    assert (found[:4] == 7.5).all() and (found[-4:] == 7.5).all()
+                for value, result in zip(expected, guarded, strict=True):
+                    assert result[4:-4].tolist() == value.nonzeros()
+                    assert (result[:4] == 7.5).all() and (result[-4:] == 7.5).all()
                 assert (work[:shift] == 7.5).all() and (work[shift + function.sz_w() :] == 7.5).all()
 
 
