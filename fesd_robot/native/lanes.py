@@ -80,10 +80,10 @@ class _Program:
         self._last_use = [-1] * self.count
         made: dict[int, int] = {}
         for k, operation in enumerate(self._operations):
-            found = [] if operation in (ca.OP_CONST, ca.OP_INPUT) else [made[place] for place in self._inputs[k]]
-            for value in found:
+            operands = [] if operation in (ca.OP_CONST, ca.OP_INPUT) else [made[place] for place in self._inputs[k]]
+            for value in operands:
                 self._last_use[value] = k
-            self._sources.append(found)
+            self._sources.append(operands)
             if operation != ca.OP_OUTPUT:
                 made[self._targets[k][0]] = k
 

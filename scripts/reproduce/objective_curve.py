@@ -86,8 +86,8 @@ class Objective:
     def __call__(self, x0: float) -> Point:
         """Return value and derivatives."""
         start = np.array([x0, 0.0])
-        found = simulate(self.system, start, self.steps, DURATION, options=self.options, sensitivities=True)
-        (x, cost), sensitivity = found.states[-1], found.sensitivity.initial
+        simulation = simulate(self.system, start, self.steps, DURATION, options=self.options, sensitivities=True)
+        (x, cost), sensitivity = simulation.states[-1], simulation.sensitivity.initial
         gradient = sensitivity[1, 0] + 2 * (x - TARGET) * sensitivity[0, 0]
         return Point(cost + (x - TARGET) ** 2, gradient, sensitivity[0, 0])
 
@@ -118,18 +118,18 @@ def local_minima(objective: Objective, grid: np.ndarray, values: np.ndarray) -> 
 
 @dataclass
 class Optima:
-    """Results of one way to optimise x0 by the start; failed runs are missing in `found`."""
+    """Results of one way to optimise x0 by the start; failed runs are missing in `by_start`."""
 
     name: str
     published: str
-    found: dict[float, float] = field(default_factory=dict)
+    by_start: dict[float, float] = field(default_factory=dict)
     failures: list[str] = field(default_factory=list)
     iterations: int = 0
 
     @property
     def values(self) -> np.ndarray:
         """The optima, in the order of the starts."""
-        return np.array(list(self.found.values()))
+        return np.array(list(self.by_start.values()))
 
 
 class Optimizer:
@@ -173,11 +173,11 @@ class Optimizer:
 
     def starts(self, points: Sequence[float]) -> dict[float, np.ndarray]:
         """Return the simulated points of the MPCC by x0."""
-        found = {}
+        packed = {}
         for x0 in points:
             simulation = simulate(self.system, np.array([x0]), 1, DURATION, options=self.options)
-            found[x0] = self.transcription.pack(simulation.elements)
-        return found
+            packed[x0] = self.transcription.pack(simulation.elements)
+        return packed
 
     def run(self, optima: Optima, solver: HomotopyOptions, starts: dict[float, np.ndarray]) -> Optima:
         """Optimise from every start."""
@@ -185,7 +185,7 @@ class Optimizer:
             solution = solve(replace(self.transcription.problem, start=start), solver, nlp=self.nlp)
             optima.iterations += solution.iterations
             if solution.solved:
-                optima.found[x0] = float(solution.w[0])
+                optima.by_start[x0] = float(solution.w[0])
             else:
                 optima.failures.append(f"{optima.name} from {x0:.3f}: {solution.status}")
         return optima
@@ -248,9 +248,9 @@ def draw(curves: dict[str, tuple[np.ndarray, np.ndarray]], minima: np.ndarray, w
     left.legend(loc="upper center")
     right.axhline(optimum, color="0.25", linewidth=2.2, alpha=0.5, label="exact optimum")
     styles = (("C0", "o", 6, "white"), ("C0", ".", 4, "C0"), ("C1", "s", 4, "white"), ("C1", ".", 6, "C1"))
-    starts = np.unique(np.concatenate([list(way.found) for way in ways[:4]]))
+    starts = np.unique(np.concatenate([list(way.by_start) for way in ways[:4]]))
     for way, (color, marker, size, fill) in zip(ways[:4], styles, strict=True):
-        values = [way.found.get(x0, np.nan) for x0 in starts]  # a failed run is a gap
+        values = [way.by_start.get(x0, np.nan) for x0 in starts]  # a failed run is a gap
         style = {"marker": marker, "color": color, "markersize": size, "markerfacecolor": fill}
         right.plot(starts, values, drawstyle="steps-mid", linewidth=0.8, label=way.name, clip_on=False, **style)
     right.set(xlabel="start of x0", ylabel="optimal x0", xlim=(LEFT, RIGHT))
@@ -385,7 +385,7 @@ def main() -> None:
         np.abs(distances).max() < 2e-3,
     )
     report.check(
-        f"FESD with homotopy within 1e-6 of x0* from {len(homotopy.found)} starts, found "
+        f"FESD with homotopy within 1e-6 of x0* from {len(homotopy.by_start)} starts, found "
         f"{np.abs(homotopy.values - optimum).max():.1e}",
         not homotopy.failures and np.abs(homotopy.values - optimum).max() < 1e-6,
     )

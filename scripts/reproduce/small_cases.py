@@ -109,23 +109,23 @@ def by_sign(switching: ca.SX, positive: ca.SX, negative: ca.SX, name: str = "reg
     )
 
 
-def sliding_weights(found: Simulation) -> np.ndarray:
+def sliding_weights(simulation: Simulation) -> np.ndarray:
     """Return the weight of the field of the positive side and the state at all stages on x = 0, (m, 1 + n_x)."""
-    names = list(found.system.algebraic_names)
+    names = list(simulation.system.algebraic_names)
     index = names.index("theta[positive]" if "theta[positive]" in names else "alpha[c1]")
-    stages = found.tableau.stages
+    stages = simulation.tableau.stages
     rows = [
         np.append(z[index], x)
-        for element in found.elements
+        for element in simulation.elements
         for x, z in zip(element.x[:stages], element.z[:stages], strict=True)
         if element.step > 0 and max(abs(element.x_left[0]), *np.abs(element.x[:, 0])) < 1e-9
     ]
     return np.array(rows)
 
 
-def switches(found: Simulation, *names: str) -> dict[str, float]:
+def switches(simulation: Simulation, *names: str) -> dict[str, float]:
     """Return the switch times under the names they should have; NaN throughout if there are more or fewer."""
-    times = found.switch_times
+    times = simulation.switch_times
     if len(times) != len(names):
         return dict.fromkeys(names, math.nan)
     return dict(zip(names, times.tolist(), strict=True))
@@ -145,7 +145,7 @@ def crossing() -> Case:
         duration=2.0,
         steps=7,
         exact={"switch time": 1 / 3, "x(2)": 5 / 3},
-        measure=lambda found: {**switches(found, "switch time"), "x(2)": found.states[-1, 0]},
+        measure=lambda simulation: {**switches(simulation, "switch time"), "x(2)": simulation.states[-1, 0]},
     )
 
 
@@ -153,10 +153,10 @@ def sliding() -> Case:
     """x' = -sign(x), which stays at 0."""
     x = ca.SX.sym("x")
 
-    def measure(found: Simulation) -> Values:
-        weights = sliding_weights(found)[:, 0]
+    def measure(simulation: Simulation) -> Values:
+        weights = sliding_weights(simulation)[:, 0]
         worst = weights[np.argmax(np.abs(weights - 0.5))]
-        return {**switches(found, "reaches 0"), "weight of x > 0 there": worst, "x(2)": found.states[-1, 0]}
+        return {**switches(simulation, "reaches 0"), "weight of x > 0 there": worst, "x(2)": simulation.states[-1, 0]}
 
     return Case(
         name="sliding",
@@ -174,14 +174,14 @@ def leaving() -> Case:
     """x' = t - sign(x), whose sliding mode ends."""
     x, t = ca.SX.sym("x"), ca.SX.sym("t")
 
-    def measure(found: Simulation) -> Values:
-        inside = sliding_weights(found)
+    def measure(simulation: Simulation) -> Values:
+        inside = sliding_weights(simulation)
         worst = inside[np.argmax(np.abs(inside[:, 0] - (1 + inside[:, 2]) / 2))]  # theta_neg(t) = (1 - t) / 2
         weight = 0.85 + worst[0] - (1 + worst[2]) / 2
         return {
-            **switches(found, "reaches 0", "leaves 0"),
+            **switches(simulation, "reaches 0", "leaves 0"),
             "weight of x > 0 at 0.7": weight,
-            "x(2)": found.states[-1, 0],
+            "x(2)": simulation.states[-1, 0],
         }
 
     fields = (ca.vertcat(t + sign, 1) for sign in (-1, 1))
@@ -212,10 +212,10 @@ def two_coordinates() -> Case:
         duration=2.0,
         steps=7,
         exact={"x1 reaches 0": 0.5, "x2 reaches 0": 1.0, "x1(2)": 0.0, "x2(2)": 0.0},
-        measure=lambda found: {
-            **switches(found, "x1 reaches 0", "x2 reaches 0"),
-            "x1(2)": found.states[-1, 0],
-            "x2(2)": found.states[-1, 1],
+        measure=lambda simulation: {
+            **switches(simulation, "x1 reaches 0", "x2 reaches 0"),
+            "x1(2)": simulation.states[-1, 0],
+            "x2(2)": simulation.states[-1, 1],
         },
         curves={"x1": 0, "x2": 1},
     )
@@ -239,18 +239,18 @@ def mass_spring() -> Case:
         "v(12)": 0.0,
     }
 
-    def measure(found: Simulation) -> Values:
-        times = switches(found, *names)
-        five = found.states[int(np.argmin(np.abs(found.times - 5)))]
-        turning = [found.at([t])[0, 0] if t == t else math.nan for t in times.values()]
+    def measure(simulation: Simulation) -> Values:
+        times = switches(simulation, *names)
+        five = simulation.states[int(np.argmin(np.abs(simulation.times - 5)))]
+        turning = [simulation.at([t])[0, 0] if t == t else math.nan for t in times.values()]
         return {
             **times,
             "q there": turning[0],
             "q at 2 pi": turning[1],
             "q(5)": five[0],
             "v(5)": five[1],
-            "q(12)": found.states[-1, 0],
-            "v(12)": found.states[-1, 1],
+            "q(12)": simulation.states[-1, 0],
+            "v(12)": simulation.states[-1, 1],
         }
 
     def estimate(scheme: str, stages: int) -> Values:
@@ -291,9 +291,9 @@ def stick_slip() -> Case:
         "x at v = 0 again": distance(slip, zero, 0.4) + distance(zero, again, -0.4),  # 0.421443408385954844
     }
 
-    def measure(found: Simulation) -> Values:
-        times = switches(found, *names)
-        places = [found.at([t])[0, 0] if t == t else math.nan for t in times.values()]
+    def measure(simulation: Simulation) -> Values:
+        times = switches(simulation, *names)
+        places = [simulation.at([t])[0, 0] if t == t else math.nan for t in times.values()]
         return {**times, "x at the reversal": places[1], "x at v = 0 again": places[2]}
 
     def estimate(scheme: str, stages: int) -> Values:
@@ -367,11 +367,11 @@ def frictional_mass(acceleration: float) -> Case:
         "clock at the end": duration,
     }
 
-    def measure(found: Simulation) -> Values:
-        lasting = [element for element in found.elements if element.step > 1e-9]
+    def measure(simulation: Simulation) -> Values:
+        lasting = [element for element in simulation.elements if element.step > 1e-9]
         frozen = [i for i, e in enumerate(lasting) if abs(e.x[-1, 4] - e.x_left[4]) < 1e-3 * e.step]
         stuck = [i for i, e in enumerate(lasting) if abs(e.x[-1, 2]) < 1e-9 and abs(e.x_left[2]) < 1e-9]
-        end = {"x(3)": found.states[-1, 0], "clock at the end": found.states[-1, 4]}
+        end = {"x(3)": simulation.states[-1, 0], "clock at the end": simulation.states[-1, 4]}
         if not frozen or not stuck:
             return {**dict.fromkeys(exact, math.nan), **end}
         begin, after = lasting[frozen[0]], lasting[frozen[-1] + 1]
@@ -437,14 +437,14 @@ def bouncing_ball(height: float, restitution: float, end: float) -> Case:
         "clock at the end": end,
     }
 
-    def measure(found: Simulation) -> Values:
-        times = found.switch_times
-        clocks = found.at(times)[:, 2] if len(times) == 2 * len(names) else np.full(2 * len(names), math.nan)
+    def measure(simulation: Simulation) -> Values:
+        times = simulation.switch_times
+        clocks = simulation.at(times)[:, 2] if len(times) == 2 * len(names) else np.full(2 * len(names), math.nan)
         return {
             **dict(zip(names, clocks[::2].tolist(), strict=True)),
-            "q at the end": found.states[-1, 0],
-            "v at the end": found.states[-1, 1],
-            "clock at the end": found.states[-1, 2],
+            "q at the end": simulation.states[-1, 0],
+            "v at the end": simulation.states[-1, 1],
+            "clock at the end": simulation.states[-1, 2],
         }
 
     def estimate(scheme: str, stages: int) -> Values:
@@ -531,18 +531,18 @@ def try_all(case: Case, schemes: Sequence[tuple[str, int]]) -> Iterator[tuple[st
 
 def study(case: Case, schemes: Sequence[tuple[str, int]], report: Report) -> Simulation | None:
     """Compare a case with its closed forms; return a simulation for the figure."""
-    found: dict[tuple[str, str, int], Simulation] = {}
+    simulations: dict[tuple[str, str, int], Simulation] = {}
     notes = []
     for form, scheme, stages, result in try_all(case, schemes):
         which = f"{form}, {label(scheme, stages)}"
         if isinstance(result, str):
             notes.append(f"{which}: {result}.")
             continue
-        found[form, scheme, stages] = result
+        simulations[form, scheme, stages] = result
         others = [f"step {r.step} by {r.method}" for r in result.reports if r.method != "modes"]
         if others:
             notes.append(f"{which}: {', '.join(others)}.")
-    measured = {key: case.measure(simulation) for key, simulation in found.items()}
+    measured = {key: case.measure(simulation) for key, simulation in simulations.items()}
     estimates = {pair: case.estimate(*pair) for pair in schemes}
 
     def worst(name: str, scheme: str, stages: int) -> float:
@@ -597,13 +597,13 @@ def study(case: Case, schemes: Sequence[tuple[str, int]], report: Report) -> Sim
         more = f" ({len(late)} are not: {name} {found_out} with {label(*pair)})"
     report.check(f"{case.name}: every difference is within {bound}{more}", not late)
     apart = [
-        np.abs(found[(FORMS[0], *pair)].states - found[(FORMS[1], *pair)].states).max()
+        np.abs(simulations[(FORMS[0], *pair)].states - simulations[(FORMS[1], *pair)].states).max()
         for pair in schemes
-        if all((form, *pair) in found for form in FORMS)
+        if all((form, *pair) in simulations for form in FORMS)
     ]
     gap = max(*(between_forms(name) for name in case.exact), *apart)
     report.check(f"{case.name}: both forms agree to {FORMS_AGREE:g}, found {gap:.0e}", gap <= FORMS_AGREE)
-    return found[best] if best else None
+    return simulations[best] if best else None
 
 
 def draw(chosen: Sequence[tuple[Case, Simulation]], report: Report) -> None:

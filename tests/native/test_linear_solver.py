@@ -68,8 +68,8 @@ def test_solutions_and_inertia(kind: str) -> None:
         if smallest < 1e-10:
             continue  # too near to a singular matrix for a sign to mean anything
         system, values = _system(matrix, generator)
-        rank, found = system.factorize(values, threshold=1e-6)
-        assert (rank, found) == (len(matrix), negative), seed
+        rank, counted = system.factorize(values, threshold=1e-6)
+        assert (rank, counted) == (len(matrix), negative), seed
         right = generator.normal(size=len(matrix)) * np.abs(matrix).max(axis=1)
         x = system.solve(right)
         for _ in range(2):

@@ -125,11 +125,11 @@ static void cost(const double *const *arg, double *result, double *memory)
 }
 
 /* The sparsity of a matrix as CasADi reads it: rows, columns, first entry of each column, row of each entry. */
-static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros, casadi_int *found)
+static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros, casadi_int *compressed)
 {
-    casadi_int *first = found + 2, *row = first + VARIABLES + 1;
-    found[0] = rows;
-    found[1] = VARIABLES;
+    casadi_int *first = compressed + 2, *row = first + VARIABLES + 1;
+    compressed[0] = rows;
+    compressed[1] = VARIABLES;
     for (int i = 0; i <= VARIABLES; ++i)
         first[i] = nonzeros;
     for (const block *b = blocks; b < blocks + BLOCKS; ++b)
@@ -157,7 +157,7 @@ static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros
     for (int i = VARIABLES; i-- > 0;) /* a column without entries begins where the next one does */
         if (first[i] > first[i + 1])
             first[i] = first[i + 1];
-    return found;
+    return compressed;
 }
 
 static casadi_int jacobian_sparsity[3 + VARIABLES + JACOBIAN_NONZEROS];
