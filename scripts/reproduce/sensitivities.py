@@ -14,9 +14,9 @@ from _common import Report, legend_below, markdown_table, number, plt, reference
 
 # isort: split
 import numpy as np
+from _objective import LEFT, RIGHT, Objective
 from integration_order import DURATION, FAMILIES, FINE, START, order, oscillator, ratio, slope, tableau_options, title
 from matplotlib.figure import Figure
-from objective_curve import LEFT, RIGHT, Objective
 
 from fesd_robot.fesd import SimulationError, make_tableau, simulate
 
