@@ -159,7 +159,7 @@ def main(words: Sequence[str] | None = None) -> None:
     comparisons: list[Comparison] = []
     for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
         comparisons.append(compare(task, tools, settings, arguments))
-        if arguments.task == "all" and PROBLEMS[task].weighed and "nosnoc" in tools:
+        if arguments.task == "all" and PROBLEMS[task].weighted and "nosnoc" in tools:
             other = replace(settings, multipliers="correct" if settings.multipliers == "published" else "published")
             again = compare(task, ["nosnoc"], other, arguments)
             comparisons.append(replace(again, runs=comparisons[-1].runs | again.runs))

@@ -1,4 +1,4 @@
-"""Fifty variations of the one-jump task: how many are solved, by which way, and why the others are not.
+"""Fifty variations of the one-jump task: how many are solved, in which attempt, and why the others are not.
 
 Start height, pitch, distance, duration and friction are drawn with fixed seeds. Every variation is planned in a process
 of its own; the table goes to docs/results/robustness.md. Exit code 1 if fewer than 47 of 50 are solved.

@@ -49,7 +49,7 @@ class Comparison:
     def title(self) -> str:
         """Name of the problem, with how nosnoc weighs the fields where that can be chosen."""
         problem = PROBLEMS[self.task]
-        if not problem.weighed or "nosnoc" not in self.runs:
+        if not problem.weighted or "nosnoc" not in self.runs:
             return problem.title
         return f"{problem.title}, {self.settings.multipliers} weights in nosnoc"
 

@@ -161,7 +161,7 @@ def stick_slip() -> Case:
     again = brentq(lambda t: math.cos(zero) - math.cos(t) + 0.4 * (t - zero), 6, 8, xtol=1e-15)  # 7.14705088360020846
 
     def distance(begin: float, end: float, friction: float) -> float:
-        """Return the way from rest at ``begin`` to ``end`` under sin t - friction."""
+        """Return the distance travelled from rest at ``begin`` until ``end`` under sin t - friction."""
         return math.cos(begin) * (end - begin) - math.sin(end) + math.sin(begin) - friction * (end - begin) ** 2 / 2
 
     names = ("begins to slip", "v = 0, reverses", "v = 0 again")

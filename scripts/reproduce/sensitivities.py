@@ -1,4 +1,4 @@
-"""Derivatives of the end state by the initial state converge to the true ones, jump of the switch included.
+"""Derivatives of the end state by the initial state converge to the exact ones, the switch's jump included.
 
     python scripts/reproduce/sensitivities.py
 

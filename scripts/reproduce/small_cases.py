@@ -4,7 +4,7 @@
     python scripts/reproduce/small_cases.py --quick
 
 Every case is written down once, as regions with a vector field each, and integrated in the form of Stewart and with
-set-valued step functions. Where solutions are polynomials that the schemes represent, what is left is round-off;
+set-valued step functions. Where solutions are polynomials that the schemes represent, the difference is round-off;
 elsewhere the difference is that of the scheme, for which an estimate is printed beside it.
 """
 

@@ -82,7 +82,7 @@ def test_solutions_and_inertia(kind: str) -> None:
 
 @pytest.mark.parametrize("copies", [1, 3])
 def test_singular_matrices_are_noticed(copies: int) -> None:
-    """Constraints that stand twice leave exactly that many pivots out, or tiny ones that spoil the solution."""
+    """Repeated constraints leave exactly that many pivots out, or tiny ones that spoil the solution."""
     generator = np.random.default_rng(5)
     n, m = 30, 8
     coupling = generator.integers(-2, 3, size=(m, n)).astype(float)
