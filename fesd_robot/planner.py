@@ -7,20 +7,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.finish import SmoothTranscription
+from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, NlpReport, certify, solve
-from fesd_robot.ocp import MotionProblem, formulate, transcribe
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
-from fesd_robot.plans.physics import ContactPoint, NumericPhysics
 from fesd_robot.plans.plan import Attempt, Audit, HomotopyStep, Plan, Statistics, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.plans.verdict import status_of
-from fesd_robot.retries import LADDER, Changes, changed
+from fesd_robot.recovery import PhysicalMotion, recover
+from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.starts import solved_from_everywhere
+from fesd_robot.strategies.fallbacks import FALLBACKS, Overrides, with_overrides
+from fesd_robot.strategies.multistart import solve_multistart
 from fesd_robot.task import Task
 
 CERTIFICATE_SECONDS = 30.0
@@ -32,14 +32,14 @@ def plan(
     *,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
-    retrying: Callable[[Changes, Plan], None] | None = None,
+    retrying: Callable[[Overrides, Plan], None] | None = None,
     started: Callable[[int, Plan], None] | None = None,
 ) -> Plan:
     """Plan the motion that a task describes, from several starts, and on other ways where no start solves it.
 
     Args:
         task: from `load_task`; `task.solver.starts` is the number of first guesses, each solved in a process of its own
-            if there are several, and `task.solver.retries` the number of other ways (`retries.LADDER`).
+            if there are several, and `task.solver.retries` the number of other ways (`retries.FALLBACKS`).
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
             (0, NaN); True ends the solve, and the best iterate is returned as not solved.
@@ -55,9 +55,9 @@ def plan(
     """
     begin = time.perf_counter()
     tries = _starts(task, stop, started) if task.solver.starts > 1 else []
-    ways: list[Changes] = [{}] if not tries else []
+    ways: list[Overrides] = [{}] if not tries else []
     if not any(result.status.solved for _, result, _ in tries) and not (tries and stop and stop(0, float("nan"))):
-        ways += [way(task) for way in LADDER[: task.solver.retries]]
+        ways += [way(task) for way in FALLBACKS[: task.solver.retries]]
     for changes in ways:
         if any(result.status.solved for _, result, _ in tries):
             break
@@ -65,7 +65,7 @@ def plan(
             retrying(changes, tries[-1][1])
         seconds, before = task.solver.time_limit, time.perf_counter()
         left = {} if seconds is None else {"solver.time_limit": max(seconds - (before - begin), 1e-3)}
-        result = attempt(changed(task, {**changes, **left}), progress=progress, stop=stop)
+        result = attempt(with_overrides(task, {**changes, **left}), progress=progress, stop=stop)
         tries.append((changes, result, time.perf_counter() - before))
         if result.status.nlp in ("interrupted", "time limit"):
             break
@@ -87,12 +87,12 @@ def plan(
 
 def _starts(
     task: Task, stop: Callable[[int, float], bool] | None, started: Callable[[int, Plan], None] | None
-) -> list[tuple[Changes, Plan, float]]:
+) -> list[tuple[Overrides, Plan, float]]:
     """Solve the task from several first guesses at once."""
     seeds = range(task.solver.seed, task.solver.seed + task.solver.starts)
-    found = solved_from_everywhere(
+    found = solve_multistart(
         attempt,
-        [changed(task, {"solver.seed": seed}) for seed in seeds],
+        [with_overrides(task, {"solver.seed": seed}) for seed in seeds],
         (lambda number, result: started(seeds[number], result)) if started else None,
         (lambda: stop(0, float("nan"))) if stop else None,
     )
@@ -115,14 +115,14 @@ def attempt(
     """
     begin = time.perf_counter()
     motion = formulate(task)
-    transcription = transcribe(motion.ocp, motion.fesd)
+    transcription = Transcription(motion.ocp, motion.fesd)
     problem = transcription.problem
     build_seconds = time.perf_counter() - begin
-    finisher = SmoothTranscription(transcription)
+    polisher = BranchTranscription(transcription)
     solution = solve(
         problem,
         homotopy_options(task),
-        finisher=finisher,
+        polisher=polisher,
         progress=progress,
         stop=stop,
     )
@@ -130,10 +130,10 @@ def attempt(
     physical = recover(
         elements,
         motion.fesd.tableau,
-        motion.mechanics,
+        motion.dynamics,
         motion.contacts,
         motion.contact_system,
-        motion.auxiliary_acceleration,
+        motion.auxiliary_force,
     )
     physics = numeric_physics(motion)
     found = _audit(motion, physical, physics)
@@ -146,7 +146,7 @@ def attempt(
             found,
             task.solver.tolerance,
             _certificate(task, problem, solution, begin),
-            [] if solution.solved else finisher.crowded(solution.w),
+            [] if solution.solved else polisher.out_of_elements(solution.w),
         ),
         audit=found,
         units=Units(
@@ -172,7 +172,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         tolerance=solver.tolerance,
         sigma_start=solver.sigma_start,
         sigma_factor=solver.sigma_factor,
-        rank_ratio=solver.velocity_relaxation,
+        velocity_level_ratio=solver.velocity_level_ratio,
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
         relaxation=solver.relaxation,
@@ -181,7 +181,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         linear_solver=solver.linear_solver,
         compile=task.method.compile,
         finish=solver.finish,
-        sketch_iterations=solver.sketch_iterations,
+        loose_iterations=solver.loose_iterations,
     )
 
 
@@ -193,7 +193,7 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
         for contact, frame in zip(motion.contacts, frames, strict=True)
     ]
     matrix = motion.actuation.matrix
-    return NumericPhysics(motion.robot, motion.ground, points, lambda q: np.asarray(matrix(q).full()))
+    return NumericPhysics(motion.robot, motion.scene, points, lambda q: np.asarray(matrix(q).full()))
 
 
 def _certificate(task: Task, problem: Mpcc, solution: MpccSolution, begin: float) -> Certificate | None:
@@ -240,7 +240,7 @@ def _statistics(transcription: Transcription, solution: MpccSolution, build_seco
         homotopy=[
             HomotopyStep(
                 sigma=step.sigma,
-                velocity_sigma=step.sigma_of_rank_1,
+                velocity_level_sigma=step.velocity_level_sigma,
                 status=step.status,
                 iterations=step.iterations,
                 objective=step.residuals.objective,

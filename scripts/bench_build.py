@@ -24,9 +24,10 @@ import casadi
 import numpy as np
 
 from fesd_robot import load_task
+from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).parent.parent
 HOPPER = "hopper_five_jumps"
@@ -100,10 +101,10 @@ def _measured(name: str, count: int | None, cache: Path) -> tuple[tuple[int, int
     changes = [] if count is None else [f"horizon.intervals={count}"]
     file = ROOT / "tasks" / f"{name}.yaml"
     motion, formulation = _timed(lambda: formulate(load_task(file, changes)))
-    problem, transcription = _timed(lambda: transcribe(motion.ocp, motion.fesd).problem)
+    problem, transcription = _timed(lambda: Transcription(motion.ocp, motion.fesd).problem)
     _, interpreted = _timed(lambda: assemble(problem, RELAXATIONS["scholtes"], "never"))
     shifted = formulate(load_task(file, [*changes, "costs.terminal_velocity.root_x=7"]))
-    other = transcribe(shifted.ocp, shifted.fesd).problem
+    other = Transcription(shifted.ocp, shifted.fesd).problem
     kept = os.environ.get("FESD_ROBOT_CACHE")
     os.environ["FESD_ROBOT_CACHE"] = str(cache)
     try:

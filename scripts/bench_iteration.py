@@ -24,10 +24,11 @@ import casadi
 import numpy as np
 
 from fesd_robot import Task, load_task
+from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.ocp import formulate
 from fesd_robot.planner import homotopy_options, plan
 
 ROOT = Path(__file__).parent.parent
@@ -77,7 +78,7 @@ def main() -> int:
             continue
         task = load_task(ROOT / "tasks" / f"{name}.yaml", changes)
         motion = formulate(task)
-        problem = transcribe(motion.ocp, motion.fesd).problem
+        problem = Transcription(motion.ocp, motion.fesd).problem
         nlps = {how: assemble(problem, RELAXATIONS["scholtes"], how) for how in ("never", "always")}
         label = f"{name}, {task.horizon.intervals} intervals"
         functions += _functions(label, problem, nlps, 10 * arguments.repeat)
@@ -144,7 +145,7 @@ def _timed(task: Task, problem: Mpcc, nlp: RelaxedNlp, solver: str, iterations: 
         file = Path(folder) / "ipopt.txt"
         ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
         options = replace(homotopy_options(task), linear_solver=solver, max_iterations=iterations, ipopt=ipopt)
-        options = replace(options, tolerance=options.sigma_start * 0.99, rank_ratio=1.0)
+        options = replace(options, tolerance=options.sigma_start * 0.99, velocity_level_ratio=1.0)
         solve(problem, options, nlp=nlp)
         text = file.read_text()
     values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}

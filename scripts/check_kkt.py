@@ -23,11 +23,11 @@ import numpy as np
 from scipy import sparse
 
 from fesd_robot import load_task
+from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import solve
 from fesd_robot.native import ipopt_options, kkt_library
 from fesd_robot.native.linear_solver import KktSystem, build_library
 from fesd_robot.ocp import formulate
-from fesd_robot.ocp.transcription import transcribe
 from fesd_robot.planner import homotopy_options
 
 ROOT = Path(__file__).parent.parent
@@ -82,7 +82,7 @@ def dump(name: str, overrides: list[str], folder: Path, iterations: int, every: 
     options = replace(homotopy_options(task), linear_solver="ma27", ipopt=chosen, max_iterations=iterations)
     options = replace(options, time_limit=TIME_LIMIT)
     os.environ |= {"KKT_FOLDER": str(folder), "KKT_EVERY": str(every)}
-    solve(transcribe(motion.ocp, motion.fesd).problem, options)
+    solve(Transcription(motion.ocp, motion.fesd).problem, options)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from PIL import Image
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.plans import Plan, read_plan
 from fesd_robot.plans.plan import ContactHistory
-from fesd_robot.retries import changed
+from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import load_task
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -76,7 +76,9 @@ class Entry:
         kept = next((one for one in plan.statistics.attempts if one.solved), None)
         task = load_task(self.file)
         if kept:
-            task = changed(task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"})
+            task = with_overrides(
+                task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"}
+            )
         now, then = task.model_dump(mode="json"), {**plan.task, "solver": {**plan.task["solver"]}}
         then["solver"]["time_limit"] = now["solver"]["time_limit"]
         return plan if now == then else None

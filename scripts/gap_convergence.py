@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot import load_task
-from fesd_robot.fesd.finish import SmoothTranscription
+from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.ocp import formulate, transcribe
 
@@ -45,7 +45,7 @@ def largest_gap(stages: int, intervals: int, feedback: float) -> float:
             f"horizon.intervals={intervals}",
             f"method.stages={stages}",
             "method.elements=1",
-            f"method.formulation.gap_feedback={feedback}",
+            f"method.formulation.baumgarte_gain={feedback}",
             "reference={type: line}",
             f"initial.velocity={{root_x: {0.5 * RATE}, root_pitch: {RATE}}}",
             "goal.configuration={}",
@@ -64,11 +64,11 @@ def largest_gap(stages: int, intervals: int, feedback: float) -> float:
     solution = solve(
         transcription.problem,
         HomotopyOptions(tolerance=1e-9, linear_solver="auto"),
-        finisher=SmoothTranscription(transcription),
+        polisher=BranchTranscription(transcription),
     )
     if not solution.solved:
         raise RuntimeError(f"{stages} stages, {intervals} intervals: {solution.status}")
-    gap = ca.Function("gap", [motion.mechanics.configuration], [motion.contacts[0].gap])
+    gap = ca.Function("gap", [motion.dynamics.configuration], [motion.contacts[0].gap])
     elements = transcription.unpack(solution.w)
     if max(abs(float(element.x[-1][-1])) for element in elements) > 1e-9:
         raise RuntimeError(f"{stages} stages, {intervals} intervals: the foot left the ground")

@@ -13,8 +13,9 @@ def check(task: TaskFile, overrides: Overrides = None) -> None:
     Reads the robot and builds the problem, but solves nothing and writes nothing.
     """
     from fesd_robot.cli.explanation import explanation
-    from fesd_robot.ocp import formulate, transcribe
+    from fesd_robot.fesd import Transcription
+    from fesd_robot.ocp import formulate
     from fesd_robot.task import load_task
 
     motion = formulate(load_task(task, overrides or []))
-    typer.echo(explanation(motion, transcribe(motion.ocp, motion.fesd).problem))
+    typer.echo(explanation(motion, Transcription(motion.ocp, motion.fesd).problem))

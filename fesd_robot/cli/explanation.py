@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.cli.cautions import cautions, reference_gaps
-from fesd_robot.cli.demands import (
+from fesd_robot.cli.descriptions import (
     described_constraints,
     described_costs,
     described_points,
@@ -17,11 +16,12 @@ from fesd_robot.cli.demands import (
     described_waypoints,
 )
 from fesd_robot.cli.table import aligned
+from fesd_robot.cli.task_warnings import cautions, reference_gaps
 from fesd_robot.contact import Ground, Terrain
 from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.motion import TOUCHING
+from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.planner import homotopy_options, numeric_physics
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
@@ -179,7 +179,7 @@ def _ground(motion: MotionProblem) -> list[str]:
         edges = ", ".join(f"{step.height:g} m from x = {step.x:g} m" for step in ground.steps)
         shape = f"Steps: {ground.height:g} m high, then {edges}; every edge smoothed over {ground.smoothing:g} m"
     else:
-        shape = f"Height map {ground.file}, {_extent(motion.ground.surfaces[GROUND])}; level beyond"
+        shape = f"Height map {ground.file}, {_extent(motion.scene.surfaces[GROUND])}; level beyond"
     walls = [
         f"Wall '{name}' at x = {wall.x:g} m, the robot on its {wall.side}; friction {wall.friction:g}."
         for name, wall in ground.walls.items()
@@ -203,8 +203,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
             f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
-    origin = "chosen from the weight" if motion.task.method.auxiliary_acceleration == "auto" else "as given"
-    strength = f"a_n = {motion.auxiliary_acceleration:g} N, {origin}"
+    origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
+    strength = f"a_n = {motion.auxiliary_force:g} N, {origin}"
     return [*lines, f"Impacts are resolved while the clock stands still ({strength})."]
 
 

@@ -80,7 +80,7 @@ def ground_visual(task: Task) -> GroundVisual:
         TaskError: the file of its height map cannot be used any more.
     """
     from fesd_robot.contact import Plane, Terrain
-    from fesd_robot.ocp.ground import surfaces_of
+    from fesd_robot.ocp.scene import surfaces_of
     from fesd_robot.render import GroundVisual, WallVisual
     from fesd_robot.task import GROUND
 

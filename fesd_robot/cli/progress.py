@@ -35,7 +35,7 @@ def cells(report: NlpReport) -> list[str]:
     residuals = report.residuals
     return [
         f"{report.sigma:.0e}" if report.sigma else "exact",
-        f"{report.sigma_of_rank_1:.0e}" if report.sigma_of_rank_1 else "exact",
+        f"{report.velocity_level_sigma:.0e}" if report.velocity_level_sigma else "exact",
         report.status,
         str(report.iterations),
         f"{residuals.objective:.6g}",

@@ -2,35 +2,36 @@
 
 from fesd_robot.contact.build import contact_system
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
+from fesd_robot.contact.geometry import (
+    CircleOnCircle,
+    CircleOnSurface,
+    ContactGeometry,
+    PointOnSurface,
+    Scene,
+    contact_of,
+)
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
-from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
-from fesd_robot.contact.pairs import CirclePair, Pair, PointPair, Surroundings, TwoCirclesPair, pair_contact
+from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.points import point_contact
-from fesd_robot.contact.recover import ImpactRecord, PhysicalMotion, recover
-from fesd_robot.contact.switches import SwitchRecord
 
 __all__ = [
-    "CirclePair",
+    "CircleOnCircle",
+    "CircleOnSurface",
+    "ContactGeometry",
     "ContactOptions",
     "ContactSystem",
     "Ground",
-    "ImpactRecord",
-    "Mechanics",
-    "Pair",
-    "PhysicalMotion",
+    "MultibodyDynamics",
     "PlanarContact",
     "Plane",
-    "PointPair",
+    "PointOnSurface",
     "Profile",
-    "Surroundings",
-    "SwitchRecord",
+    "Scene",
     "Terrain",
-    "TwoCirclesPair",
     "Wall",
     "circle_contact",
+    "contact_of",
     "contact_system",
-    "pair_contact",
     "point_contact",
-    "recover",
     "two_circles_contact",
 ]

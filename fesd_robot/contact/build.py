@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.multipliers import multiplier_contact_system
 from fesd_robot.contact.steps import step_contact_system
 
 
 def contact_system(
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contacts: Sequence[PlanarContact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
@@ -26,7 +26,7 @@ def contact_system(
         ValueError: the multiplier form with a gap that is not integrated.
     """
     if options.form == "steps":
-        return step_contact_system(mechanics, contacts, options, parameters)
+        return step_contact_system(dynamics, contacts, options, parameters)
     if options.gap != "integrated":
         raise ValueError("the form 'multipliers' needs gap='integrated', found gap='true'")
-    return multiplier_contact_system(mechanics, contacts, options, parameters)
+    return multiplier_contact_system(dynamics, contacts, options, parameters)

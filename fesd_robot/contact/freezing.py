@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from fesd_robot.contact.model import ContactOptions, Mechanics, PlanarContact
+from fesd_robot.contact.model import ContactOptions, MultibodyDynamics, PlanarContact
 
 
 @dataclass(frozen=True)
@@ -22,44 +22,46 @@ class FreezingState:
     control_names: list[str]
 
 
-def freezing_state(mechanics: Mechanics, contacts: Sequence[PlanarContact], options: ContactOptions) -> FreezingState:
+def freezing_state(
+    dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact], options: ContactOptions
+) -> FreezingState:
     """Return the symbols of the time-freezing system."""
     speed, clock = ca.SX.sym("s"), ca.SX.sym("t")
     gaps = ca.SX.sym("p", len(contacts) if options.gap == "integrated" else 0)
     return FreezingState(
-        state=ca.vertcat(mechanics.configuration, mechanics.velocity, clock, gaps),
-        control=ca.vertcat(mechanics.control, speed),
+        state=ca.vertcat(dynamics.configuration, dynamics.velocity, clock, gaps),
+        control=ca.vertcat(dynamics.control, speed),
         speed=speed,
         gaps=gaps,
         state_names=[
-            *mechanics.configuration_names,
-            *(f"{name} velocity" for name in mechanics.velocity_names),
+            *dynamics.configuration_names,
+            *(f"{name} velocity" for name in dynamics.velocity_names),
             "clock",
             *[f"{contact.name} integrated gap" for contact in contacts][: gaps.numel()],
         ],
-        control_names=[*mechanics.control_names, "speed of time"],
+        control_names=[*dynamics.control_names, "speed of time"],
     )
 
 
-def normal_speeds(
-    mechanics: Mechanics, contacts: Sequence[PlanarContact], options: ContactOptions, symbols: FreezingState
+def stabilised_normal_velocities(
+    dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact], options: ContactOptions, symbols: FreezingState
 ) -> list[ca.SX]:
     """Return the speed that every contact's logic sees: J_n v, or J_n v + kappa (f_c - p) with an integrated gap.
 
     The second term pulls p to the true gap in flight. In stance, where p = 0, it pulls the true gap to zero: what the
     Runge-Kutta scheme lets drift there decays with the rate kappa.
     """
-    speeds = [ca.dot(contact.normal, mechanics.velocity) for contact in contacts]
+    speeds = [ca.dot(contact.normal, dynamics.velocity) for contact in contacts]
     if not symbols.gaps.numel():
         return speeds
     return [
-        speed + options.gap_feedback * (contact.gap - gap)
+        speed + options.baumgarte_gain * (contact.gap - gap)
         for speed, contact, gap in zip(speeds, contacts, ca.vertsplit(symbols.gaps), strict=True)
     ]
 
 
 def freezing_dynamics(
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contacts: Sequence[PlanarContact],
     options: ContactOptions,
     symbols: FreezingState,
@@ -78,28 +80,28 @@ def freezing_dynamics(
     Source: Nurkanovic et al., arXiv 2111.06759, section 3; the integrated gap is ours.
     """
     rate = theta_ode * symbols.speed
-    push = ca.SX.zeros(mechanics.velocity.numel())
+    push = ca.SX.zeros(dynamics.velocity.numel())
     for contact, (plus, minus) in zip(contacts, shares, strict=True):
         push += (plus + minus) * contact.normal
         if contact.friction > 0:
             push += contact.friction * (minus - plus) * contact.tangent
     gap_rates = []
     if symbols.gaps.numel():
-        gap_rates = [rate * speed for speed in normal_speeds(mechanics, contacts, options, symbols)]
+        gap_rates = [rate * speed for speed in stabilised_normal_velocities(dynamics, contacts, options, symbols)]
     right_hand_side = ca.vertcat(
-        rate * mechanics.configuration_derivative,
-        rate * mechanics.force + options.auxiliary_acceleration * push,
+        rate * dynamics.configuration_derivative,
+        rate * dynamics.force + options.auxiliary_force * push,
         rate,
         *gap_rates,
     )
     identity = ca.SX.eye
     mass_matrix = ca.diagcat(
-        identity(mechanics.configuration.numel()), mechanics.mass_matrix, identity(1 + len(gap_rates))
+        identity(dynamics.configuration.numel()), dynamics.mass_matrix, identity(1 + len(gap_rates))
     )
     return mass_matrix, right_hand_side
 
 
-def free_share(rests: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
+def free_flow_multiplier(rests: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
     """Return theta_ODE = prod_c (1 - beta_c), with its partial products as lifted (name, symbol, definition).
 
     Args:

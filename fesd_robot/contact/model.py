@@ -12,7 +12,7 @@ from fesd_robot.dcs import ComplementaritySystem
 
 
 @dataclass(frozen=True)
-class Mechanics:
+class MultibodyDynamics:
     """M(q) dv/dt = force(q, v, u), dq/dt = configuration_derivative(q, v), as SX expressions.
 
     Attributes:
@@ -52,18 +52,18 @@ class ContactOptions:
             and velocities, as published.
         gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q),
             for steps only.
-        gap_feedback: kappa, 1/s.
+        baumgarte_gain: kappa, 1/s.
         gate: let velocity signs count at the ground only; for steps, multipliers always do.
-        selection_weight: epsilon of epsilon ||alpha||^2 at every stage, for steps.
-        auxiliary_acceleration: a_n, N per unit of J_n, strength of the auxiliary fields.
+        regularisation_weight: epsilon of epsilon ||alpha||^2 at every stage, for steps.
+        auxiliary_force: a_n, N per unit of J_n, strength of the auxiliary fields.
     """
 
     form: Literal["multipliers", "steps"] = "multipliers"
     gap: Literal["integrated", "true"] = "integrated"
-    gap_feedback: float = 30.0
+    baumgarte_gain: float = 30.0
     gate: bool = True
-    selection_weight: float = 1e-3
-    auxiliary_acceleration: float = 100.0
+    regularisation_weight: float = 1e-3
+    auxiliary_force: float = 100.0
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,19 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.freezing import free_share, freezing_dynamics, freezing_state, normal_speeds
-from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.contact.freezing import (
+    free_flow_multiplier,
+    freezing_dynamics,
+    freezing_state,
+    stabilised_normal_velocities,
+)
+from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.velocities import velocity_exclusions
 from fesd_robot.dcs import ComplementaritySystem, Exclusion
 
 
 def multiplier_contact_system(
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contacts: Sequence[PlanarContact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
@@ -44,13 +49,13 @@ def multiplier_contact_system(
     Source: the step functions of arXiv 2303.18066, section V, eliminated by the signs of a time-freezing contact
     (arXiv 2111.06759, section 3).
     """
-    symbols = freezing_state(mechanics, contacts, options)
+    symbols = freezing_state(dynamics, contacts, options)
     names, variables, exclusions, upper, exact = [], [], [], [], ca.SX(1)
     rests: list[ca.SX] = []
     lifted: list[tuple[str, ca.SX, ca.SX]] = []
     shares: list[tuple[ca.SX, ca.SX]] = []
-    speeds = normal_speeds(mechanics, contacts, options, symbols)
-    for i, (gap, normal_speed, contact) in enumerate(zip(ca.vertsplit(symbols.gaps), speeds, contacts, strict=True)):
+    speeds = stabilised_normal_velocities(dynamics, contacts, options, symbols)
+    for i, (gap, normal_velocity, contact) in enumerate(zip(ca.vertsplit(symbols.gaps), speeds, contacts, strict=True)):
         plus, minus = ca.SX.sym(f"theta_plus{i}"), ca.SX(0)
         beta, rest, bounds = plus, 1 - plus, [1.0]
         variables.append(plus)
@@ -62,14 +67,14 @@ def multiplier_contact_system(
             names.append(f"theta_-[{contact.name}]")
             lifted.append((f"1 - beta[{contact.name}]", rest, 1 - beta))
         exclusions.append(Exclusion(f"force at a distance [{contact.name}]", gap, beta, kept=True))
-        exclusions += velocity_exclusions(mechanics, contact, normal_speed, beta, rest, (plus, minus))
+        exclusions += velocity_exclusions(dynamics, contact, normal_velocity, beta, rest, (plus, minus))
         upper += bounds
         shares.append((plus, minus))
         rests.append(rest)
         exact *= 1 - beta
-    theta_ode, products = free_share(rests)
+    theta_ode, products = free_flow_multiplier(rests)
     lifted += products
-    mass_matrix, right_hand_side = freezing_dynamics(mechanics, contacts, options, symbols, theta_ode, shares)
+    mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, shares)
     n_theta, n_lifted, nothing = len(variables), len(lifted), ca.SX(0, 1)
     system = ComplementaritySystem(
         state=symbols.state,

@@ -7,14 +7,19 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.freezing import free_share, freezing_dynamics, freezing_state, normal_speeds
-from fesd_robot.contact.model import ContactOptions, ContactSystem, Mechanics, PlanarContact
+from fesd_robot.contact.freezing import (
+    free_flow_multiplier,
+    freezing_dynamics,
+    freezing_state,
+    stabilised_normal_velocities,
+)
+from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.velocities import velocity_exclusions
 from fesd_robot.dcs import Exclusion, heaviside
 
 
 def step_contact_system(
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contacts: Sequence[PlanarContact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
@@ -31,7 +36,7 @@ def step_contact_system(
 
     Source: Nurkanovic et al., arXiv 2111.06759 (time-freezing), arXiv 2303.18066, section V (multipliers).
     """
-    symbols = freezing_state(mechanics, contacts, options)
+    symbols = freezing_state(dynamics, contacts, options)
     alpha: list[ca.SX] = []
     switching: list[ca.SX] = []
     step_names: list[str] = []
@@ -39,15 +44,15 @@ def step_contact_system(
     exclusions: list[Exclusion] = []
     free: dict[int, ca.SX] = {}
     shares, rests, errors, exact = [], [], [], ca.SX(1)
-    speeds = normal_speeds(mechanics, contacts, options, symbols)
-    for i, (contact, normal_speed) in enumerate(zip(contacts, speeds, strict=True)):
+    speeds = stabilised_normal_velocities(dynamics, contacts, options, symbols)
+    for i, (contact, normal_velocity) in enumerate(zip(contacts, speeds, strict=True)):
         gap = symbols.gaps[i] if options.gap == "integrated" else contact.gap
         at_gap, parting, beta = (ca.SX.sym(f"{name}{i}") for name in ("alpha_q", "alpha_n", "beta"))
         gate = 1 - at_gap if options.gate else ca.SX(1)
         if options.gate:
             free[len(alpha) + 1] = 1 - beta
         alpha += [at_gap, parting]
-        switching += [gap, gate * normal_speed]
+        switching += [gap, gate * normal_velocity]
         step_names += [f"{contact.name} gap", f"{contact.name} normal velocity"]
         definition = (1 - at_gap) * (1 - parting)
         lifted.append((f"beta[{contact.name}]", beta, definition))
@@ -55,19 +60,19 @@ def step_contact_system(
         if contact.friction > 0:
             sliding = ca.SX.sym(f"alpha_t{i}")
             alpha.append(sliding)
-            switching.append(gate * ca.dot(contact.tangent, mechanics.velocity))
+            switching.append(gate * ca.dot(contact.tangent, dynamics.velocity))
             step_names.append(f"{contact.name} tangential velocity")
             plus, minus = beta * sliding, beta * (1 - sliding)
         if options.gate:
             exclusions += velocity_exclusions(
-                mechanics, contact, normal_speed, beta, 1 - beta, (plus, minus), boundary_only=True
+                dynamics, contact, normal_velocity, beta, 1 - beta, (plus, minus), boundary_only=True
             )
         shares.append((plus, minus))
         rests.append(1 - beta)
         errors.append(beta - definition)
         exact *= 1 - definition
-    theta_ode, products = free_share(rests)
-    mass_matrix, right_hand_side = freezing_dynamics(mechanics, contacts, options, symbols, theta_ode, shares)
+    theta_ode, products = free_flow_multiplier(rests)
+    mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, shares)
     system = heaviside(
         state=symbols.state,
         control=symbols.control,
@@ -79,7 +84,7 @@ def step_contact_system(
         lifted=[*lifted, *products],
         negative_partner=free,
         exclusions=exclusions,
-        selection_weight=options.selection_weight,
+        regularisation_weight=options.regularisation_weight,
         state_names=symbols.state_names,
         control_names=symbols.control_names,
         step_names=step_names,

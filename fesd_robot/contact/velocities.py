@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fesd_robot.contact.model import Mechanics, PlanarContact
+from fesd_robot.contact.model import MultibodyDynamics, PlanarContact
 from fesd_robot.dcs import Exclusion
 
 
 def velocity_exclusions(
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contact: PlanarContact,
-    normal_speed: ca.SX,
+    normal_velocity: ca.SX,
     beta: ca.SX,
     rest: ca.SX,
     shares: tuple[ca.SX, ca.SX],
@@ -23,7 +23,7 @@ def velocity_exclusions(
     No force while parting, no free motion while approaching a closed contact, and friction against the sliding.
 
     Args:
-        normal_speed: speed that the contact's logic sees, SX in x.
+        normal_velocity: speed that the contact's logic sees, SX in x.
         beta: share of the contact's auxiliary fields.
         rest: 1 - beta, not negative.
         shares: (theta_+, theta_-), whose sum is beta.
@@ -34,14 +34,14 @@ def velocity_exclusions(
         return Exclusion(f"{name} [{contact.name}]", level, share, rest, boundary_only=boundary_only, rank=1)
 
     found = [
-        exclusion("force while parting", normal_speed, beta),
-        exclusion("motion during impact", -normal_speed, beta, rest),
+        exclusion("force while parting", normal_velocity, beta),
+        exclusion("motion during impact", -normal_velocity, beta, rest),
     ]
     if contact.friction > 0:
         plus, minus = shares
-        tangential_speed = ca.dot(contact.tangent, mechanics.velocity)
+        tangential_velocity = ca.dot(contact.tangent, dynamics.velocity)
         found += [
-            exclusion("friction along sliding, backwards", -tangential_speed, plus),
-            exclusion("friction along sliding, forwards", tangential_speed, minus),
+            exclusion("friction along sliding, backwards", -tangential_velocity, plus),
+            exclusion("friction along sliding, forwards", tangential_velocity, minus),
         ]
     return found

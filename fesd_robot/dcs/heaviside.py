@@ -35,7 +35,7 @@ def heaviside(
     lifted: Sequence[tuple[str, ca.SX, ca.SX]] = (),
     negative_partner: Mapping[int, ca.SX] | None = None,
     exclusions: Sequence[Exclusion] = (),
-    selection_weight: float = 0.0,
+    regularisation_weight: float = 0.0,
     state_names: Sequence[str] | None = None,
     control_names: Sequence[str] | None = None,
     step_names: Sequence[str] | None = None,
@@ -63,7 +63,7 @@ def heaviside(
         lifted: (name, symbol, definition) of products that become variables; a definition may use earlier symbols.
         negative_partner: step index -> what ln_i excludes instead of alpha_i; must vanish only where alpha_i does.
         exclusions: further conditions between state and algebraic variables.
-        selection_weight: epsilon of the cost epsilon ||alpha||^2 at every stage.
+        regularisation_weight: epsilon of the cost epsilon ||alpha||^2 at every stage.
         state_names, control_names, step_names: names for messages and results.
         algebraic: the model's own algebraic variables, SX symbols (n); none if omitted.
         equations: SX (n), held at zero.
@@ -129,7 +129,7 @@ def heaviside(
         partner=ca.vertcat(_excluded(alpha, negative_partner or {}, local), 1 - alpha),
         algebraic_lower=np.concatenate([np.zeros(3 * n_c), np.full(n_lifted, -np.inf), parts.algebraic_lower]),
         algebraic_upper=np.concatenate([np.ones(n_c), np.full(2 * n_c + n_lifted, np.inf), parts.algebraic_upper]),
-        selection=selection_weight * ca.sumsqr(alpha),
+        selection=regularisation_weight * ca.sumsqr(alpha),
         guess=_guess(parts, alpha, switching, products, defined),
         state_names=parts.state_names,
         control_names=parts.control_names,

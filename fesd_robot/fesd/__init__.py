@@ -1,6 +1,7 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
-from fesd_robot.fesd.ocp import Condition, OptimalControlProblem
+from fesd_robot.fesd.constraints import TrajectoryConstraint
+from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
@@ -10,7 +11,6 @@ from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 __all__ = [
-    "Condition",
     "CrossComplementarity",
     "Element",
     "FesdOptions",
@@ -24,6 +24,7 @@ __all__ = [
     "StepEquilibration",
     "StepReport",
     "Tableau",
+    "TrajectoryConstraint",
     "Transcription",
     "end_sensitivity",
     "make_tableau",

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.errors import ModelError
 from fesd_robot.fesd.cross import cross_pairs, excluded_pairs
 from fesd_robot.fesd.element import SystemFunctions, element_equations, read_elements
 from fesd_robot.fesd.equilibration import equilibrate, refuse_exclusions
@@ -53,13 +52,8 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     that the multipliers at the boundary can take part in the cross complementarity of both neighbours. Without switch
     detection the steps are fixed and a pair is held at each stage by itself.
 
-    Raises:
-        ModelError: the problem has `conditions`, which an interval alone cannot hold.
-
     Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(36).
     """
-    if ocp.conditions:
-        raise ModelError("conditions go beyond an interval; transcribe the problem with ConditionedTranscription")
     system, tableau = ocp.system, options.tableau
     refuse_exclusions(options, len(system.exclusions))
     layout = layout_of(system, options, elements)
@@ -106,7 +100,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
 
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
     if not system.selection.is_zero():
-        terms["choice of alpha"] = chosen
+        terms["regularisation of the step functions"] = chosen
     if not equal.cost.is_zero():
         terms["step equilibration"] = equal.cost
     w = ca.vertcat(left, own)

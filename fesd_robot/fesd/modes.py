@@ -93,7 +93,7 @@ class ModeEquations:
         return np.append(self.options.tableau.c, 1.0)[: self.points]
 
     @cached_property
-    def judged(self) -> np.ndarray:
+    def sign_checked(self) -> np.ndarray:
         """At which points the sign of a multiplier counts, (points,).
 
         A stage that shares its node with a boundary without being the boundary's state is no second opinion on the

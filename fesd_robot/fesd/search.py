@@ -272,7 +272,7 @@ class ModeSearch:
         equations, stages = self.equations, self.equations.layout.stages
         begin, h = self._grid(own)
         a, b = equations.values(own, step.x, step.p)
-        wrong_a = (a < -self.tolerance) & equations.judged[None, :, None]
+        wrong_a = (a < -self.tolerance) & equations.sign_checked[None, :, None]
         wrong_b = b < -self.tolerance
         wrong_b[:, stages:] = False
         wrong = (wrong_a | wrong_b).any(axis=2)
@@ -298,7 +298,7 @@ class ModeSearch:
                         time=min(max(min(zeros) / step.length, 0.0), 1.0),
                         immediate=self.switching and b_before is None and min(zeros) <= t_before + 1e-12,
                     )
-                if equations.judged[j]:
+                if equations.sign_checked[j]:
                     a_before, t_before = a[n, j], time
                 if j < stages:
                     b_before = b[n, j]
@@ -318,8 +318,8 @@ class ModeSearch:
             if h.min() < -1e-9 or h.max() > longest + 1e-9:
                 return False
         states = np.asarray(self.states(step.x, own)[0]).T
-        judged = np.flatnonzero(self.equations.judged[: layout.stages])
-        z = np.array([own[layout.algebraic(n, j)] for n in range(layout.elements) for j in judged.tolist()])
+        sign_checked = np.flatnonzero(self.equations.sign_checked[: layout.stages])
+        z = np.array([own[layout.algebraic(n, j)] for n in range(layout.elements) for j in sign_checked.tolist()])
         z = z.reshape(-1, layout.n_z)
         return not (
             (states < self.state_lower - slack).any()

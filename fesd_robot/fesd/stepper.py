@@ -115,7 +115,7 @@ class Stepper:
         iterations = 0
         for trial, (sigma, factor, ratio) in enumerate(STARTS, start=1):
             sigma = max(sigma, self.solver.tolerance)
-            homotopy = replace(self.solver, sigma_start=sigma, sigma_factor=factor, rank_ratio=ratio)
+            homotopy = replace(self.solver, sigma_start=sigma, sigma_factor=factor, velocity_level_ratio=ratio)
             solution = solve(problem, homotopy, nlp=nlp)
             iterations += solution.iterations
             if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in

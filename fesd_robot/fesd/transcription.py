@@ -10,7 +10,9 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.constraints import constraint_block, constraint_costs
 from fesd_robot.fesd.element import rate_function, states_function
+from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.fesd.interval import IntervalFunctions, build_interval, step_bounds
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
@@ -52,21 +54,9 @@ class Transcription:
         return {count: layout_of(self.ocp.system, self.options, count) for count in set(self.elements)}
 
     @cached_property
-    def offsets(self) -> np.ndarray:
-        """Index of the first variable of every interval."""
-        sizes = [self.layouts[count].size for count in self.elements]
-        return self._point_size + np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
-
-    @property
-    def _point_size(self) -> int:
-        return int(self.ocp.system.state.numel() + self.ocp.system.algebraic.numel())
-
-    def _left(self, k: int) -> np.ndarray:
-        """Indices of the (x, z) that interval k starts from; k = N gives the end of the horizon."""
-        if k == 0:
-            return np.arange(self._point_size)
-        layout = self.layouts[self.elements[k - 1]]
-        return self.offsets[k - 1] + layout.end(layout.elements - 1)
+    def indices(self) -> TrajectoryIndices:
+        """Where the variables of the trajectory sit among those of the MPCC."""
+        return TrajectoryIndices(self.layouts, self.elements)
 
     @cached_property
     def problem(self) -> Mpcc:
@@ -80,7 +70,9 @@ class Transcription:
                 Block(
                     copy_names=[f"interval {k}" for k in where],
                     function=functions.block,
-                    index=np.array([np.concatenate([self._left(k), self.offsets[k] + own]) for k in where]).T,
+                    index=np.array(
+                        [np.concatenate([self.indices.point(k), self.indices.offsets[k] + own]) for k in where]
+                    ).T,
                     parameters=self.ocp.parameters[:, where],
                     lower=functions.lower,
                     upper=functions.upper,
@@ -90,8 +82,13 @@ class Transcription:
                     ranks=functions.ranks,
                 )
             )
-        blocks.append(self._terminal_block())
+        blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks)
+
+    @cached_property
+    def _constraint_blocks(self) -> list[Block]:
+        """The block of every path, boundary and coupling constraint."""
+        return [constraint_block(constraint, self.indices) for constraint in self.ocp.constraints]
 
     def _initial_block(self) -> Block:
         """The step functions at x(0) give the multipliers at the very first boundary."""
@@ -101,7 +98,7 @@ class Transcription:
             "initial", [own, system.parameters], [system.selection, system.residual, system.multiplier, system.partner]
         )
         n_g = function.size1_out(1)
-        index = np.concatenate([self._left(0), self.offsets[0] + np.arange(system.control.numel())])
+        index = np.concatenate([self.indices.point(0), self.indices.offsets[0] + np.arange(system.control.numel())])
         return Block(
             copy_names=["the start"],
             function=function,
@@ -120,7 +117,7 @@ class Transcription:
         return Block(
             copy_names=["the end"],
             function=ca.Function("end", [system.state, empty], [cost, empty, empty, empty]),
-            index=self._left(self.ocp.intervals)[: system.state.numel()].reshape(-1, 1),
+            index=self.indices.state(self.ocp.intervals).reshape(-1, 1),
             parameters=np.zeros((0, 1)),
             lower=np.zeros(0),
             upper=np.zeros(0),
@@ -143,7 +140,7 @@ class Transcription:
             start.append(start_k)
             left = start_k[self.layouts[count].end(count - 1)]
         low, high, w = np.concatenate(lower), np.concatenate(upper), np.concatenate(start)
-        end = self._left(ocp.intervals)[: system.state.numel()]
+        end = self.indices.state(ocp.intervals)
         low[end] = np.maximum(low[end], ocp.terminal_lower)
         high[end] = np.minimum(high[end], ocp.terminal_upper)
         return low, high, np.clip(w, low, high)
@@ -206,14 +203,14 @@ class Transcription:
             raise DimensionError(f"{len(elements)} elements for a problem with {sum(self.elements)}")
         first = elements[0]
         w = self.problem.start.copy()
-        w[self._left(0)] = np.concatenate([first.x_left, first.z_left])
+        w[self.indices.point(0)] = np.concatenate([first.x_left, first.z_left])
         remaining = iter(elements)
         for k, count in enumerate(self.elements):
             own, _ = self.interval_variables(w, k)  # a view
             for n in range(count):
                 self._pack_element(own, n, next(remaining), self.layouts[count])
             if self.layouts[count].auxiliary:
-                guess = self.intervals[count].auxiliary(np.concatenate([w[self._left(k)], own]))
+                guess = self.intervals[count].auxiliary(np.concatenate([w[self.indices.point(k)], own]))
                 own[self.layouts[count].auxiliaries] = np.asarray(guess).ravel()
         return w
 
@@ -231,7 +228,7 @@ class Transcription:
     def interval_variables(self, w: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the own variables of interval k and the (x, z) it starts from."""
         size = self.layouts[self.elements[k]].size
-        return w[self.offsets[k] : self.offsets[k] + size], w[self._left(k)]
+        return w[self.indices.offsets[k] : self.indices.offsets[k] + size], w[self.indices.point(k)]
 
     @cached_property
     def _states(self) -> dict[int, ca.Function]:
@@ -239,19 +236,22 @@ class Transcription:
 
     def controls(self, w: np.ndarray) -> np.ndarray:
         """Return the controls at a point of the MPCC, (n_u, N)."""
-        return w[self.offsets[None, :] + np.arange(self.ocp.system.control.numel())[:, None]]
+        return w[self.indices.offsets[None, :] + np.arange(self.ocp.system.control.numel())[:, None]]
 
     def cost_terms(self, w: np.ndarray) -> dict[str, float]:
         """Return every term of the objective at w by name."""
         totals: dict[str, float] = {}
-        for block, functions in zip(self.problem.blocks[1:-1], self.intervals.values(), strict=True):
+        for block, functions in zip(self.problem.blocks[1:], self.intervals.values(), strict=False):
             values = functions.cost_terms.map(block.copies)(w[block.index], block.parameters)
             for name, row in zip(functions.cost_names, np.asarray(ca.DM(values).full()), strict=True):
                 totals[name] = totals.get(name, 0.0) + float(row.sum())
-        if "choice of alpha" in totals:
-            totals["choice of alpha"] += float(self.problem.blocks[0].evaluate(w)[0].sum())
+        if "regularisation of the step functions" in totals:
+            totals["regularisation of the step functions"] += float(self.problem.blocks[0].evaluate(w)[0].sum())
         terminal = ca.Function("terminal", [self.ocp.system.state], list(self.ocp.terminal_cost.values()))
-        values = terminal.call([w[self._left(self.ocp.intervals)[: self.ocp.system.state.numel()]]])
+        values = terminal.call([w[self.indices.state(self.ocp.intervals)]])
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):
             totals[name] = totals.get(name, 0.0) + float(value)
+        for constraint, block in zip(self.ocp.constraints, self._constraint_blocks, strict=True):
+            for name, cost in constraint_costs(constraint, block, w).items():
+                totals[name] = totals.get(name, 0.0) + cost
         return totals

@@ -1,24 +1,24 @@
 """Mathematical programs with complementarity constraints: the value, its relaxation, its solution by homotopy."""
 
 from fesd_robot.mpcc.certificate import Certificate, certify
-from fesd_robot.mpcc.finish import Finisher, FinishReport, Held, SmoothNlp
 from fesd_robot.mpcc.homotopy import HomotopyOptions, MpccSolution, NlpReport, solve
+from fesd_robot.mpcc.polishing import BranchNlp, Held, Polisher, PolishingReport
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
-from fesd_robot.mpcc.sides import PairFinisher
+from fesd_robot.mpcc.sides import PairPolisher
 
 __all__ = [
     "Block",
+    "BranchNlp",
     "Certificate",
-    "FinishReport",
-    "Finisher",
     "Held",
     "HomotopyOptions",
     "Mpcc",
     "MpccSolution",
     "NlpReport",
-    "PairFinisher",
+    "PairPolisher",
+    "Polisher",
+    "PolishingReport",
     "Residuals",
-    "SmoothNlp",
     "certify",
     "solve",
 ]

@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 Compile = Literal["auto", "never", "always"]
 """Whether an NLP's functions become machine code; auto: large ones, where there is a C compiler."""
 
-WORTHWHILE = 100_000
+COMPILE_THRESHOLD = 100_000
 """Instructions of one evaluation of all derivatives from which on compiling pays for itself within a solve."""
 
 
@@ -162,7 +162,7 @@ def assemble(
         ).tolist(),
     )
     instructions = sum(d.instructions * block.copies for block, d in zip(blocks, derivatives, strict=True))
-    wanted = compiled == "always" or (compiled == "auto" and instructions >= WORTHWHILE)
+    wanted = compiled == "always" or (compiled == "auto" and instructions >= COMPILE_THRESHOLD)
     functions = _compiled(layout, required=compiled == "always") if wanted else None
     functions = functions or _interpreted(layout)
     return RelaxedNlp(

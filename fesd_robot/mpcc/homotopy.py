@@ -11,9 +11,9 @@ import numpy as np
 
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.finish import ITERATIONS, Finisher, FinishReport, SmoothNlp
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
 from fesd_robot.mpcc.options import HomotopyOptions
+from fesd_robot.mpcc.polishing import ITERATIONS, BranchNlp, Polisher, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
 from fesd_robot.mpcc.schedule import SETTLED, Sigmas, chosen_start
@@ -28,8 +28,8 @@ _FINAL = ("interrupted", "time limit", "iteration limit")
 LOSS = 0.2
 """Share of the cost that an exact point may lose against the relaxed one; a structure that costs more was misread."""
 
-SKETCH_TOLERANCE = 1e-2
-"""IPOPT's tolerance while sketching; constraints hold to the sigma of rank 1 where that is smaller."""
+LOOSE_TOLERANCE = 1e-2
+"""IPOPT's tolerance while loose; constraints hold to the sigma of rank 1 where that is smaller."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
@@ -39,7 +39,7 @@ class NlpReport:
     """One NLP as it is shown in the progress table; both sigmas are zero in an NLP of the finish."""
 
     sigma: float
-    sigma_of_rank_1: float
+    velocity_level_sigma: float
     status: str
     iterations: int
     seconds: float
@@ -83,7 +83,7 @@ def solve(
     *,
     relaxation: Relaxation | None = None,
     nlp: RelaxedNlp | None = None,
-    finisher: Finisher[Any] | None = None,
+    polisher: Polisher[Any] | None = None,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
 ) -> MpccSolution:
@@ -92,8 +92,8 @@ def solve(
     Every pair 0 <= G, 0 <= H, G H = 0 is held at G H <= sigma, or what the relaxation says. An NLP that fails twice
     ends the homotopy; the best point so far is returned with its residuals, and `solved` is False.
 
-    With a finisher the homotopy is a sketch first: NLPs of a few iterations (`options.sketch_iterations`), converged or
-    not, down to `options.finish_at`. What vanishes where is read off there, and the smooth problem on that structure is
+    With a polisher the homotopy is a sketch first: NLPs of a few iterations (`options.loose_iterations`), converged or
+    not, down to `options.polish_at`. What vanishes where is read off there, and the smooth problem on that structure is
     solved; its end is exact. Where no structure fits, the homotopy goes on with NLPs that converge, and the finish is
     tried again at its end.
 
@@ -101,7 +101,7 @@ def solve(
         relaxation: instead of the options' one.
         nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks); its relaxation and
             steering are the ones it was assembled with.
-        finisher: reads structures of this problem, see `finish`.
+        polisher: reads structures of this problem, see `finish`.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
 
@@ -113,12 +113,12 @@ def solve(
     """
     options = options or HomotopyOptions()
     if not any(block.pair_ranks.any() for block in problem.blocks):
-        options = replace(options, rank_ratio=1.0)
+        options = replace(options, velocity_level_ratio=1.0)
     begin = time.perf_counter()
     nlp = nlp or assemble(
         problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
     )
-    smooth = SmoothNlp.of(finisher, options.compile) if finisher and options.finish else None
+    smooth = BranchNlp.of(polisher, options.compile) if polisher and options.finish else None
     return _Run(problem, options, nlp, smooth, progress, stop).solved(time.perf_counter() - begin)
 
 
@@ -130,17 +130,17 @@ class _Run:
         problem: Mpcc,
         options: HomotopyOptions,
         nlp: RelaxedNlp,
-        smooth: SmoothNlp | None,
+        smooth: BranchNlp | None,
         progress: Callable[[NlpReport], None] | None,
         stop: Callable[[int, float], bool] | None,
     ) -> None:
         self._problem, self._options, self._nlp, self._smooth = problem, options, nlp, smooth
         self._progress, self._stop = progress, stop
         self._elastic = nlp.slacks.count > 0
-        sigma_start = options.sigma_start or max(chosen_start(problem, options.rank_ratio), options.tolerance)
+        sigma_start = options.sigma_start or max(chosen_start(problem, options.velocity_level_ratio), options.tolerance)
         last = options.tolerance if self._elastic else nlp.relaxation.last_sigma(options.tolerance)
         self._steps = options.steps(sigma_start, last)
-        slack_upper = nlp.slacks.upper(sigma_start, options.rank_ratio)
+        slack_upper = nlp.slacks.upper(sigma_start, options.velocity_level_ratio)
         self._lower = np.append(problem.lower, np.zeros(nlp.slacks.count))
         self._upper = np.append(problem.upper, slack_upper)
         start = np.append(problem.start, 0.5 * slack_upper)
@@ -153,20 +153,20 @@ class _Run:
     def solved(self, build_seconds: float) -> MpccSolution:
         """Run to the end."""
         size, sigmas = self._problem.size, self._steps.start()
-        exact: FinishReport | None = None
-        candidate: FinishReport | None = None
-        sketching, finished = self._smooth is not None and not self._elastic, False
+        exact: PolishingReport | None = None
+        candidate: PolishingReport | None = None
+        loose, finished = self._smooth is not None and not self._elastic, False
         while not finished:
-            sketching = sketching and not self._steps.is_last(sigmas)
-            result = self._nlp_at(sigmas, sketching)
-            if result is None or not (result.converged or (sketching and result.status == "iteration limit")):
+            loose = loose and not self._steps.is_last(sigmas)
+            result = self._nlp_at(sigmas, loose)
+            if result is None or not (result.converged or (loose and result.status == "iteration limit")):
                 break
             self._point = result.point
             slack = self._point.x[size:].max(initial=0.0)
             settled = slack <= self._options.tolerance and self._is_feasible(self._reports[-1].residuals)
             finished = self._steps.is_last(sigmas) or (self._elastic and settled)
-            if self._smooth and (finished or (sketching and sigmas[0] <= self._options.finish_at)):
-                found, sketching = self._finish(), False
+            if self._smooth and (finished or (loose and sigmas[0] <= self._options.polish_at)):
+                found, loose = self._polish(), False
                 relaxed = self._problem.residuals(self._point.x[:size]).objective
                 if found and _keeps_cost(found.residuals.objective, relaxed, sigmas[0]):
                     exact = found
@@ -194,7 +194,7 @@ class _Run:
             solve_seconds=time.perf_counter() - self._begin,
         )
 
-    def _nlp_at(self, sigmas: Sigmas, sketching: bool) -> NlpResult | None:
+    def _nlp_at(self, sigmas: Sigmas, loose: bool) -> NlpResult | None:
         """Solve the NLP at these sigmas, twice if it fails; None when the time is over."""
         for trial in _TRIALS:
             remaining = self._remaining()
@@ -202,7 +202,7 @@ class _Run:
                 self._status = "time limit"
                 return None
             last = self._elastic or self._steps.is_last(sigmas)
-            settings = _ipopt_options(self._options, sigmas, remaining, trial, last, sketching)
+            settings = _ipopt_options(self._options, sigmas, remaining, trial, last, loose)
             result = solve_nlp(
                 self._nlp,
                 sigma=sigmas,
@@ -215,15 +215,15 @@ class _Run:
             residuals = self._problem.residuals(result.point.x[: self._problem.size])
             self._report(NlpReport(*sigmas, result.status, result.iterations, result.seconds, residuals))
             better = residuals.constraint_violation < max(self._violation, self._options.feasibility)
-            if sketching or result.converged or better:
+            if loose or result.converged or better:
                 self._best = result.point
                 self._violation = 0.0 if result.converged else residuals.constraint_violation
             if result.converged or result.status in _FINAL:
                 break
         return result
 
-    def _finish(self) -> FinishReport | None:
-        def report(found: FinishReport) -> None:
+    def _polish(self) -> PolishingReport | None:
+        def report(found: PolishingReport) -> None:
             self._report(NlpReport(0.0, 0.0, found.status, found.iterations, found.seconds, found.residuals))
 
         before = self._status
@@ -275,10 +275,10 @@ def _linear_solver(name: str) -> dict[str, Any]:
 
 
 def _ipopt_options(
-    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: str, last: bool, sketching: bool
+    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: str, last: bool, loose: bool
 ) -> dict[str, Any]:
     """IPOPT's options for one sigma; no NLP but one that may be the last is more accurate than its sigma deserves."""
-    sigma, sigma_of_rank_1 = sigmas
+    sigma, velocity_level_sigma = sigmas
     floor = min(1e-9, options.tolerance if last else 1e-9)
     tolerance = max(min(0.1 * (options.tolerance if last else sigma), 1e-3), floor)
     settings: dict[str, Any] = {
@@ -291,15 +291,15 @@ def _ipopt_options(
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }
-    if sigma_of_rank_1 <= SETTLED:
+    if velocity_level_sigma <= SETTLED:
         settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
     if trial == "again":
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
-    if sketching:
+    if loose:
         settings |= {
-            "max_iter": options.sketch_iterations,
-            "tol": SKETCH_TOLERANCE,
-            "constr_viol_tol": min(SKETCH_TOLERANCE, sigma_of_rank_1),
+            "max_iter": options.loose_iterations,
+            "tol": LOOSE_TOLERANCE,
+            "constr_viol_tol": min(LOOSE_TOLERANCE, velocity_level_sigma),
         }
     if remaining is not None:
         settings["max_wall_time"] = remaining

@@ -18,8 +18,8 @@ class HomotopyOptions:
     Args:
         tolerance: product a b asked for in every pair; the last sigma (of most relaxations).
         sigma_start, sigma_factor: first sigma (None: `schedule.chosen_start`) and the factor from one NLP to the next.
-        rank_ratio: how much larger sigma is for pairs of rank 1, if there are any, until rank 0 has reached the
-            tolerance.
+        velocity_level_ratio: how much larger sigma is for pairs at velocity level, if there are any, until those at
+            position level have reached the tolerance.
         max_iterations: IPOPT iterations per NLP.
         time_limit: seconds for the whole homotopy.
         linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
@@ -33,9 +33,9 @@ class HomotopyOptions:
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
         schedule: how sigma shrinks, ``linear``, ``superlinear`` or ``adaptive`` (`schedule.Rule`).
         sigma_power: power of the superlinear schedule.
-        finish: whether a finisher that is given to `solve` is used.
-        finish_at: sigma of rank 0 at which the finish is first tried; the NLPs down to it are sketches.
-        sketch_iterations: IPOPT iterations of a sketch.
+        finish: whether a polisher that is given to `solve` is used.
+        polish_at: sigma of rank 0 at which the finish is first tried; the NLPs down to it are sketches.
+        loose_iterations: IPOPT iterations of a sketch.
 
     Raises:
         ValueError: a tolerance, factor, power or ratio outside its range, or an unknown name.
@@ -44,7 +44,7 @@ class HomotopyOptions:
     tolerance: float = 1e-8
     sigma_start: float | None = 1.0
     sigma_factor: float = 0.35
-    rank_ratio: float = 1000.0
+    velocity_level_ratio: float = 1000.0
     max_iterations: int = 1000
     time_limit: float | None = None
     linear_solver: str = "mumps"
@@ -56,8 +56,8 @@ class HomotopyOptions:
     schedule: Rule = "linear"
     sigma_power: float = 1.5
     finish: bool = True
-    finish_at: float = 1e-5
-    sketch_iterations: int = 200
+    polish_at: float = 1e-5
+    loose_iterations: int = 200
 
     def __post_init__(self) -> None:
         relaxation_named(self.relaxation)
@@ -70,12 +70,14 @@ class HomotopyOptions:
             raise ValueError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
         if not self.sigma_power > 1:
             raise ValueError(f"sigma_power must be greater than 1, found {self.sigma_power:g}")
-        if not self.rank_ratio >= 1:
-            raise ValueError(f"rank_ratio must be at least 1, found {self.rank_ratio:g}")
+        if not self.velocity_level_ratio >= 1:
+            raise ValueError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
 
     def steps(self, sigma_start: float, last: float) -> Schedule:
         """Return the schedule from one sigma to another."""
-        return Schedule(self.schedule, sigma_start, last, self.sigma_factor, self.sigma_power, self.rank_ratio)
+        return Schedule(
+            self.schedule, sigma_start, last, self.sigma_factor, self.sigma_power, self.velocity_level_ratio
+        )
 
     def sigmas(self) -> list[Sigmas]:
         """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly.

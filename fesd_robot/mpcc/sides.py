@@ -1,4 +1,4 @@
-"""A finisher for any MPCC: every pair keeps one of its two sides at zero."""
+"""A polisher for any MPCC: every pair keeps one of its two sides at zero."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.mpcc.finish import Held
+from fesd_robot.mpcc.polishing import Held
 from fesd_robot.mpcc.problem import Block, Mpcc
 
 
 @dataclass(frozen=True)
-class PairFinisher:
+class PairPolisher:
     """The smooth problem with G = 0 (one-sided: G <= 0 <= H) or H = 0 in every pair, pair by pair.
 
-    It knows nothing of elements or contacts; `fesd.finish.SmoothTranscription` is better for what it can read.
+    It knows nothing of elements or contacts; `fesd.finish.BranchTranscription` is better for what it can read.
 
     Args:
         with_pairs: the problem to finish.

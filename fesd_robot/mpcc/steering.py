@@ -46,9 +46,9 @@ class Slacks:
         """Number of slack variables."""
         return len(self.ranks)
 
-    def upper(self, sigma_max: float, rank_ratio: float) -> np.ndarray:
-        """Return the bounds 0 <= s <= upper: sigma_max, times rank_ratio for rank 1, in the relaxation's power."""
-        return (sigma_max * np.where(self.ranks == 1, rank_ratio, 1.0)) ** (1 / self.power)
+    def upper(self, sigma_max: float, velocity_level_ratio: float) -> np.ndarray:
+        """Return bounds 0 <= s <= upper: sigma_max, times the ratio at velocity level, to the relaxation's power."""
+        return (sigma_max * np.where(self.ranks == 1, velocity_level_ratio, 1.0)) ** (1 / self.power)
 
     def prices(self, sigma: ca.MX) -> ca.MX:
         """Return what one unit of each slack costs, rho = 1/sigma of its rank, (count, 1)."""

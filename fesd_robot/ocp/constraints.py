@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.contact import ContactSystem, Ground, PlanarContact
 from fesd_robot.dcs import ComplementaritySystem, Exclusion
-from fesd_robot.fesd import Condition
+from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.task import (
@@ -85,7 +85,7 @@ def _given(values: Sequence[float | None]) -> list[float]:
     return [value for value in values if value is not None]
 
 
-def constraint_conditions(
+def path_constraints(
     task: Task,
     system: ComplementaritySystem,
     points: Points,
@@ -93,7 +93,7 @@ def constraint_conditions(
     ground: Ground,
     grid: TimeGrid,
     start: np.ndarray,
-) -> list[Condition]:
+) -> list[TrajectoryConstraint]:
     """Return the conditions of all constraints but forbidden zones.
 
     Those on positions are held at every stage; a forbidden contact has an open gap at every stage of its intervals, a
@@ -109,7 +109,7 @@ def constraint_conditions(
     fixed = task.goal.periodic is None
     gaps = {contact.name: contact.gap for contact in contacts}
     held: list[Bounded] = []
-    found: list[Condition] = []
+    found: list[TrajectoryConstraint] = []
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
             rows = point_rows(constraint, points.fixed_to(constraint), ground)
@@ -141,10 +141,10 @@ def constraint_conditions(
 
 def _condition(
     name: str, rows: Sequence[Bounded], variables: ca.SX, intervals: Sequence[int], *, stages: bool
-) -> Condition:
-    return Condition(
+) -> TrajectoryConstraint:
+    return TrajectoryConstraint(
         name,
-        "stages" if stages else "ends",
+        "path" if stages else "interval_end",
         variables,
         intervals,
         ca.vertcat(*[row for _, row, _, _ in rows]),
@@ -168,7 +168,7 @@ def _check_start(task: Task, name: str, points: Points, rows: Sequence[Bounded],
         )
 
 
-def with_zones(
+def add_forbidden_zones(
     task: Task, contact_system: ContactSystem, contacts: Sequence[PlanarContact], points: Points, start: np.ndarray
 ) -> ContactSystem:
     """Return the contact system in which no contact pushes inside its forbidden zones.

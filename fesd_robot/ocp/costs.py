@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import ContactSystem, Mechanics
-from fesd_robot.fesd import Condition
+from fesd_robot.contact import ContactSystem, MultibodyDynamics
+from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, vector
@@ -17,7 +17,7 @@ from fesd_robot.task import Task
 
 def running_costs(
     task: Task,
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contact_system: ContactSystem,
     points: Points,
     strength: float,
@@ -35,11 +35,11 @@ def running_costs(
         reference: q of the reference motion, SX symbols (n_q).
     """
     costs, rate = task.costs, contact_system.clock_rate
-    deviation = mechanics.configuration - reference
+    deviation = dynamics.configuration - reference
     found = {
-        "configuration": rate * square(deviation, mechanics.configuration_names, costs.configuration, 1.0),
-        "velocity": rate * square(mechanics.velocity, mechanics.velocity_names, costs.velocity, 0.1),
-        "control": rate * square(mechanics.control, mechanics.control_names, costs.control, 1e-3),
+        "configuration": rate * square(deviation, dynamics.configuration_names, costs.configuration, 1.0),
+        "velocity": rate * square(dynamics.velocity, dynamics.velocity_names, costs.velocity, 0.1),
+        "control": rate * square(dynamics.control, dynamics.control_names, costs.control, 1e-3),
     }
     for i, name in enumerate(task.contacts):
         if costs.force.get(name):
@@ -56,25 +56,25 @@ def running_costs(
     return found
 
 
-def terminal_costs(task: Task, mechanics: Mechanics, endpoints: Endpoints, clock: ca.SX) -> dict[str, ca.SX]:
+def terminal_costs(task: Task, dynamics: MultibodyDynamics, endpoints: Endpoints, clock: ca.SX) -> dict[str, ca.SX]:
     """Return name -> cost of the state at the end; a periodic motion has no goal to be weighed."""
     costs, found = task.costs, dict[str, ca.SX]()
     if task.goal.periodic is None:
-        names, weights = mechanics.configuration_names, costs.terminal_configuration
+        names, weights = dynamics.configuration_names, costs.terminal_configuration
         if weights is None and task.goal.has_points:
             weights = dict.fromkeys(task.goal.configuration, 100.0)
-        to_goal = mechanics.configuration - endpoints.goal_configuration
-        velocity_to_goal = mechanics.velocity - endpoints.goal_velocity
+        to_goal = dynamics.configuration - endpoints.goal_configuration
+        velocity_to_goal = dynamics.velocity - endpoints.goal_velocity
         found["terminal configuration"] = square(to_goal, names, weights, 100.0)
-        found["terminal velocity"] = square(velocity_to_goal, mechanics.velocity_names, costs.terminal_velocity, 10.0)
+        found["terminal velocity"] = square(velocity_to_goal, dynamics.velocity_names, costs.terminal_velocity, 10.0)
     if costs.time:
         found["time"] = costs.time * clock
     return found
 
 
-def smoothness_conditions(
-    task: Task, mechanics: Mechanics, state: ca.SX, control: ca.SX, grid: TimeGrid
-) -> list[Condition]:
+def smoothness_constraints(
+    task: Task, dynamics: MultibodyDynamics, state: ca.SX, control: ca.SX, grid: TimeGrid
+) -> list[TrajectoryConstraint]:
     """Return the costs of changes between control intervals and of the mean acceleration over them.
 
     sum_k w (u_{k+1} - u_k)^2, and sum_k w ((v_{k+1} - v_k) / h)^2 h with h = T/N, where v_k are the velocities at the
@@ -86,20 +86,24 @@ def smoothness_conditions(
     costs, found = task.costs, []
     if any(costs.control_change.values()):
         x, u = ca.SX.sym("next_x", state.numel()), ca.SX.sym("next_u", control.numel())
-        change = (u - control)[: len(mechanics.control_names)]
-        cost = square(change, mechanics.control_names, costs.control_change, 0.0)
+        change = (u - control)[: len(dynamics.control_names)]
+        cost = square(change, dynamics.control_names, costs.control_change, 0.0)
         variables = ca.vertcat(state, control, x, u)
         found.append(
-            Condition("control change", "neighbours", variables, range(grid.intervals), cost={"control change": cost})
+            TrajectoryConstraint(
+                "control change", "coupling", variables, range(grid.intervals), cost={"control change": cost}
+            )
         )
     if any(costs.acceleration.values()):
         x = ca.SX.sym("next_x", state.numel())
-        first, length = mechanics.configuration.numel(), grid.nominal / grid.intervals
-        change = (x - state)[first : first + mechanics.velocity.numel()]
-        cost = square(change, mechanics.velocity_names, costs.acceleration, 0.0) / length
+        first, length = dynamics.configuration.numel(), grid.nominal / grid.intervals
+        change = (x - state)[first : first + dynamics.velocity.numel()]
+        cost = square(change, dynamics.velocity_names, costs.acceleration, 0.0) / length
         variables = ca.vertcat(state, x)
         found.append(
-            Condition("acceleration", "intervals", variables, range(grid.intervals), cost={"acceleration": cost})
+            TrajectoryConstraint(
+                "acceleration", "interval", variables, range(grid.intervals), cost={"acceleration": cost}
+            )
         )
     return found
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.ocp.reference import ReferenceMotion
 from fesd_robot.ocp.reference_file import read_motion
-from fesd_robot.ocp.references import SampledMotion, between
+from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.reference_types import SampledMotion, between
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 

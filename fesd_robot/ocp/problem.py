@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import ContactSystem, Ground, Mechanics, PlanarContact
-from fesd_robot.fesd import Condition, OptimalControlProblem
+from fesd_robot.contact import ContactSystem, Ground, MultibodyDynamics, PlanarContact
+from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
 from fesd_robot.ocp.actuation import Actuation
-from fesd_robot.ocp.constraints import constraint_conditions
-from fesd_robot.ocp.costs import running_costs, smoothness_conditions, terminal_costs
+from fesd_robot.ocp.constraints import path_constraints
+from fesd_robot.ocp.costs import running_costs, smoothness_constraints, terminal_costs
 from fesd_robot.ocp.points import Points
-from fesd_robot.ocp.reference import ReferenceMotion
-from fesd_robot.ocp.targets import target_conditions
+from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.targets import target_constraints
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, vector
 from fesd_robot.task import Task
@@ -32,7 +32,7 @@ class ProblemParts:
     """
 
     task: Task
-    mechanics: Mechanics
+    dynamics: MultibodyDynamics
     actuation: Actuation
     contacts: Sequence[PlanarContact]
     contact_system: ContactSystem
@@ -55,7 +55,7 @@ class ProblemParts:
     @property
     def clock(self) -> int:
         """Index of the clock in the state."""
-        return int(self.mechanics.configuration.numel() + self.mechanics.velocity.numel())
+        return int(self.dynamics.configuration.numel() + self.dynamics.velocity.numel())
 
     def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
         """Return x of a configuration and velocity; gaps below the ground are closed."""
@@ -73,9 +73,9 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     Every interval ends when the clock says kT/N. Of a free duration T only the bounds are known: the clock at the end
     lies between them, and the intervals are equal, ``t_k = k / (k + 1) t_{k+1}``.
     """
-    task, mechanics, grid, limits = parts.task, parts.mechanics, parts.grid, parts.limits
+    task, dynamics, grid, limits = parts.task, parts.dynamics, parts.grid, parts.limits
     contact_system, actuation, reference = parts.contact_system, parts.actuation, parts.reference
-    state, n_q = contact_system.system.state, mechanics.configuration.numel()
+    state, n_q = contact_system.system.state, dynamics.configuration.numel()
     clock = state[parts.clock]
 
     def guess(time: float) -> np.ndarray:
@@ -103,35 +103,35 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         state_guess=guess,
         control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
         running_cost=running_costs(
-            task, mechanics, contact_system, parts.points, parts.strength, parts.parameters[:n_q]
+            task, dynamics, contact_system, parts.points, parts.strength, parts.parameters[:n_q]
         ),
-        terminal_cost=terminal_costs(task, mechanics, parts.endpoints, clock),
+        terminal_cost=terminal_costs(task, dynamics, parts.endpoints, clock),
         interval_end=ca.SX(0, 1) if grid.free else clock - parts.parameters[n_q],
         interval_end_names=() if grid.free else ("clock",),
-        conditions=_conditions(parts, clock),
+        constraints=_constraints(parts, clock),
     )
 
 
-def _conditions(parts: ProblemParts, clock: ca.SX) -> list[Condition]:
+def _constraints(parts: ProblemParts, clock: ca.SX) -> list[TrajectoryConstraint]:
     task, system, grid = parts.task, parts.contact_system.system, parts.grid
     start = parts.endpoints.initial_configuration
     return [
-        *target_conditions(task, parts.points, system.state, grid),
-        *smoothness_conditions(task, parts.mechanics, system.state, system.control, grid),
-        *constraint_conditions(task, system, parts.points, parts.contacts, parts.ground, grid, start),
+        *target_constraints(task, parts.points, system.state, grid),
+        *smoothness_constraints(task, parts.dynamics, system.state, system.control, grid),
+        *path_constraints(task, system, parts.points, parts.contacts, parts.ground, grid, start),
         *([_equal_intervals(parts, clock)] if grid.free and grid.intervals > 1 else []),
         *([_period(parts)] if task.goal.periodic is not None else []),
     ]
 
 
-def _equal_intervals(parts: ProblemParts, clock: ca.SX) -> Condition:
+def _equal_intervals(parts: ProblemParts, clock: ca.SX) -> TrajectoryConstraint:
     """t_k = k / (k + 1) t_{k+1}, so that all intervals of a free duration are equal."""
     system, grid = parts.contact_system.system, parts.grid
     following, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
     share, k = ca.SX.sym("share"), np.arange(1.0, grid.intervals + 1)
-    return Condition(
+    return TrajectoryConstraint(
         "equal intervals",
-        "neighbours",
+        "coupling",
         ca.vertcat(system.state, system.control, following, u),
         range(grid.intervals),
         clock - share * following[parts.clock],
@@ -143,20 +143,20 @@ def _equal_intervals(parts: ProblemParts, clock: ca.SX) -> Condition:
     )
 
 
-def _period(parts: ProblemParts) -> Condition:
+def _period(parts: ProblemParts) -> TrajectoryConstraint:
     """The end is the start moved on by the stride, and the integrated gaps of a free start are the true ones."""
     assert parts.task.goal.periodic is not None
-    system, n, n_q = parts.contact_system.system, parts.clock, parts.mechanics.configuration.numel()
+    system, n, n_q = parts.contact_system.system, parts.clock, parts.dynamics.configuration.numel()
     start, end = system.state, ca.SX.sym("end", system.state.numel())
     stride = np.zeros(n)
-    stride[:n_q] = vector(parts.mechanics.configuration_names, parts.task.goal.periodic.stride, 0.0)
+    stride[:n_q] = vector(parts.dynamics.configuration_names, parts.task.goal.periodic.stride, 0.0)
     gaps = start[n + 1 :] - parts.gap(start[:n_q]) if parts.gap_states else ca.SX(0, 1)
     names = [f"period of {name}" for name in system.state_names[:n]]
     rows = ca.vertcat(end[:n] - start[:n] - ca.DM(stride), gaps)
     zeros = np.zeros(rows.numel())
-    return Condition(
+    return TrajectoryConstraint(
         "period",
-        "period",
+        "boundary",
         ca.vertcat(start, end),
         (0,),
         rows,
@@ -174,18 +174,18 @@ def _initial_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:
         return initial, initial
     lower = parts.bounds(limits.lower_position, limits.lower_velocity, 0.0, parts.contact_system.gap_lower)
     upper = parts.bounds(limits.upper_position, limits.upper_velocity, 0.0, np.inf)
-    for i, name in enumerate(parts.mechanics.configuration_names):
+    for i, name in enumerate(parts.dynamics.configuration_names):
         if name in periodic.stride:
             lower[i] = upper[i] = initial[i]
     return lower, upper
 
 
 def _goal_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:
-    tolerance, mechanics, endpoints = parts.task.goal.tolerance, parts.mechanics, parts.endpoints
+    tolerance, dynamics, endpoints = parts.task.goal.tolerance, parts.dynamics, parts.endpoints
     width = np.concatenate(
         [
-            vector(mechanics.configuration_names, tolerance.configuration, np.inf),
-            vector(mechanics.velocity_names, tolerance.velocity, np.inf),
+            vector(dynamics.configuration_names, tolerance.configuration, np.inf),
+            vector(dynamics.velocity_names, tolerance.velocity, np.inf),
         ]
     )
     goal = np.concatenate([endpoints.goal_configuration, endpoints.goal_velocity])

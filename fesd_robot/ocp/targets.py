@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd import Condition
+from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
@@ -35,14 +35,16 @@ class _Rows:
         if weight:
             self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
 
-    def condition(self, name: str, state: ca.SX, interval: int) -> Condition:
+    def constraint(self, name: str, state: ca.SX, interval: int) -> TrajectoryConstraint:
         width = np.array(self.width)
         rows = ca.vertcat(ca.SX(0, 1), *self.rows)
-        return Condition(name, "ends", state, (interval,), rows, -width, width, self.names, self.cost)
+        return TrajectoryConstraint(
+            name, "interval_end", state, (interval,), rows, -width, width, self.names, self.cost
+        )
 
 
-def target_conditions(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[Condition]:
-    """Return a condition for the goals of frames and the centre of mass, and one for every waypoint.
+def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[TrajectoryConstraint]:
+    """Return a constraint for the goals of frames and the centre of mass, and one for every waypoint.
 
     Args:
         state: x, SX symbols, beginning with the configuration and velocity of `points`.
@@ -54,12 +56,12 @@ def target_conditions(task: Task, points: Points, state: ca.SX, grid: TimeGrid) 
     if task.goal.has_points:
         rows = _Rows()
         _add_points(rows, ("goal",), "goal: ", task.goal, points)
-        found.append(rows.condition("goal", state, grid.intervals - 1))
+        found.append(rows.constraint("goal", state, grid.intervals - 1))
     for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
         rows, name = _Rows(), f"waypoint {i + 1}"
         _add_coordinates(rows, name, waypoint, points)
         _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
-        found.append(rows.condition(name, state, end - 1))
+        found.append(rows.constraint(name, state, end - 1))
     return found
 
 

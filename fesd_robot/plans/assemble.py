@@ -12,10 +12,10 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from fesd_robot.contact import PhysicalMotion
-from fesd_robot.contact.recover import IMPULSE_SHARE
-from fesd_robot.plans.physics import NumericPhysics
 from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.motion import IMPULSE_SHARE
+from fesd_robot.recovery.physics import NumericPhysics
 
 PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
 

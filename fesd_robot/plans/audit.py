@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fesd_robot.contact import PhysicalMotion
-from fesd_robot.plans.physics import NumericPhysics, split_contact_force
 from fesd_robot.plans.plan import Audit
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 
 TOLERANCES = {
     "min_gap": 1e-3,

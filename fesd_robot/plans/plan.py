@@ -175,10 +175,10 @@ class Units(Record):
 
 
 class HomotopyStep(Record):
-    """One NLP of the homotopy: `sigma` relaxes the gap's conditions, `velocity_sigma` those on velocities."""
+    """One NLP of the homotopy: `sigma` relaxes the gap's conditions, `velocity_level_sigma` those on velocities."""
 
     sigma: float
-    velocity_sigma: float
+    velocity_level_sigma: float
     status: str
     iterations: int
     objective: float

@@ -105,7 +105,10 @@ def _cost(plan: Plan) -> str:
     text = "## Cost\n\n" + _table(
         ["term", "value", "share", "weights"], [*rows, ["total", f"{plan.statistics.objective:.6g}", "", ""]]
     )
-    return text + "\n'choice of alpha' and 'step equilibration' belong to the method, not to the task.\n"
+    return (
+        text
+        + "\n'regularisation of the step functions' and 'step equilibration' belong to the method, not to the task.\n"
+    )
 
 
 def _effort(plan: Plan) -> str:
@@ -113,7 +116,7 @@ def _effort(plan: Plan) -> str:
     rows = [
         [
             f"{step.sigma:.0e}" if step.sigma else "exact",
-            f"{step.velocity_sigma:.0e}" if step.velocity_sigma else "exact",
+            f"{step.velocity_level_sigma:.0e}" if step.velocity_level_sigma else "exact",
             step.status,
             str(step.iterations),
             f"{step.objective:.6g}",

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import PhysicalMotion
-from fesd_robot.plans.physics import NumericPhysics
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
 from fesd_robot.task import (
     GROUND,
@@ -82,7 +82,7 @@ class _Checks:
 
     def __init__(self, task: Task, robot: Robot, physics: NumericPhysics, motion: PhysicalMotion) -> None:
         self._task, self._robot, self._physics, self._motion = task, robot, physics, motion
-        self._ground = physics.ground.surfaces[GROUND]
+        self._ground = physics.scene.surfaces[GROUND]
         self._data = robot.model.createData()
         self._names = list(task.contacts)
 

@@ -23,7 +23,7 @@ def status_of(
     found: Audit,
     tolerance: float,
     certificate: Certificate | None = None,
-    crowded: Sequence[int] = (),
+    out_of_elements: Sequence[int] = (),
 ) -> Status:
     """Return the status of a solved MPCC and its audit; solved only if every answer is good.
 
@@ -34,7 +34,7 @@ def status_of(
         solution, found: of the solver and of the audit.
         tolerance: complementarity asked for.
         certificate: what kind of point it is, if that was computed.
-        crowded: intervals without an element to spare, for the message.
+        out_of_elements: intervals without an element to spare, for the message.
     """
     residuals = solution.residuals
     audit_passed = not found.violations
@@ -56,7 +56,7 @@ def status_of(
         )
         help_text = _HELP.get(solution.status, _DEFAULT_HELP)
         at = f"sigma = {sigma:.0e}" if sigma else "the exact problem"
-        message = f"Not solved: {solution.status} at {at}; {where}; {_elements(residuals, crowded)}{help_text}."
+        message = f"Not solved: {solution.status} at {at}; {where}; {_elements(residuals, out_of_elements)}{help_text}."
     return Status(
         solved=solution.solved and audit_passed,
         nlp=solution.status,
@@ -73,10 +73,10 @@ def status_of(
     )
 
 
-def _elements(residuals: Residuals, crowded: Sequence[int]) -> str:
+def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:
     """Say that an interval ran out of elements, if the worst place is in one of them."""
     worst = residuals.worst_constraint if residuals.constraint_violation > 1e-8 else residuals.worst_pair
     match = re.search(r"interval (\d+)$", worst)
-    if match is None or int(match[1]) not in crowded:
+    if match is None or int(match[1]) not in out_of_elements:
         return ""
     return f"interval {match[1]} ran out of finite elements, all lie between two switches: more method.elements; "

@@ -9,8 +9,8 @@ __all__ = ["CircleVisual", "GroundVisual", "WallVisual", "build_figures", "rende
 
 _HOME = {
     "CircleVisual": "fesd_robot.render.circles",
-    "GroundVisual": "fesd_robot.render.ground",
-    "WallVisual": "fesd_robot.render.ground",
+    "GroundVisual": "fesd_robot.render.terrain",
+    "WallVisual": "fesd_robot.render.terrain",
     "build_figures": "fesd_robot.render.figures",
     "render_page": "fesd_robot.render.page",
     "write_figures": "fesd_robot.render.figures",
@@ -19,8 +19,8 @@ _HOME = {
 if TYPE_CHECKING:
     from fesd_robot.render.circles import CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
-    from fesd_robot.render.ground import GroundVisual, WallVisual
     from fesd_robot.render.page import render_page
+    from fesd_robot.render.terrain import GroundVisual, WallVisual
 
 
 def __getattr__(name: str) -> Any:

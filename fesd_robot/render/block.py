@@ -8,7 +8,7 @@ from meshcat.commands import SetObject, SetTransform
 from meshcat.path import Path
 
 from fesd_robot.render.geometry import mesh
-from fesd_robot.render.ground import GroundVisual
+from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
 
 WALL_COLOR = 0xAEB4B2

@@ -11,7 +11,7 @@ from meshcat.path import Path
 
 from fesd_robot.render.block import add_block, add_walls
 from fesd_robot.render.geometry import mesh
-from fesd_robot.render.ground import GroundVisual
+from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
 
 GROUND_COLOR = 0xD3D6D2

@@ -18,13 +18,13 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import DimensionError, FesdRobotError
+from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
-from fesd_robot.render.ground import GroundVisual
-from fesd_robot.render.motion import sample_motion
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.scene import add_robot, add_traces, view_box
+from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
 
 logger = logging.getLogger(__name__)

@@ -11,10 +11,10 @@ from meshcat.animation import Animation, AnimationClip
 from meshcat.commands import SetAnimation, SetObject, SetTransform
 from meshcat.path import Path
 
+from fesd_robot.render.animation import Motion, joint_tracks
 from fesd_robot.render.geometry import make_visual, mesh
-from fesd_robot.render.ground import GroundVisual
-from fesd_robot.render.motion import Motion, joint_tracks
 from fesd_robot.render.palette import color_number, series_color
+from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
 
 TUBE_SIDES = 6

@@ -20,6 +20,7 @@ from fesd_robot.task.constraints import (
 )
 from fesd_robot.task.contacts import CircleCircleContact, CircleContact, Contact, PointContact
 from fesd_robot.task.costs import Costs
+from fesd_robot.task.endpoints import FreeDuration, Horizon, Initial
 from fesd_robot.task.expression import evaluate_expression, expression_names
 from fesd_robot.task.goal import Goal, Periodic, PointTarget, Tolerance, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, HeightMap, Plane, Step, Steps, Wall
@@ -27,7 +28,6 @@ from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
 from fesd_robot.task.limits import Limits, SpeedOfTime
 from fesd_robot.task.load import load_task
 from fesd_robot.task.method import Formulation, Method, Output, Solver, StepEquilibration
-from fesd_robot.task.motion import FreeDuration, Horizon, Initial
 from fesd_robot.task.names import check_names, check_values
 from fesd_robot.task.reference import FromFile, Jumps, Line, Reference, ThroughWaypoints
 from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot

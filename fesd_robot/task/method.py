@@ -37,7 +37,7 @@ class Formulation(Section):
         description="Which gap switches the contact: a state that integrates the normal velocity (integrated), or the "
         "signed distance itself (true; only with type: steps).",
     )
-    gap_feedback: NonNegative = Field(
+    baumgarte_gain: NonNegative = Field(
         default=30.0,
         description="Rate kappa at which the integrated and the true gap approach each other, 1/s; only with an "
         "integrated gap.",
@@ -47,7 +47,7 @@ class Formulation(Section):
         description="Whether the signs of the contact velocities matter only at the ground (true) or also in the air "
         "(false; only with type: steps).",
     )
-    step_selection_weight: NonNegative = Field(
+    step_regularisation_weight: NonNegative = Field(
         default=1e-3,
         description="Weight epsilon of the squared step functions in the cost; picks one representative where they "
         "are not unique; only with type: steps.",
@@ -55,14 +55,14 @@ class Formulation(Section):
 
     @model_validator(mode="after")
     def _used(self) -> Formulation:
-        if self.gap == "true" and self.gap_feedback != 30.0:
+        if self.gap == "true" and self.baumgarte_gain != 30.0:
             raise conflict(
-                ("gap_feedback",),
-                f"found {self.gap_feedback:g}, which has no effect with gap: true, expected no such key or "
+                ("baumgarte_gain",),
+                f"found {self.baumgarte_gain:g}, which has no effect with gap: true, expected no such key or "
                 "gap: integrated",
             )
         if self.type == "multipliers":
-            for key, default in (("gap", "integrated"), ("gate", True), ("step_selection_weight", 1e-3)):
+            for key, default in (("gap", "integrated"), ("gate", True), ("step_regularisation_weight", 1e-3)):
                 value = getattr(self, key)
                 if value != default:
                     raise conflict(
@@ -119,7 +119,7 @@ class Method(Section):
         description="How much longer than its equal share an element may become, as a fraction gamma_h of it. With 1, "
         "three elements hold an impact only in the middle third of their interval; with 2, anywhere.",
     )
-    auxiliary_acceleration: Annotated[
+    auxiliary_force: Annotated[
         float | Literal["auto"],
         BeforeValidator(_read_acceleration),
         WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "auto"}]}),
@@ -156,7 +156,7 @@ class Solver(Section):
     sigma_factor: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = Field(
         default=0.35, description="Factor from one relaxation to the next, between 0 and 1."
     )
-    velocity_relaxation: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
+    velocity_level_ratio: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
         default=1000.0,
         description="How much larger the relaxation of the velocity conditions of contact is until that of the gap has "
         "reached the tolerance, at least 1: where contact is gets decided before what happens there.",
@@ -168,7 +168,7 @@ class Solver(Section):
         "on that sequence of contacts is then solved exactly. Where that fails, and without it, relaxed problems are "
         "solved down to the tolerance.",
     )
-    sketch_iterations: Count = Field(
+    loose_iterations: Count = Field(
         default=200,
         description="Largest number of iterations of each relaxed problem of the sketch; fewer are faster, more "
         "find cheaper motions more often.",
@@ -209,7 +209,7 @@ class Solver(Section):
     retries: Annotated[int, Field(strict=True, ge=0, le=7)] = Field(
         default=3,
         description="How many other ways are tried when a task is not solved, 0 to 7: a third or three times "
-        "sketch_iterations, gentler sigma_factor, smaller velocity_relaxation, larger method.step_freedom, relaxation "
+        "loose_iterations, gentler sigma_factor, smaller velocity_level_ratio, larger method.step_freedom, relaxation "
         "fischer_burmeister, larger sigma_start, one more of method.elements.",
     )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(

@@ -8,9 +8,9 @@ from collections.abc import Collection, Iterator, Mapping
 from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
 from fesd_robot.task.contacts import CircleCircleContact
+from fesd_robot.task.endpoints import Initial
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.goal import Goal, Waypoint
-from fesd_robot.task.motion import Initial
 from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.reference import Jumps
 from fesd_robot.task.robot import JointActuator

@@ -9,16 +9,16 @@ from typing import Annotated
 from pydantic import Field, PrivateAttr, model_validator
 
 from fesd_robot.errors import TaskError, nearest, nearest_file
-from fesd_robot.task.agreement import disagreements
+from fesd_robot.task.consistency import disagreements
 from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import CircleCircleContact, Contact
 from fesd_robot.task.costs import Costs
+from fesd_robot.task.endpoints import Horizon, Initial
 from fesd_robot.task.fields import Name, Section, conflict
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, Plane
 from fesd_robot.task.limits import Limits
 from fesd_robot.task.method import Method, Output, Solver
-from fesd_robot.task.motion import Horizon, Initial
 from fesd_robot.task.origins import Origins
 from fesd_robot.task.reference import Line, Reference
 from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot

@@ -214,7 +214,7 @@ def build(course: Course, multipliers: str) -> tuple[NosnocModel, NosnocOcp]:
     gap_now = q[1] - q[3] * ca.cos(q[2])
     normal = ca.vertcat(0, 1, q[3] * ca.sin(q[2]), -ca.cos(q[2]))
     tangent = ca.vertcat(1, 0, q[3] * ca.cos(q[2]), ca.sin(q[2]))
-    normal_speed, tangent_speed = normal.T @ v, tangent.T @ v
+    normal_velocity, tangent_speed = normal.T @ v, tangent.T @ v
     weight = np.array([0, -TOTAL_MASS * GRAVITY, 0, 0])
     applied = weight + ca.vertcat(-ca.sin(q[2]) * force[1], ca.cos(q[2]) * force[1], force[0], force[1])
     motion = speed * ca.vertcat(v, inverse_inertia @ applied, 1)
@@ -236,7 +236,7 @@ def build(course: Course, multipliers: str) -> tuple[NosnocModel, NosnocOcp]:
             frozen - (1 - on_gap) * (1 - on_normal),
         ),
         alpha=[steps],
-        c=[ca.vertcat(gap_now, normal_speed, tangent_speed)],
+        c=[ca.vertcat(gap_now, normal_velocity, tangent_speed)],
         f_x=[weights[0] * motion + weights[1] * slide_forward + weights[2] * slide_backward],
         p_time_var=tracked,
         p_time_var_val=reference[1:],

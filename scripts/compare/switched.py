@@ -15,7 +15,7 @@ from compare.outcome import Outcome, Settings, show_nlp
 from compare.samples import Samples
 from fesd_robot.dcs import Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
-from fesd_robot.fesd.finish import SmoothTranscription
+from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
 
 TABLEAU = make_tableau("radau_iia", 2)
@@ -138,8 +138,8 @@ def solved(transcription: Transcription, settings: Settings, begin: tuple[float,
         judge: trajectory -> (cost, what else tells two motions apart).
     """
     options = HomotopyOptions(tolerance=settings.tolerance, linear_solver=settings.linear_solver)
-    finisher = SmoothTranscription(transcription)
-    solution = solve(transcription.problem, options, finisher=finisher, progress=show_nlp)
+    polisher = BranchTranscription(transcription)
+    solution = solve(transcription.problem, options, polisher=polisher, progress=show_nlp)
     wall, cpu = time.perf_counter() - begin[0], time.process_time() - begin[1]
     cost, further = judge(Samples.of(transcription.unpack(solution.w), transcription.options.tableau))
     residuals = solution.residuals

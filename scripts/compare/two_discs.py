@@ -22,7 +22,7 @@ import numpy as np
 from compare import nosnoc_tool, switched
 from compare.outcome import Outcome, Settings
 from compare.samples import Samples
-from fesd_robot.contact import ContactOptions, Mechanics, PlanarContact, contact_system
+from fesd_robot.contact import ContactOptions, MultibodyDynamics, PlanarContact, contact_system
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription
 
 MASSES, RADII, OBSTACLE = (2.0, 1.0), (0.3, 0.2), 1.0  # kg, m, m
@@ -108,7 +108,7 @@ def ours(settings: Settings) -> Outcome:
     discs = Discs()
     names = ["x1", "y1", "x2", "y2"]
     contact = contact_system(
-        Mechanics(
+        MultibodyDynamics(
             configuration=discs.q,
             velocity=discs.v,
             control=discs.u,
@@ -120,7 +120,7 @@ def ours(settings: Settings) -> Outcome:
             control_names=["force x", "force y"],
         ),
         [PlanarContact("discs", discs.gap, discs.normal, ca.SX.zeros(4), friction=0.0)],
-        ContactOptions(auxiliary_acceleration=PUSH),
+        ContactOptions(auxiliary_force=PUSH),
         ca.SX.sym("end"),
     )
     system = contact.system

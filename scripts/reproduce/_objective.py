@@ -23,8 +23,8 @@ TABLEAU = make_tableau("gauss_legendre", 2)
 SIGMA = 1e-9
 """Last, or only, relaxation of the complementarity products."""
 SOLVERS = {
-    "homotopy": HomotopyOptions(tolerance=SIGMA, sigma_factor=0.1, rank_ratio=1.0),
-    "single NLP": HomotopyOptions(tolerance=SIGMA, sigma_start=SIGMA, rank_ratio=1.0),
+    "homotopy": HomotopyOptions(tolerance=SIGMA, sigma_factor=0.1, velocity_level_ratio=1.0),
+    "single NLP": HomotopyOptions(tolerance=SIGMA, sigma_start=SIGMA, velocity_level_ratio=1.0),
 }
 
 

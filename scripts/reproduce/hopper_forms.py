@@ -40,7 +40,7 @@ TIME_LIMIT, LAST_SIGMA = 45.0, 1e-3  # s, of a whole homotopy
 ITERATIONS, REPEAT = 40, 3
 TARGET = 0.8
 """Largest ratio of the time of an iteration, step functions over Stewart's form."""
-STEPS = ("method.formulation.type=steps", "method.formulation.step_selection_weight=0")
+STEPS = ("method.formulation.type=steps", "method.formulation.step_regularisation_weight=0")
 PUBLISHED = (*STEPS, "method.formulation.gap=true", "method.formulation.gate=false")
 FORMS: Mapping[str, Sequence[str]] = {
     "Stewart": PUBLISHED,
@@ -81,7 +81,7 @@ class Form:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "ipopt.txt"
             ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
-            options = HomotopyOptions(tolerance=0.99, rank_ratio=1.0, max_iterations=ITERATIONS, ipopt=ipopt)
+            options = HomotopyOptions(tolerance=0.99, velocity_level_ratio=1.0, max_iterations=ITERATIONS, ipopt=ipopt)
             solve(self.problem, options, nlp=self.nlp)
             text = file.read_text(encoding="utf-8")
         values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}
@@ -116,7 +116,7 @@ def stewart_form(motion: MotionProblem) -> OptimalControlProblem:
     ``beta = sum_j beta_j theta_j`` weighs the costs.
     """
     old = motion.ocp.system
-    contact, v = motion.contacts[0], motion.mechanics.velocity
+    contact, v = motion.contacts[0], motion.dynamics.velocity
     signs = np.array(list(product((1, -1), repeat=3)))
     closed = np.array([(1 - at_gap) * (1 - parting) / 4 for at_gap, parting, _ in signs])
 

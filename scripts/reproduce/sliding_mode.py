@@ -29,7 +29,7 @@ SCHEMES = [("radau_iia", stages) for stages in (1, 2, 3, 4)] + [("lobatto_iiic",
 FINER = [("radau_iia", stages, elements) for stages in (3, 4) for elements in (10, 14, 20)]
 """Further runs with fixed steps, which take as long as those with switch detection."""
 UNFIT = ("lobatto_iiic", 2)
-"""Its runs with switch detection are shown but not judged, see `_remarks`."""
+"""Its runs with switch detection are shown but not compared, see `_remarks`."""
 
 
 def distances(times: Sequence[float], exact: Sequence[float]) -> float:
@@ -209,10 +209,10 @@ def sweep(report: Report, quick: bool) -> list[Run]:
         "Fig. 13, where they are visible."
     )
     report.add(sweep_table(runs))
-    judged = [run for run in runs if not run.detection or (run.scheme, run.stages) != UNFIT]
-    open_ends = [run for run in judged if not run.solved]
+    compared = [run for run in runs if not run.detection or (run.scheme, run.stages) != UNFIT]
+    open_ends = [run for run in compared if not run.solved]
     report.check(
-        f"all {len(judged)} runs but those of Lobatto IIIC 2 with switch detection reach products of {TOLERANCE:.0e}"
+        f"all {len(compared)} runs but those of Lobatto IIIC 2 with switch detection reach products of {TOLERANCE:.0e}"
         + "".join(f"; {run.label}: {run.status}" for run in open_ends),
         not open_ends,
     )

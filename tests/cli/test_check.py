@@ -48,7 +48,7 @@ def test_check_sees_the_overrides(run: Callable[..., Any], task: Path) -> None:
     values = [
         "goal.tolerance={configuration: {root_x: 0.01}, velocity: {leg: 0.2}}",
         "initial.configuration.root_z=0.7",
-        "method.auxiliary_acceleration=auto",
+        "method.auxiliary_force=auto",
         "method.elements=2",
         "reference={type: line}",
         "ground.slope=-0.1",

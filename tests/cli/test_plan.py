@@ -33,7 +33,7 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     assert lines[0].split()[5:] == ["cost", "complementarity", "violation", "seconds"]
     rows, rest = lines[1 : 1 + len(plan.statistics.homotopy)], lines[1 + len(plan.statistics.homotopy) :]
     for row, step in zip(rows, plan.statistics.homotopy, strict=True):
-        sigmas = [f"{sigma:.0e}" if sigma else "exact" for sigma in (step.sigma, step.velocity_sigma)]
+        sigmas = [f"{sigma:.0e}" if sigma else "exact" for sigma in (step.sigma, step.velocity_level_sigma)]
         assert row.split()[:4] == [*sigmas, "converged", str(step.iterations)]
     assert 3 <= len(rest) <= 5
     assert rest[0] == f"hopper_one_jump: {plan.status.message}"

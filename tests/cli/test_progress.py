@@ -23,7 +23,7 @@ class Report(NamedTuple):
     """An NLP as the homotopy reports it."""
 
     sigma: float = 1e-3
-    sigma_of_rank_1: float = 0.5
+    velocity_level_sigma: float = 0.5
     status: str = "converged"
     iterations: int = 57
     seconds: float = 4.2

@@ -8,25 +8,25 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import ContactOptions, ContactSystem, Mechanics, PlanarContact, contact_system
+from fesd_robot.contact import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact, contact_system
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Tableau, Transcription, make_tableau
 
 GRAVITY, FRICTION, STRENGTH = 10.0, 0.3, 100.0
 RADAU = make_tableau("radau_iia", 2)
 
 FORMS = {
-    "multipliers": ContactOptions(form="multipliers", auxiliary_acceleration=STRENGTH),
-    "steps": ContactOptions(form="steps", auxiliary_acceleration=STRENGTH),
-    "steps, no gate": ContactOptions(form="steps", gate=False, auxiliary_acceleration=STRENGTH),
-    "steps, true gap": ContactOptions(form="steps", gap="true", auxiliary_acceleration=STRENGTH),
-    "steps, published": ContactOptions(form="steps", gate=False, gap="true", auxiliary_acceleration=STRENGTH),
+    "multipliers": ContactOptions(form="multipliers", auxiliary_force=STRENGTH),
+    "steps": ContactOptions(form="steps", auxiliary_force=STRENGTH),
+    "steps, no gate": ContactOptions(form="steps", gate=False, auxiliary_force=STRENGTH),
+    "steps, true gap": ContactOptions(form="steps", gap="true", auxiliary_force=STRENGTH),
+    "steps, published": ContactOptions(form="steps", gate=False, gap="true", auxiliary_force=STRENGTH),
 }
 
 
-def point_mass(friction: float = FRICTION) -> tuple[Mechanics, list[PlanarContact]]:
+def point_mass(friction: float = FRICTION) -> tuple[MultibodyDynamics, list[PlanarContact]]:
     """m = 1, q = (x, z), v = (x', z'), no control; the ground is z = 0."""
     q, v, none = ca.SX.sym("q", 2), ca.SX.sym("v", 2), ca.SX.sym("u", 0)
-    mechanics = Mechanics(
+    dynamics = MultibodyDynamics(
         configuration=q,
         velocity=v,
         control=none,
@@ -38,15 +38,15 @@ def point_mass(friction: float = FRICTION) -> tuple[Mechanics, list[PlanarContac
         control_names=[],
     )
     contact = PlanarContact("foot", q[1], ca.SX(ca.DM([0.0, 1.0])), ca.SX(ca.DM([1.0, 0.0])), friction)
-    return mechanics, [contact]
+    return dynamics, [contact]
 
 
-def two_contacts() -> tuple[Mechanics, list[PlanarContact]]:
+def two_contacts() -> tuple[MultibodyDynamics, list[PlanarContact]]:
     """The same with a wall behind it at x = 0, which has no friction."""
-    mechanics, (ground,) = point_mass()
-    x = mechanics.configuration[0]
+    dynamics, (ground,) = point_mass()
+    x = dynamics.configuration[0]
     wall = PlanarContact("wall", x, ca.SX(ca.DM([1.0, 0.0])), ca.SX(ca.DM([0.0, 1.0])), 0.0)
-    return mechanics, [ground, wall]
+    return dynamics, [ground, wall]
 
 
 @dataclass

@@ -8,10 +8,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import FesdOptions, Simulation, make_tableau, simulate
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
@@ -52,18 +52,18 @@ def _run(
         state_lower=lower,
         parameters=np.zeros(5),
     )
-    physical = recover(found.elements, tableau, motion.mechanics, motion.contacts, motion.contact_system, STRENGTH)
+    physical = recover(found.elements, tableau, motion.dynamics, motion.contacts, motion.contact_system, STRENGTH)
     return found, physical
 
 
 def test_inverse_inertia_and_resting_force(motion: MotionProblem) -> None:
     """D = J_n M⁻¹ J_nᵀ = 120/11, and the leg at rest is carried by λ_n = -φ/D = 0.89925 N."""
     (contact,) = motion.contacts
-    mechanics = motion.mechanics
-    inverse = ca.inv(mechanics.mass_matrix)
-    arguments = [mechanics.configuration, mechanics.velocity, mechanics.control]
+    dynamics = motion.dynamics
+    inverse = ca.inv(dynamics.mass_matrix)
+    arguments = [dynamics.configuration, dynamics.velocity, dynamics.control]
     inertia = ca.mtimes([contact.normal.T, inverse, contact.normal])
-    acceleration = ca.mtimes([contact.normal.T, inverse, mechanics.force])
+    acceleration = ca.mtimes([contact.normal.T, inverse, dynamics.force])
     inverse_inertia, phi = (
         float(value)
         for value in ca.Function("contact", arguments, [inertia, acceleration])(
@@ -73,7 +73,7 @@ def test_inverse_inertia_and_resting_force(motion: MotionProblem) -> None:
     assert inverse_inertia == pytest.approx(INVERSE_INERTIA, rel=1e-14)
     assert phi == pytest.approx(-9.81, rel=1e-14)
     assert -phi / inverse_inertia == pytest.approx(RESTING_FORCE, rel=1e-14)
-    assert motion.auxiliary_acceleration == STRENGTH
+    assert motion.auxiliary_force == STRENGTH
     push = inverse_inertia * STRENGTH
     assert push / (push - phi) == pytest.approx(CLOCK_RATE, rel=1e-14)
 
@@ -81,13 +81,13 @@ def test_inverse_inertia_and_resting_force(motion: MotionProblem) -> None:
 def test_directions_at_an_angle(motion: MotionProblem) -> None:
     """n = (0, 1, r sin θ, -cos θ) and t = (1, 0, r cos θ, sin θ); M⁻¹ couples them by sin θ cos θ (r²/0.275 - 10)."""
     (contact,) = motion.contacts
-    mechanics = motion.mechanics
+    dynamics = motion.dynamics
     pitch, leg = 0.4, 0.35
     sin, cos = np.sin(pitch), np.cos(pitch)
     function = ca.Function(
         "contact",
-        [mechanics.configuration],
-        [contact.normal, contact.tangent, ca.inv(mechanics.mass_matrix), contact.gap],
+        [dynamics.configuration],
+        [contact.normal, contact.tangent, ca.inv(dynamics.mass_matrix), contact.gap],
     )
     normal, tangent, inverse, gap = (np.asarray(value.full()) for value in function([3, 1, pitch, leg]))
     assert normal.ravel() == pytest.approx([0, 1, leg * sin, -cos])

@@ -14,7 +14,7 @@ from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
 from .motions import FORMS, FRICTION, GRAVITY, RADAU, STRENGTH, Motion, landing, point_mass
 
 IMPACT_TIME, IMPACT_SPEED = np.sqrt(0.2), np.sqrt(20)
-SLIDING_SPEED = 4 - FRICTION * np.sqrt(20)
+SLIP_VELOCITY = 4 - FRICTION * np.sqrt(20)
 
 each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
 
@@ -28,7 +28,7 @@ def test_the_exact_landing_is_a_solution(options: ContactOptions, mode: str) -> 
     assert found.constraint_violation <= 1e-13, found.worst_constraint
     assert found.complementarity <= 1e-13, found.worst_pair
     clock = IMPACT_TIME + 0.2 * STRENGTH / (STRENGTH + GRAVITY)
-    speed = SLIDING_SPEED - FRICTION * GRAVITY * (clock - IMPACT_TIME)
+    speed = SLIP_VELOCITY - FRICTION * GRAVITY * (clock - IMPACT_TIME)
     assert motion.state[[1, 2, 3, 4]] == pytest.approx([0, speed, 0, clock], abs=1e-14)
 
 
@@ -103,7 +103,9 @@ def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float
     problem, exact = transcription.problem, motion.vector()
     beside = exact + 1e-2 * np.random.default_rng(0).normal(size=exact.size)
     moved = Mpcc(problem.lower, problem.upper, np.clip(beside, problem.lower, problem.upper), problem.blocks)
-    solution = solve(moved, HomotopyOptions(tolerance=1e-10, sigma_start=sigma, sigma_factor=0.1, rank_ratio=1.0))
+    solution = solve(
+        moved, HomotopyOptions(tolerance=1e-10, sigma_start=sigma, sigma_factor=0.1, velocity_level_ratio=1.0)
+    )
     assert solution.solved
     flight, impact, stance = transcription.unpack(solution.w)
     # Ungated, the end of a flight is a product of two speeds: a tolerance of 1e-10 determines it to its root.
@@ -111,7 +113,7 @@ def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float
     assert flight.step == pytest.approx(IMPACT_TIME, abs=accuracy)
     assert impact.step == pytest.approx(IMPACT_SPEED / STRENGTH, abs=accuracy)
     assert flight.x[-1][:5] == pytest.approx([4 * IMPACT_TIME, 0, 4, -IMPACT_SPEED, IMPACT_TIME], abs=3 * accuracy)
-    assert impact.x[-1][:5] == pytest.approx([4 * IMPACT_TIME, 0, SLIDING_SPEED, 0, IMPACT_TIME], abs=3 * accuracy)
+    assert impact.x[-1][:5] == pytest.approx([4 * IMPACT_TIME, 0, SLIP_VELOCITY, 0, IMPACT_TIME], abs=3 * accuracy)
     clock = stance.step * STRENGTH / (STRENGTH + GRAVITY)
     assert stance.x[-1][4] - stance.x_left[4] == pytest.approx(clock, abs=3 * accuracy)
     assert stance.x[-1] == pytest.approx(motion.elements[-1].x[-1], abs=1e-4)
@@ -121,9 +123,9 @@ def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float
 def test_sliding_stops_by_itself(name: str) -> None:
     """After the impact the point slows down by μ g, sticks at t = 4/3, at x = 89/30, and stays there."""
     options = FORMS[name]
-    mechanics, contacts = point_mass()
-    system = contact_system(mechanics, contacts, options)
-    initial = np.array([4 * IMPACT_TIME, 0, SLIDING_SPEED, 0, IMPACT_TIME, 0])
+    dynamics, contacts = point_mass()
+    system = contact_system(dynamics, contacts, options)
+    initial = np.array([4 * IMPACT_TIME, 0, SLIP_VELOCITY, 0, IMPACT_TIME, 0])
     lower = np.full(6, -np.inf)
     lower[-1] = system.gap_lower
     found = simulate(
@@ -132,7 +134,7 @@ def test_sliding_stops_by_itself(name: str) -> None:
         np.ones((1, 4)),
         1.2,
         options=FesdOptions(tableau=RADAU, elements=2),
-        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, rank_ratio=1.0),
+        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0),
         state_lower=lower,
     )
     clock = IMPACT_TIME + 1.2 * STRENGTH / (STRENGTH + GRAVITY)

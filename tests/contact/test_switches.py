@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fesd_robot.contact import SwitchRecord
-from fesd_robot.contact.switches import Phase, switches_between
+from fesd_robot.recovery import SwitchRecord
+from fesd_robot.recovery.switches import Phase, switches_between
 
 
 @pytest.mark.parametrize(

@@ -11,22 +11,21 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fesd_robot.contact import (
-    CirclePair,
+    CircleOnCircle,
+    CircleOnSurface,
+    ContactGeometry,
     ContactOptions,
     Ground,
-    Mechanics,
-    Pair,
-    PhysicalMotion,
+    MultibodyDynamics,
     Plane,
-    PointPair,
-    TwoCirclesPair,
+    PointOnSurface,
     Wall,
+    contact_of,
     contact_system,
-    pair_contact,
-    recover,
 )
 from fesd_robot.fesd import FesdOptions, make_tableau, simulate
 from fesd_robot.mpcc import HomotopyOptions
+from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.robot import Robot, configuration_derivative, load_robot, mass_matrix, nonlinear_effects
 
 from .grounds import HILLS
@@ -37,7 +36,7 @@ WEDGE = Plane(slope=0.5)
 
 
 def simulated(
-    pairs: dict[str, tuple[Pair, float]],
+    pairs: dict[str, tuple[ContactGeometry, float]],
     q: np.ndarray,
     v: np.ndarray,
     *,
@@ -55,17 +54,17 @@ def simulated(
         duration: numerical time, s.
     """
     robot, tableau = load_robot(DISCS), make_tableau("radau_iia", stages)
-    mechanics = _mechanics(robot)
+    dynamics = _multibody_dynamics(robot)
     contacts = [
-        pair_contact(robot, mechanics.configuration, pair, name=name, friction=friction)
+        contact_of(robot, dynamics.configuration, pair, name=name, friction=friction)
         for name, (pair, friction) in pairs.items()
     ]
     system = contact_system(
-        mechanics,
+        dynamics,
         contacts,
-        ContactOptions(form=form, auxiliary_acceleration=strength),  # type: ignore[arg-type]
+        ContactOptions(form=form, auxiliary_force=strength),  # type: ignore[arg-type]
     )
-    gaps = ca.Function("gaps", [mechanics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
+    gaps = ca.Function("gaps", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
     initial = np.concatenate([q, v, [0.0], np.maximum(np.asarray(gaps(q).full()).ravel(), 0.0)])
     lower = np.full(initial.size, -np.inf)
     lower[-len(contacts) :] = system.gap_lower
@@ -75,15 +74,15 @@ def simulated(
         np.ones((1, steps)),
         duration,
         options=FesdOptions(tableau=tableau, elements=elements),
-        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, rank_ratio=1.0),
+        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0),
         state_lower=lower,
     )
-    return recover(found.elements, tableau, mechanics, contacts, system, strength)
+    return recover(found.elements, tableau, dynamics, contacts, system, strength)
 
 
-def _mechanics(robot: Robot) -> Mechanics:
+def _multibody_dynamics(robot: Robot) -> MultibodyDynamics:
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
-    return Mechanics(
+    return MultibodyDynamics(
         configuration=q,
         velocity=v,
         control=ca.SX.sym("u", 0),
@@ -161,7 +160,7 @@ def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float
     tangent = np.asarray(surface.tangent(np.array([start, 0, 0])))
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(surface, start)], speed * tangent[[0, 2]]
-    found = simulated({"tip": (PointPair("first", surface), friction)}, q, v, duration=0.15, steps=2, form=form)
+    found = simulated({"tip": (PointOnSurface("first", surface), friction)}, q, v, duration=0.15, steps=2, form=form)
     x, along, _, _ = Slide(surface, friction).after(found.time[-1], start, speed)
     assert found.configuration[-1, :2] == pytest.approx([x, height_of(surface, x)], abs=1e-5)
     assert np.hypot(*found.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
@@ -176,7 +175,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
     q[:2] = [x, height_of(surface, x) + 0.02]
     tangent = np.asarray(surface.tangent(np.array([x, 0, 0])))[[0, 2]]
     v[:2] = 2.0 * tangent - 1.0 * np.array([-tangent[1], tangent[0]])
-    tip = {"tip": (PointPair("first", surface), 0.3)}
+    tip = {"tip": (PointOnSurface("first", surface), 0.3)}
     found = simulated(tip, q, v, duration=0.1, steps=2, elements=3, stages=2)
 
     def flight(time: float) -> np.ndarray:
@@ -205,7 +204,7 @@ def test_a_disc_slides_and_turns(ground: Ground) -> None:
     tangent = np.asarray(path.tangent(np.array([start, 0, 0])))
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(path, start)], speed * tangent[[0, 2]]
-    found = simulated({"rim": (CirclePair("first", RADIUS, path), 0.2)}, q, v, duration=0.1, steps=2)
+    found = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.2)}, q, v, duration=0.1, steps=2)
     x, along, turned, spin = Slide(path, 0.2, RADIUS).after(found.time[-1], start, speed)
     assert found.configuration[-1, :3] == pytest.approx([x, height_of(path, x), turned], abs=1e-5)
     assert np.hypot(*found.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
@@ -217,7 +216,7 @@ def test_a_disc_rolls_down_a_wedge() -> None:
     path = WEDGE.raised(RADIUS)
     q = np.zeros(6)
     q[1] = height_of(path, 0.0)
-    found = simulated({"rim": (CirclePair("first", RADIUS, path), 0.8)}, q, np.zeros(6), duration=0.2, steps=2)
+    found = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.8)}, q, np.zeros(6), duration=0.2, steps=2)
     acceleration = GRAVITY * np.sin(WEDGE.slope) / (1 + INERTIA / (MASS * RADIUS**2))
     speed = acceleration * found.time[-1]
     expected = [-speed * np.cos(WEDGE.slope), -speed * np.sin(WEDGE.slope), -speed / RADIUS]
@@ -233,7 +232,10 @@ def test_a_disc_rests_in_a_wedge(form: str) -> None:
     path, wall = WEDGE.raised(RADIUS), Wall(-RADIUS, "right").raised(RADIUS)
     q = np.zeros(6)
     q[1] = height_of(path, 0.0)
-    pairs = {"slope": (CirclePair("first", RADIUS, path), 0.0), "wall": (CirclePair("first", RADIUS, wall), 0.0)}
+    pairs = {
+        "slope": (CircleOnSurface("first", RADIUS, path), 0.0),
+        "wall": (CircleOnSurface("first", RADIUS, wall), 0.0),
+    }
     found = simulated(pairs, q, np.zeros(6), duration=0.1, steps=1, stages=2, form=form)
     assert found.configuration[-1, :3] == pytest.approx(q[:3], abs=1e-8)
     normal = [MASS * GRAVITY / np.cos(WEDGE.slope), MASS * GRAVITY * np.tan(WEDGE.slope)]
@@ -244,7 +246,7 @@ def test_two_discs_collide() -> None:
     """Two discs without friction exchange the momentum of a plastic impact along the line of centres, and part."""
     q, v = np.zeros(6), np.zeros(6)
     q[3:5], v[0] = [np.sqrt(0.5**2 - 0.25**2) + 0.03, 0.25], 1.0
-    rims = {"rims": (TwoCirclesPair("first", 0.2, "second", 0.3), 0.0)}
+    rims = {"rims": (CircleOnCircle("first", 0.2, "second", 0.3), 0.0)}
     found = simulated(rims, q, v, duration=0.1, steps=1, elements=3, stages=2, form="steps")
     (impact,) = found.impacts
     at = found.configuration[impact.before]

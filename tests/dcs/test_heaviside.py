@@ -117,7 +117,7 @@ def test_a_partner_can_take_the_place_of_alpha() -> None:
 
 def test_names_and_defaults() -> None:
     """Everything has a name, given or made up; E is the identity; the selection cost is epsilon ||alpha||²."""
-    system = _plain(selection_weight=0.5)
+    system = _plain(regularisation_weight=0.5)
     assert list(system.state_names) == ["x0", "x1", "x2"]
     assert list(system.control_names) == ["u0"]
     assert list(system.algebraic_names) == [

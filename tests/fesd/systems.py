@@ -54,7 +54,7 @@ def driven() -> ComplementaritySystem:
         right_hand_side=ca.vertcat(u + both, p - alpha[0]),
         mass_matrix=ca.diag(ca.vertcat(2, 1 + x[0] ** 2)),
         lifted=[("both", both, alpha[0] * alpha[1])],
-        selection_weight=1e-2,
+        regularisation_weight=1e-2,
         state_names=["a", "b"],
         control_names=["push"],
     )

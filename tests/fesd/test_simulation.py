@@ -63,15 +63,15 @@ def test_quadratures_are_integrals() -> None:
 
 
 def test_reports_follow_the_steps() -> None:
-    """Progress is told once a step, with the method, the switches and a residual at round-off."""
-    told: list[StepReport] = []
-    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, progress=told.append)
-    assert told == found.reports
-    assert [report.step for report in told] == list(range(5)) and {report.steps for report in told} == {5}
-    assert [report.time for report in told] == pytest.approx([0.4, 0.8, 1.2, 1.6, 2.0])
-    assert [report.switches for report in told] == [0, 1, 1, 0, 0]
-    assert {report.method for report in told} == {"modes"}
-    assert max(report.residual for report in told) <= 1e-14
+    """Progress is reported once a step, with the method, the switches and a residual at round-off."""
+    reported: list[StepReport] = []
+    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, progress=reported.append)
+    assert reported == found.reports
+    assert [report.step for report in reported] == list(range(5)) and {report.steps for report in reported} == {5}
+    assert [report.time for report in reported] == pytest.approx([0.4, 0.8, 1.2, 1.6, 2.0])
+    assert [report.switches for report in reported] == [0, 1, 1, 0, 0]
+    assert {report.method for report in reported} == {"modes"}
+    assert max(report.residual for report in reported) <= 1e-14
 
 
 def test_complementarity_is_exact() -> None:

@@ -151,7 +151,7 @@ def test_cost_terms_are_the_objective(scheme: str, stages: int, equilibration: s
     expected = {
         "state": state,
         "control": control,
-        "choice of alpha": 1e-2 * sum(float(a @ a) for a in alphas),
+        "regularisation of the step functions": 1e-2 * sum(float(a @ a) for a in alphas),
         "goal": elements[-1].x[-1, 0] ** 4,
         "speed": elements[-1].x[-1, 1] ** 2,
     }

@@ -18,7 +18,7 @@ from fesd_robot.mpcc.relaxations import Relaxation, scholtes
 from .known import KNOWN, X, Y, mpcc, one_sided
 
 TOLERANCE = 1e-8
-OPTIONS = HomotopyOptions(tolerance=TOLERANCE, sigma_factor=0.1, rank_ratio=100.0)
+OPTIONS = HomotopyOptions(tolerance=TOLERANCE, sigma_factor=0.1, velocity_level_ratio=100.0)
 BY_NAME = {known.name: known.problem for known in KNOWN}
 NEAR_MISS = BY_NAME["near_miss"]
 
@@ -46,9 +46,9 @@ def test_known_solutions_are_found(name: str) -> None:
     assert solution.residuals == problem.residuals(solution.w)
     assert solution.residuals.complementarity <= 1.01 * TOLERANCE
     assert solution.residuals.constraint_violation <= 1e-8
-    sigmas = replace(OPTIONS, rank_ratio=1.0).sigmas()  # no pair of these problems has rank 1
+    sigmas = replace(OPTIONS, velocity_level_ratio=1.0).sigmas()  # no pair of these problems has rank 1
     assert [report.status for report in solution.reports] == ["converged"] * len(sigmas)
-    assert [(report.sigma, report.sigma_of_rank_1) for report in solution.reports] == sigmas
+    assert [(report.sigma, report.velocity_level_sigma) for report in solution.reports] == sigmas
     assert solution.iterations == sum(report.iterations for report in solution.reports) > 0
 
 
@@ -164,12 +164,12 @@ def test_stop_ends_with_a_point(calls: int) -> None:
 
 def test_progress_is_told_of_every_nlp() -> None:
     """`progress` gets the reports that the solution keeps, in order, each with residuals of its own point."""
-    told: list[NlpReport] = []
-    solution = solve(NEAR_MISS, OPTIONS, progress=told.append)
-    assert told == solution.reports
-    products = [report.residuals.complementarity for report in told]
+    reported: list[NlpReport] = []
+    solution = solve(NEAR_MISS, OPTIONS, progress=reported.append)
+    assert reported == solution.reports
+    products = [report.residuals.complementarity for report in reported]
     assert products == sorted(products, reverse=True)
-    assert told[-1].residuals == solution.residuals
+    assert reported[-1].residuals == solution.residuals
 
 
 def test_an_assembled_problem_can_be_reused() -> None:
@@ -204,7 +204,7 @@ def test_a_solver_that_cannot_run_is_an_error(options: dict[str, Any]) -> None:
 @pytest.mark.parametrize("ratio", [1.0, 100.0, 3000.0])
 def test_sigmas_end_at_the_tolerance(tolerance: float, factor: float, ratio: float) -> None:
     """Both ranks start at their sigma, never grow, keep their order, and end at the tolerance."""
-    options = HomotopyOptions(tolerance=tolerance, sigma_start=1.0, sigma_factor=factor, rank_ratio=ratio)
+    options = HomotopyOptions(tolerance=tolerance, sigma_start=1.0, sigma_factor=factor, velocity_level_ratio=ratio)
     sigmas = np.array(options.sigmas())
     assert sigmas[0].tolist() == [1.0, ratio]
     assert sigmas[-1].tolist() == pytest.approx([tolerance, tolerance], rel=1e-12)

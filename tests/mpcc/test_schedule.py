@@ -73,15 +73,15 @@ def test_the_adaptive_schedule_sees_the_iterations() -> None:
     schedule = _schedule("adaptive")
     assert solution.solved
     for before, after in zip(solution.reports, solution.reports[1:], strict=False):
-        expected = schedule.after((before.sigma, before.sigma_of_rank_1), before.iterations)
-        assert (after.sigma, after.sigma_of_rank_1) == pytest.approx(expected)
+        expected = schedule.after((before.sigma, before.velocity_level_sigma), before.iterations)
+        assert (after.sigma, after.velocity_level_sigma) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("known", [known for known in KNOWN if known.solutions], ids=lambda known: known.name)
 @pytest.mark.parametrize("rule", RULES)
 def test_every_schedule_solves_the_known_problems(rule: Rule, known: Any) -> None:
     """Whatever the schedule and with a first sigma of the problem's own, the solution is found."""
-    options = HomotopyOptions(schedule=rule, sigma_start=None, sigma_factor=0.2, rank_ratio=10.0)
+    options = HomotopyOptions(schedule=rule, sigma_start=None, sigma_factor=0.2, velocity_level_ratio=10.0)
     solution = solve(known.problem, options)
     assert solution.solved
     assert known.error(solution.w) <= known.distance
@@ -101,7 +101,9 @@ def test_products_of_rank_1_count_less() -> None:
     """By the ratio of both sigmas."""
     problem = one_sided(mpcc(X + Y, X, Y, [20, 4]), rank=1)
     assert chosen_start(problem, 40.0) == pytest.approx(2.0)
-    assert solve(problem, HomotopyOptions(sigma_start=None, rank_ratio=40.0)).reports[0].sigma == pytest.approx(2.0)
+    assert solve(problem, HomotopyOptions(sigma_start=None, velocity_level_ratio=40.0)).reports[
+        0
+    ].sigma == pytest.approx(2.0)
 
 
 def test_the_first_sigma_is_not_below_the_tolerance() -> None:

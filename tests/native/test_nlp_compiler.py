@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from fesd_robot import load_task
+from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, scholtes
@@ -21,7 +22,7 @@ from fesd_robot.mpcc.steering import Steering
 from fesd_robot.native import CompilationError
 from fesd_robot.native.compiler import object_files, shared_library
 from fesd_robot.native.lanes import OPERATIONS
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.ocp import formulate
 
 TASKS = Path(__file__).parents[2] / "tasks"
 
@@ -67,7 +68,7 @@ def _assert_same(plain: RelaxedNlp, compiled: RelaxedNlp, x: np.ndarray) -> None
 def _hopper(intervals: int, goal: float = 0.3) -> Mpcc:
     changes = [f"horizon.intervals={intervals}", f"goal.configuration.root_x={goal}"]
     motion = formulate(load_task(TASKS / "hopper_one_jump.yaml", changes))
-    return transcribe(motion.ocp, motion.fesd).problem
+    return Transcription(motion.ocp, motion.fesd).problem
 
 
 @pytest.mark.parametrize(
@@ -221,7 +222,7 @@ def test_a_large_problem_says_that_it_is_not_compiled(
 ) -> None:
     """With ``auto`` a problem that is worth compiling is solved all the same, and one line of the log says why not."""
     monkeypatch.setenv("CC", "no-such-compiler")
-    monkeypatch.setattr("fesd_robot.mpcc.assembly.WORTHWHILE", 1)
+    monkeypatch.setattr("fesd_robot.mpcc.assembly.COMPILE_THRESHOLD", 1)
     with caplog.at_level(logging.WARNING):
         assert solve(_problem(), HomotopyOptions(compile="auto")).solved
     assert [r.message for r in caplog.records] == [

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fesd_robot.contact import PhysicalMotion, recover
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import MpccSolution, solve
-from fesd_robot.ocp import MotionProblem, formulate, transcribe
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.planner import homotopy_options
+from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.task import Task, load_task
 
 MASS, FORCE = 2.0, 3.0
@@ -87,14 +87,14 @@ def cart(folder: Path, text: str, links: str = "") -> Task:
 def solved(task: Task) -> tuple[MotionProblem, Transcription, MpccSolution, PhysicalMotion]:
     """Solve a task and return its motion in physical time."""
     motion = formulate(task)
-    transcription = transcribe(motion.ocp, motion.fesd)
+    transcription = Transcription(motion.ocp, motion.fesd)
     solution = solve(transcription.problem, homotopy_options(task))
     physical = recover(
         transcription.unpack(solution.w),
         motion.fesd.tableau,
-        motion.mechanics,
+        motion.dynamics,
         motion.contacts,
         motion.contact_system,
-        motion.auxiliary_acceleration,
+        motion.auxiliary_force,
     )
     return motion, transcription, solution, physical

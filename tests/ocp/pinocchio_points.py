@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.fesd import Condition
+from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.robot import Robot
 
@@ -30,18 +30,18 @@ def center_of_mass(robot: Robot, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarr
     return data.com[0].copy(), data.vcom[0].copy()
 
 
-def condition(motion: MotionProblem, name: str) -> Condition:
+def condition(motion: MotionProblem, name: str) -> TrajectoryConstraint:
     """The condition of this name."""
-    return next(found for found in motion.ocp.conditions if found.name == name)
+    return next(found for found in motion.ocp.constraints if found.name == name)
 
 
-def rows(found: Condition, *y: Sequence[float] | np.ndarray) -> np.ndarray:
+def rows(found: TrajectoryConstraint, *y: Sequence[float] | np.ndarray) -> np.ndarray:
     """Values of a condition's rows where y is the given parts one after the other."""
     values = ca.Function("rows", [found.variables, found.parameters], [found.rows])
     return np.asarray(values(np.concatenate(y), found.parameter_values[:, :1])).ravel()
 
 
-def costs(found: Condition, *y: Sequence[float] | np.ndarray) -> dict[str, float]:
+def costs(found: TrajectoryConstraint, *y: Sequence[float] | np.ndarray) -> dict[str, float]:
     """Values of a condition's costs."""
     values = ca.Function("costs", [found.variables, found.parameters], [ca.vertcat(*found.cost.values())])
     numbers = np.asarray(values(np.concatenate(y), found.parameter_values[:, :1])).ravel()

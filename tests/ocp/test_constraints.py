@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import TaskError
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.fesd import Transcription
+from fesd_robot.ocp import formulate
 from fesd_robot.task import Task
 
 from .pinocchio_points import condition, frame, rows, states
@@ -31,7 +32,7 @@ def test_rows_are_the_geometry(short: str, load: Load) -> None:
     """Clearance, sphere, ellipse, rounded box and bounds of a frame as Pinocchio's placements give them."""
     motion = formulate(load(short + ALL))
     found = condition(motion, "constraints")
-    assert (found.place, list(found.intervals)) == ("stages", [0, 1, 2, 3])
+    assert (found.kind, list(found.intervals)) == ("path", [0, 1, 2, 3])
     np.testing.assert_array_equal(found.lower, [0, 0, 0, 0, -1, -np.inf])
     np.testing.assert_array_equal(found.upper, [np.inf] * 4 + [3, 1.4])
     rest = np.zeros(found.variables.numel() - 10)
@@ -67,12 +68,12 @@ def test_the_rounded_box_contains_the_box() -> None:
 def test_constraints_are_held_at_every_stage(short: str, load: Load) -> None:
     """The transcription has the rows of each constraint at each of the 4 x 3 x 2 stages, and reads the stage's q."""
     motion = formulate(load(short + ALL))
-    problem = transcribe(motion.ocp, motion.fesd).problem
+    problem = Transcription(motion.ocp, motion.fesd).problem
     plain = formulate(load(short + ALL.splitlines(keepends=True)[0]))
     block = problem.blocks[-1]
     assert (block.copies, len(block.constraint_names)) == (24, 6)
     assert block.copy_names[3] == "interval 0, element 1, stage 2"
-    assert problem.size == transcribe(plain.ocp, plain.fesd).problem.size
+    assert problem.size == Transcription(plain.ocp, plain.fesd).problem.size
     w = np.random.default_rng(1).normal(size=problem.size)
     values = block.evaluate(w)[1]
     for k in (0, 7, 23):
@@ -89,8 +90,8 @@ def test_contact_windows(short: str, load: Load) -> None:
     )
     motion = formulate(load(text))
     up, down = condition(motion, "up"), condition(motion, "down")
-    assert (up.place, list(up.intervals), up.lower[0], up.upper[0]) == ("stages", [1, 2], 0.02, np.inf)
-    assert (down.place, list(down.intervals), down.lower[0], down.upper[0]) == ("ends", [2, 3], -np.inf, 1e-3)
+    assert (up.kind, list(up.intervals), up.lower[0], up.upper[0]) == ("path", [1, 2], 0.02, np.inf)
+    assert (down.kind, list(down.intervals), down.lower[0], down.upper[0]) == ("interval_end", [2, 3], -np.inf, 1e-3)
     for x in states():
         foot, _, _ = frame(motion.robot, "foot", x[:4], x[4:8])
         rest = np.zeros(up.variables.numel() - 10)

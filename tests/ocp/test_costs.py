@@ -8,7 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.ocp import MotionProblem, formulate, transcribe
+from fesd_robot.fesd import Transcription
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import Task
 
 from .pinocchio_points import center_of_mass, frame, states
@@ -54,13 +55,13 @@ def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
     for plus, minus in ((0.1, 0.2), (1.0, 0.0), (0.0, 0.0)):
         for speed in (0.5, 3.0):
             found = float(running(motion, "force")(x, [1.0, speed], [plus, minus, 1 - plus - minus], p))
-            assert found == pytest.approx(0.2 * motion.auxiliary_acceleration * (plus + minus))
+            assert found == pytest.approx(0.2 * motion.auxiliary_force * (plus + minus))
 
 
 def test_smoothness(short: str, load: Load) -> None:
     """Control change and acceleration are sums of squared differences between and over the intervals."""
     motion = formulate(load(short + SMOOTH))
-    transcription = transcribe(motion.ocp, motion.fesd)
+    transcription = Transcription(motion.ocp, motion.fesd)
     w = np.random.default_rng(3).normal(size=transcription.problem.size)
     u, elements = transcription.controls(w), transcription.unpack(w)
     v = np.array([elements[0].x_left[4:8], *(elements[3 * k + 2].x[-1][4:8] for k in range(4))])
@@ -77,6 +78,6 @@ def test_nothing_is_added_unasked(short: str, load: Load) -> None:
     zero = "costs: {control_change: {leg: 0}, force: {foot: 0}, frames: {foot: 0}, center_of_mass: {x: 0}, time: 0}\n"
     for text in (short, short + zero):
         ocp = formulate(load(text)).ocp
-        assert ocp.conditions == []
+        assert ocp.constraints == []
         assert list(ocp.running_cost) == ["configuration", "velocity", "control"]
         assert list(ocp.terminal_cost) == ["terminal configuration", "terminal velocity"]

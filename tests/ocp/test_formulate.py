@@ -33,7 +33,7 @@ def test_ten_lines_are_enough(short: str, load: Load) -> None:
 def test_every_shipped_task_fits_its_robot(path: Path) -> None:
     """Names, limits, ground files and start of every shipped task suit its robot."""
     problem = formulate(load_task(path))
-    assert list(problem.ground.pairs) == list(problem.task.contacts)
+    assert list(problem.scene.geometries) == list(problem.task.contacts)
     assert [contact.name for contact in problem.contacts] == list(problem.task.contacts)
 
 
@@ -104,8 +104,8 @@ def test_sloped_ground(short: str, load: Load) -> None:
 
 def test_armature_adds_to_the_mass_matrix(short: str, load: Load) -> None:
     """Armature of a joint is added to its diagonal entry; without it a leg that has no mass is refused."""
-    mechanics = formulate(load(short)).mechanics
-    mass = ca.Function("mass", [mechanics.configuration], [mechanics.mass_matrix])
+    dynamics = formulate(load(short)).dynamics
+    mass = ca.Function("mass", [dynamics.configuration], [dynamics.mass_matrix])
     np.testing.assert_allclose(np.asarray(mass(np.ones(4)).full()), np.diag([1.1, 1.1, 0.275, 0.1]), atol=1e-14)
 
 

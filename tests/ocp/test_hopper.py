@@ -62,9 +62,9 @@ def test_control_matrix(hopper: MotionProblem) -> None:
 
 def test_mass_matrix_force_and_contact(hopper: MotionProblem) -> None:
     """M = diag(1.1, 1.1, 0.275, 0.1), force = B u - gravity, gap = y - r cos, n and t the foot's derivatives."""
-    mechanics, contact = hopper.mechanics, hopper.contacts[0]
-    symbols = [mechanics.configuration, mechanics.velocity, mechanics.control]
-    parts = [mechanics.mass_matrix, mechanics.force, contact.gap, contact.normal, contact.tangent]
+    dynamics, contact = hopper.dynamics, hopper.contacts[0]
+    symbols = [dynamics.configuration, dynamics.velocity, dynamics.control]
+    parts = [dynamics.mass_matrix, dynamics.force, contact.gap, contact.normal, contact.tangent]
     model = ca.Function("model", symbols, parts)
     rng = np.random.default_rng(2)
     for _ in range(10):
@@ -131,9 +131,9 @@ def test_terminal_cost(hopper: MotionProblem) -> None:
 
 def test_auxiliary_acceleration(hopper: MotionProblem) -> None:
     """The task's a_n is used as written; 'auto' is ten times the weight."""
-    automatic = formulate(load_task(TASK, ["method.auxiliary_acceleration=auto"]))
-    assert hopper.auxiliary_acceleration == 100.0
-    assert automatic.auxiliary_acceleration == pytest.approx(10 * 1.1 * 9.81, rel=1e-12)
+    automatic = formulate(load_task(TASK, ["method.auxiliary_force=auto"]))
+    assert hopper.auxiliary_force == 100.0
+    assert automatic.auxiliary_force == pytest.approx(10 * 1.1 * 9.81, rel=1e-12)
 
 
 def test_start_follows_the_reference(hopper: MotionProblem) -> None:

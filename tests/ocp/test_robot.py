@@ -47,9 +47,9 @@ def test_a_quadruped_in_the_plane(load: Load) -> None:
     """Solo12 has three coordinates of the root and four of its legs, both feet stay in the plane."""
     problem = formulate(load(SOLO))
     names = ["root_x", "root_z", "root_pitch", "FL_HFE", "FL_KFE", "HL_HFE", "HL_KFE"]
-    assert problem.mechanics.configuration_names == problem.mechanics.velocity_names == names
+    assert problem.dynamics.configuration_names == problem.dynamics.velocity_names == names
     assert [contact.name for contact in problem.contacts] == ["front", "hind"]
-    q = problem.mechanics.configuration
+    q = problem.dynamics.configuration
     normals = ca.Function("n", [q], [contact.normal for contact in problem.contacts])
     front, hind = (np.asarray(row).ravel() for row in normals(np.linspace(0.1, 0.7, 7)))
     assert not front[5:].any() and not hind[3:5].any() and front[3] != 0 != hind[6]
@@ -69,9 +69,9 @@ def test_damping_acts_against_the_velocity(load: Load) -> None:
     """The generalized force loses d v of the damped joint and of no other."""
     forces = []
     for text in (SOLO, SOLO.replace("  damping: {FL_KFE: 0.02}\n", "")):
-        mechanics = formulate(load(text)).mechanics
-        arguments = [mechanics.configuration, mechanics.velocity, mechanics.control]
-        force = ca.Function("f", arguments, [mechanics.force])
+        dynamics = formulate(load(text)).dynamics
+        arguments = [dynamics.configuration, dynamics.velocity, dynamics.control]
+        force = ca.Function("f", arguments, [dynamics.force])
         forces.append(np.asarray(force(np.full(7, 0.2), np.arange(7.0), np.zeros(3))).ravel())
     np.testing.assert_allclose(forces[0] - forces[1], [0, 0, 0, 0, -0.02 * 4, 0, 0], atol=1e-15)
 

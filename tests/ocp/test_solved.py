@@ -75,7 +75,7 @@ def test_a_periodic_motion_chooses_its_start(tmp_path: Path) -> None:
 def test_a_period_has_rows_of_its_own(tmp_path: Path) -> None:
     """End minus start is the stride, and the integrated gap of a free start is the true gap."""
     ocp = formulate(cart(tmp_path, PERIODIC)).ocp
-    period = ocp.conditions[-1]
+    period = ocp.constraints[-1]
     from casadi import Function
 
     rows = Function("rows", [period.variables], [period.rows])

@@ -28,7 +28,7 @@ def test_points_of_the_goal(short: str, load: Load) -> None:
     """Rows are position and velocity minus target along the given axes, bounded by the tolerance; costs are squares."""
     motion = formulate(load(short + POINTS))
     goal = condition(motion, "goal")
-    assert (goal.place, tuple(goal.intervals)) == ("ends", (3,))
+    assert (goal.kind, tuple(goal.intervals)) == ("interval_end", (3,))
     np.testing.assert_array_equal(goal.upper, [0.01, 0.01, 0.5])
     np.testing.assert_array_equal(goal.lower, -goal.upper)
     for x in states():
@@ -84,7 +84,7 @@ def test_waypoints(short: str, load: Load) -> None:
 def test_waypoints_without_times_are_evenly_spread(short: str, load: Load) -> None:
     """Three waypoints without times in four intervals stand at the ends of the first three."""
     text = short + "waypoints: [{configuration: {leg: 0.3}}, {configuration: {leg: 0.4}}, {velocity: {leg: 0}}]\n"
-    found = formulate(load(text)).ocp.conditions
+    found = formulate(load(text)).ocp.constraints
     assert [tuple(one.intervals) for one in found] == [(0,), (1,), (2,)]
 
 

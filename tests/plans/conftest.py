@@ -11,9 +11,9 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.planner import numeric_physics
 from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import audit
-from fesd_robot.plans.physics import NumericPhysics
 from fesd_robot.plans.plan import HomotopyStep, Provenance, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
+from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import load_task
 
@@ -66,7 +66,7 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
     )
     step = HomotopyStep(
         sigma=1.0,
-        velocity_sigma=1000.0,
+        velocity_level_sigma=1000.0,
         status="converged",
         iterations=7,
         objective=0.1 + 0.2,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fesd_robot.contact import ImpactRecord, PhysicalMotion, SwitchRecord
+from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
 
 GRAVITY, FRICTION = 9.81, 0.45
 MASS = np.array([1.1, 1.1, 0.275, 0.1])

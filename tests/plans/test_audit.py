@@ -11,12 +11,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.contact import PhysicalMotion, Plane
+from fesd_robot.contact import Plane
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.planner import numeric_physics
 from fesd_robot.plans.audit import TOLERANCES, audit
-from fesd_robot.plans.physics import NumericPhysics, split_contact_force
 from fesd_robot.plans.plan import Audit
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 from fesd_robot.robot import kinetic_energy, load_robot, potential_energy
 from fesd_robot.task import load_task
 

@@ -108,15 +108,18 @@ def test_the_foot_carries_the_robot(found: Plan) -> None:
 
 
 def test_statistics_are_those_of_the_solve(found: Plan, reports: list[NlpReport], task: Task) -> None:
-    """Every NLP is reported as it was told, the cost terms add up to the objective, sizes are counted."""
+    """Every NLP is reported as it was reported, the cost terms add up to the objective, sizes are counted."""
     statistics = found.statistics
     assert [(s.sigma, s.status, s.iterations) for s in statistics.homotopy] == [
         (r.sigma, r.status, r.iterations) for r in reports
     ]
-    relaxed = [(s.sigma, s.velocity_sigma) for s in statistics.homotopy if s.sigma > 0]
+    relaxed = [(s.sigma, s.velocity_level_sigma) for s in statistics.homotopy if s.sigma > 0]
     assert relaxed == homotopy_options(task).sigmas()[: len(relaxed)]
     assert statistics.iterations == sum(report.iterations for report in reports)
-    assert found.status.exact and (statistics.homotopy[-1].sigma, statistics.homotopy[-1].velocity_sigma) == (0, 0)
+    assert found.status.exact and (statistics.homotopy[-1].sigma, statistics.homotopy[-1].velocity_level_sigma) == (
+        0,
+        0,
+    )
     assert sum(statistics.cost_terms.values()) == pytest.approx(statistics.objective, rel=1e-9)
     # 10 states, 2 shares and what they leave: the start, and twice 3 controls and 3 elements of a step and 2 points.
     assert statistics.variables == 13 + 2 * (3 + 3 * (1 + 2 * 13))

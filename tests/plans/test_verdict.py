@@ -14,7 +14,9 @@ from fesd_robot.plans.verdict import status_of
 
 def solution(status: str, *, solved: bool = False, violation: float = 0.0, steps: int = 1) -> MpccSolution:
     residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, "clock, interval 7", "gap, interval 3")
-    report = NlpReport(sigma=1e-2, sigma_of_rank_1=10.0, status=status, iterations=5, seconds=0.1, residuals=residuals)
+    report = NlpReport(
+        sigma=1e-2, velocity_level_sigma=10.0, status=status, iterations=5, seconds=0.1, residuals=residuals
+    )
     return MpccSolution(
         w=np.zeros(0),
         residuals=residuals,

@@ -30,7 +30,7 @@ def test_a_driven_wheel_rolls_over_a_hill() -> None:
     x, z, turn = (found.trajectory.configuration[name] for name in ("root_x", "root_z", "turn"))
     assert x[-1] > 0.1
     assert set(found.contacts["rim"].mode) == {"stick"}
-    path = formulate(task).ground.pairs["rim"].path.profile  # type: ignore[union-attr]
+    path = formulate(task).scene.geometries["rim"].path.profile  # type: ignore[union-attr]
     along = np.linspace(x[0], x[-1], 20_001)
     length = np.hypot(np.diff(along), np.diff(path.derivatives(along)[0])).sum()
     assert 0.2 * (turn[-1] - turn[0]) == pytest.approx(length, abs=1e-4)

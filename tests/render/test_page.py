@@ -15,7 +15,7 @@ from fesd_robot.errors import DimensionError, FesdRobotError
 from fesd_robot.render import GroundVisual, render_page
 from fesd_robot.render import files as files_module
 from fesd_robot.render import page as page_module
-from fesd_robot.render.motion import key_samples, sample_motion
+from fesd_robot.render.animation import key_samples, sample_motion
 
 from . import browser as browser_module
 from .conftest import Hop

@@ -60,7 +60,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("tolerance: 1e-8", "tolerance: 0", 50, "solver.tolerance", ["found 0", "greater than 0"]),
     ("tolerance: 1e-8", "sigma_factor: 1", 50, "solver.sigma_factor", ["found 1", "less than 1"]),
     ("stages: 2", "step_freedom: 0", 45, "method.step_freedom", ["found 0", "greater than 0"]),
-    ("stages: 2", "auxiliary_acceleration: 0", 45, "method.auxiliary_acceleration", ["found 0", "'auto'"]),
+    ("stages: 2", "auxiliary_force: 0", 45, "method.auxiliary_force", ["found 0", "'auto'"]),
     # choices and union tags
     ("root: fixed", "root: floating", 4, "robot.root", ["'floating'", "'fixed', 'sagittal', 'planar' or 'free_flyer'"]),
     ("type: plane", "type: plan", 16, "ground.type", ["'plan'", "'plane'"]),
@@ -85,7 +85,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
         ["'torque'"],
     ),
     ("tolerance: 1e-8", "sigma_start: 1e-9", 50, "solver.sigma_start", ["1e-09", "sigma_start > tolerance"]),
-    ("    gate: true", "    {gap: true, gap_feedback: 3}", 47, "method.formulation.gap_feedback", ["no effect"]),
+    ("    gate: true", "    {gap: true, baumgarte_gain: 3}", 47, "method.formulation.baumgarte_gain", ["no effect"]),
     ("type: mean, weight: 1", "type: none, weight: 2", 48, "method.step_equilibration.weight", ["no effect"]),
     # emptiness
     ("contacts:\n  foot:\n    frame: foot", "contacts: {}", 19, "contacts", ["an empty mapping", "at least one"]),
@@ -214,7 +214,7 @@ def test_a_bad_override_is_quoted(
 
 
 def test_the_first_of_several_errors_is_reported(base: str, write: Write) -> None:
-    """Of several mistakes the one nearest the top is told, and how many more there are."""
+    """Of several mistakes the one nearest the top is reported, and how many more there are."""
     text = base.replace("page: true", "page: 1").replace("intervals: 20", "intervals: 0").replace("hop\n", "'#'\n", 1)
     with pytest.raises(TaskError) as caught:
         load_task(write(text))

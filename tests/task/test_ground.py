@@ -187,7 +187,7 @@ def test_a_height_map_becomes_the_ground(tmp_path: Path) -> None:
     path.write_text(SHORT.format(model=HOPPER, ground=ground, contact=contacts, height=0.7), encoding="utf-8")
     motion = formulate(load_task(path))
     assert [contact.friction for contact in motion.contacts] == [0.3, 0]
-    profile = motion.ground.surfaces["ground"].profile  # type: ignore[attr-defined]
+    profile = motion.scene.surfaces["ground"].profile  # type: ignore[attr-defined]
     assert [profile.numbers(float(x))[0] for x in (-1, 0, 1, 2)] == pytest.approx([0, 0.1, 0.3, 0.3])
     assert motion.ocp.initial_lower[-1] == pytest.approx(1.9)
     assert 0.05 < motion.ocp.initial_lower[-2] <= 0.1

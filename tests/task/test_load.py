@@ -39,8 +39,8 @@ def test_ten_lines_make_a_task(write: Write) -> None:
     assert task.reference == Line(type="line")
     assert task.costs.configuration is None
     assert (task.method.scheme, task.method.stages, task.method.elements) == ("radau_iia", 2, 3)
-    assert (task.method.formulation.gap, task.method.formulation.gap_feedback) == ("integrated", 30)
-    assert task.method.auxiliary_acceleration == "auto"
+    assert (task.method.formulation.gap, task.method.formulation.baumgarte_gain) == ("integrated", 30)
+    assert task.method.auxiliary_force == "auto"
     assert (task.solver.tolerance, task.solver.sigma_start, task.solver.sigma_factor) == (1e-8, 1, 0.35)
     assert task.solver.time_limit is None
 
@@ -76,7 +76,7 @@ def test_five_jumps_is_the_published_benchmark() -> None:
     assert task.costs.configuration == {"root_x": 100, "root_z": 100, "root_pitch": 20, "leg": 50}
     assert task.limits.position["root_pitch"] == (-math.pi, math.pi)
     assert task.limits.velocity["leg"] == (-5, 5)
-    assert (task.ground.friction, task.method.auxiliary_acceleration) == (0.45, 100)
+    assert (task.ground.friction, task.method.auxiliary_force) == (0.45, 100)
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def test_an_unknown_name_is_located(
 
 
 def test_the_first_unknown_name_is_reported(base: str, write: Write) -> None:
-    """Of several unknown names the one nearest the top is told, and how many more there are."""
+    """Of several unknown names the one nearest the top is reported, and how many more there are."""
     task = load_task(write(base))
     with pytest.raises(TaskError, match="; and 2 more errors") as caught:
         check_names(task, COORDINATES, COORDINATES, ["root_pitch"], ["leg"], ["torque"])

@@ -1,29 +1,20 @@
-"""Conditions beyond single intervals in the MPCC."""
+"""Path, boundary and coupling constraints in the MPCC."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.errors import DimensionError, ModelError
-from fesd_robot.fesd import Condition, Transcription
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.errors import DimensionError
+from fesd_robot.fesd import TrajectoryConstraint, Transcription
+from fesd_robot.ocp import formulate
 from fesd_robot.task import Task
 
 Load = Callable[[str], Task]
-
-
-def test_a_problem_with_conditions_is_not_transcribed_without_them(short: str, load: Load) -> None:
-    """The plain transcription refuses what it would leave out; without conditions both are the same."""
-    motion = formulate(load(short + "costs: {control_change: {leg: 1}}\n"))
-    with pytest.raises(ModelError, match="ConditionedTranscription"):
-        _ = Transcription(motion.ocp, motion.fesd).problem
-    assert type(transcribe(motion.ocp, motion.fesd)) is not Transcription
-    plain = formulate(load(short))
-    assert type(transcribe(plain.ocp, plain.fesd)) is Transcription
 
 
 @pytest.mark.parametrize("scheme", ["radau_iia", "gauss_legendre"])
@@ -35,23 +26,21 @@ def test_places_are_what_they_say(short: str, load: Load, scheme: str) -> None:
     other = ca.SX.sym("other", n + u.numel())
     p = ca.SX.sym("p")
 
-    def one(place: str, variables: ca.SX, intervals: range) -> Condition:
+    def one(kind: str, variables: ca.SX, intervals: range) -> TrajectoryConstraint:
         numbers = np.arange(len(intervals), dtype=float)[None]
         bounds = np.zeros(variables.numel() + 1)
         names = [str(i) for i in range(len(bounds))]
         rows = ca.vertcat(variables, p)
-        return Condition("all", place, variables, intervals, rows, bounds, bounds, names, {}, p, numbers)  # type: ignore[arg-type]
+        return TrajectoryConstraint("all", kind, variables, intervals, rows, bounds, bounds, names, {}, p, numbers)  # type: ignore[arg-type]
 
-    conditions = [
-        one("stages", ca.vertcat(x, u, z), range(1, 3)),
-        one("ends", x, range(4)),
-        one("intervals", ca.vertcat(x, other[:n]), range(4)),
-        one("neighbours", ca.vertcat(x, u, other), range(4)),
-        one("period", ca.vertcat(x, other[:n]), range(1)),
+    constraints = [
+        one("path", ca.vertcat(x, u, z), range(1, 3)),
+        one("interval_end", x, range(4)),
+        one("interval", ca.vertcat(x, other[:n]), range(4)),
+        one("coupling", ca.vertcat(x, u, other), range(4)),
+        one("boundary", ca.vertcat(x, other[:n]), range(1)),
     ]
-    from dataclasses import replace
-
-    transcription = transcribe(replace(motion.ocp, conditions=conditions), motion.fesd)
+    transcription = Transcription(replace(motion.ocp, constraints=constraints), motion.fesd)
     w = np.random.default_rng(0).normal(size=transcription.problem.size)
     stages, ends, intervals, neighbours, period = (b.evaluate(w)[1] for b in transcription.problem.blocks[-5:])
     elements, controls = transcription.unpack(w), transcription.controls(w)
@@ -68,10 +57,10 @@ def test_places_are_what_they_say(short: str, load: Load, scheme: str) -> None:
     np.testing.assert_array_equal(stages[-1], [e.interval - 1 for e, _ in points])
 
 
-def test_a_condition_of_the_wrong_shape() -> None:
+def test_a_constraint_of_the_wrong_shape() -> None:
     """Bounds, names and parameters have one entry a row or parameter."""
     x = ca.SX.sym("x", 2)
     with pytest.raises(DimensionError, match="upper"):
-        Condition("c", "ends", x, (0,), x, np.zeros(2), np.zeros(1), ["a", "b"])
+        TrajectoryConstraint("c", "interval_end", x, (0,), x, np.zeros(2), np.zeros(1), ["a", "b"])
     with pytest.raises(DimensionError, match="values"):
-        Condition("c", "ends", x, (0, 1), parameters=ca.SX.sym("p"), values=np.zeros((1, 3)))
+        TrajectoryConstraint("c", "interval_end", x, (0, 1), parameters=ca.SX.sym("p"), values=np.zeros((1, 3)))

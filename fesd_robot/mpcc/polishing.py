@@ -39,7 +39,7 @@ class Held:
     g_upper: np.ndarray
 
 
-class Finisher(Protocol[S]):
+class Polisher(Protocol[S]):
     """What knows the meaning of a point: which factors of the pairs vanish, a structure."""
 
     @property
@@ -61,7 +61,7 @@ class Finisher(Protocol[S]):
 
 
 @dataclass(frozen=True)
-class FinishReport:
+class PolishingReport:
     """One smooth NLP.
 
     Attributes:
@@ -81,16 +81,16 @@ class FinishReport:
 
 
 @dataclass(frozen=True)
-class SmoothNlp:
-    """A finisher with the functions of its smooth problem."""
+class BranchNlp:
+    """A polisher with the functions of its smooth problem."""
 
-    finisher: Finisher[Any]
+    polisher: Polisher[Any]
     nlp: RelaxedNlp
 
     @classmethod
-    def of(cls, finisher: Finisher[Any], compiled: Compile) -> SmoothNlp:
+    def of(cls, polisher: Polisher[Any], compiled: Compile) -> BranchNlp:
         """Return the smooth problem with derivatives; they are made once for all structures."""
-        return cls(finisher, assemble(finisher.problem, relaxation_named("scholtes"), compiled))
+        return cls(polisher, assemble(polisher.problem, relaxation_named("scholtes"), compiled))
 
     def solve(
         self,
@@ -101,9 +101,9 @@ class SmoothNlp:
         iterations: int = ITERATIONS,
         feasibility: float,
         remaining: Callable[[], float | None],
-        report: Callable[[FinishReport], None],
+        report: Callable[[PolishingReport], None],
         stop: Callable[[int, float], bool] | None = None,
-    ) -> FinishReport | None:
+    ) -> PolishingReport | None:
         """Return the first exact end of a smooth NLP, None if no structure that w may mean leads to one.
 
         A structure whose NLP does not converge within `iterations` is revised and continued from where it ended, at
@@ -118,7 +118,7 @@ class SmoothNlp:
             report: called after every NLP.
             stop: called once an IPOPT iteration with (iteration, objective); True ends the finish.
         """
-        for structure in self.finisher.readings(w):
+        for structure in self.polisher.readings(w):
             point = w
             for _ in range(1 + REVISIONS):
                 seconds = remaining()
@@ -131,7 +131,7 @@ class SmoothNlp:
                 if found.exact or found.status == "interrupted":
                     return found if found.exact else None
                 point = found.w
-                changed = self.finisher.revised(structure, point)
+                changed = self.polisher.revised(structure, point)
                 if changed is None or not np.isfinite(point).all():
                     break
                 structure = changed
@@ -146,8 +146,8 @@ class SmoothNlp:
         feasibility: float,
         seconds: float | None,
         stop: Callable[[int, float], bool] | None,
-    ) -> FinishReport:
-        held = self.finisher.held(structure)
+    ) -> PolishingReport:
+        held = self.polisher.held(structure)
         settings = {
             "tol": TOLERANCE,
             "constr_viol_tol": VIOLATION,
@@ -173,6 +173,6 @@ class SmoothNlp:
         exact = (
             result.converged and residuals.complementarity <= EXACT and residuals.constraint_violation <= feasibility
         )
-        return FinishReport(
+        return PolishingReport(
             result.status, result.iterations, time.perf_counter() - begin, residuals, result.point.x, exact
         )

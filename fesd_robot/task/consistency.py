@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pydantic_core import PydanticCustomError
 
 from fesd_robot.task.constraints import ContactWindow
+from fesd_robot.task.endpoints import FreeDuration
 from fesd_robot.task.fields import conflict
-from fesd_robot.task.motion import FreeDuration
 from fesd_robot.task.reference import Jumps, ThroughWaypoints
 
 if TYPE_CHECKING:

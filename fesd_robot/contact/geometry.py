@@ -15,7 +15,7 @@ from fesd_robot.robot import Robot
 
 
 @dataclass(frozen=True)
-class PointPair:
+class PointOnSurface:
     """The origin of a frame against a surface."""
 
     frame: str
@@ -23,7 +23,7 @@ class PointPair:
 
 
 @dataclass(frozen=True)
-class CirclePair:
+class CircleOnSurface:
     """A circle in the x-z plane, of a radius in m about the origin of a frame and turning with it, on a surface.
 
     Attributes:
@@ -36,7 +36,7 @@ class CirclePair:
 
 
 @dataclass(frozen=True)
-class TwoCirclesPair:
+class CircleOnCircle:
     """Two circles in the x-z plane, each about the origin of its frame and turning with it, radii in m."""
 
     frame: str
@@ -45,43 +45,51 @@ class TwoCirclesPair:
     other_radius: float
 
 
-Pair = PointPair | CirclePair | TwoCirclesPair
+ContactGeometry = PointOnSurface | CircleOnSurface | CircleOnCircle
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class Scene:
     """Everything that a robot may touch.
 
     Attributes:
         surfaces: name -> surface; ``ground`` and the walls.
-        pairs: name of a contact -> its geometry.
+        geometries: name of a contact -> its geometry.
     """
 
     surfaces: Mapping[str, Ground]
-    pairs: Mapping[str, Pair]
+    geometries: Mapping[str, ContactGeometry]
 
 
-def pair_contact(robot: Robot, configuration: ca.SX, pair: Pair, *, name: str, friction: float) -> PlanarContact:
-    """Return gap, normal and tangent directions of a pair as expressions.
+def contact_of(
+    robot: Robot, configuration: ca.SX, geometry: ContactGeometry, *, name: str, friction: float
+) -> PlanarContact:
+    """Return gap, normal and tangent directions of a geometry as expressions.
 
     Args:
         configuration: q, SX symbols (n_q).
         friction: coefficient mu.
 
     Raises:
-        RobotError: a frame of the pair can leave the x-z plane.
+        RobotError: a frame of the geometry can leave the x-z plane.
     """
-    if isinstance(pair, PointPair):
-        return point_contact(robot, configuration, pair.surface, name=name, frame=pair.frame, friction=friction)
-    if isinstance(pair, CirclePair):
+    if isinstance(geometry, PointOnSurface):
+        return point_contact(robot, configuration, geometry.surface, name=name, frame=geometry.frame, friction=friction)
+    if isinstance(geometry, CircleOnSurface):
         return circle_contact(
-            robot, configuration, pair.path, name=name, frame=pair.frame, radius=pair.radius, friction=friction
+            robot,
+            configuration,
+            geometry.path,
+            name=name,
+            frame=geometry.frame,
+            radius=geometry.radius,
+            friction=friction,
         )
     return two_circles_contact(
         robot,
         configuration,
         name=name,
-        frames=(pair.frame, pair.other_frame),
-        radii=(pair.radius, pair.other_radius),
+        frames=(geometry.frame, geometry.other_frame),
+        radii=(geometry.radius, geometry.other_radius),
         friction=friction,
     )

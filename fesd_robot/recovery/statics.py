@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-from fesd_robot.plans.physics import NumericPhysics
+from fesd_robot.recovery.physics import NumericPhysics
 
 
 def holding_effort(

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from fesd_robot.contact import ContactOptions, PhysicalMotion, recover
+from fesd_robot.contact import ContactOptions
 from fesd_robot.fesd import Element, make_tableau
+from fesd_robot.recovery import PhysicalMotion, recover
 
 from .motions import FORMS, FRICTION, GRAVITY, STRENGTH, Motion, landing, point_mass
 
@@ -20,8 +21,8 @@ each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
 
 
 def _recover(motion: Motion, elements: Sequence[Element] | None = None) -> PhysicalMotion:
-    mechanics, contacts = point_mass()
-    return recover(elements or motion.elements, motion.tableau, mechanics, contacts, motion.system(), STRENGTH)
+    dynamics, contacts = point_mass()
+    return recover(elements or motion.elements, motion.tableau, dynamics, contacts, motion.system(), STRENGTH)
 
 
 def _kinds(motion: PhysicalMotion) -> list[tuple[str, float]]:

@@ -10,16 +10,16 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd.element import read_elements
-from fesd_robot.fesd.finish.alternatives import Alternatives, alternatives_of
-from fesd_robot.fesd.finish.holding import Holding
-from fesd_robot.fesd.finish.reading import HOVER, Structure, collapse, crowded, read_structure
 from fesd_robot.fesd.interval import IntervalFunctions
+from fesd_robot.fesd.polishing.bounds import Holding
+from fesd_robot.fesd.polishing.conditions import Alternatives, alternatives_of
+from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, Structure, collapse, out_of_elements, read_structure
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import Block, Held, Mpcc
 
 
 @dataclass(frozen=True)
-class SmoothTranscription:
+class BranchTranscription:
     """A transcription whose alternatives are choices instead of pairs, to finish a homotopy with.
 
     One problem serves all structures: a structure sets bounds on variables and on rows, so functions and derivatives
@@ -49,15 +49,15 @@ class SmoothTranscription:
         """Return the structures that a point may mean, the likelier one first."""
         elements = self.transcription.unpack(w)
         found: list[Structure] = []
-        for hover in (HOVER, 0.0):
+        for hover in (GRAZING_FLIGHT, 0.0):
             structure = read_structure(self.alternatives, elements, self._shares, hover)
             if structure not in found:
                 found.append(structure)
                 yield structure
 
-    def crowded(self, w: np.ndarray) -> list[int]:
-        """Return the intervals of which no element is to spare at w, see `reading.crowded`."""
-        return crowded(next(self.readings(w)), self.transcription.unpack(w))
+    def out_of_elements(self, w: np.ndarray) -> list[int]:
+        """Return the intervals of which no element is to spare at w, see `reading.out_of_elements`."""
+        return out_of_elements(next(self.readings(w)), self.transcription.unpack(w))
 
     def revised(self, structure: Structure, w: np.ndarray) -> Structure | None:
         """Return the structure without elements that have shrunk to nothing at w; None if there are none."""

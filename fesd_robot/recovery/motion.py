@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.model import ContactSystem, Mechanics, PlanarContact
-from fesd_robot.contact.switches import Phase, SwitchRecord, switches_between
+from fesd_robot.contact.model import ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.fesd import Element, Tableau
+from fesd_robot.recovery.switches import Phase, SwitchRecord, switches_between
 
 FROZEN = 1e-2
 """An element whose free share theta_ODE stays below this is an impact: its clock stands still."""
@@ -18,7 +18,7 @@ FROZEN = 1e-2
 COLLAPSED = 1e-9
 """An element whose clock advances by less than this many seconds is no motion of its own."""
 
-SLIDING_SPEED = 1e-3
+SLIP_VELOCITY = 1e-3
 """Tangential speed, m/s, above which a closed contact slips."""
 
 JUMP = 1e-6
@@ -75,10 +75,10 @@ class PhysicalMotion:
 def recover(
     elements: Sequence[Element],
     tableau: Tableau,
-    mechanics: Mechanics,
+    dynamics: MultibodyDynamics,
     contacts: Sequence[PlanarContact],
     contact_system: ContactSystem,
-    auxiliary_acceleration: float,
+    auxiliary_force: float,
 ) -> PhysicalMotion:
     """Return the motion in physical time: frozen phases removed, both sides of an impact kept.
 
@@ -87,11 +87,11 @@ def recover(
 
     Args:
         elements: solved finite elements in time order.
-        mechanics, contacts: as given to `contact_system`.
+        dynamics, contacts: as given to `contact_system`.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 4 (recovering the solution in physical time).
     """
-    reader = _ElementReader(tableau, mechanics, contacts, contact_system, auxiliary_acceleration)
+    reader = _ElementReader(tableau, dynamics, contacts, contact_system, auxiliary_force)
     samples = _Samples(reader)
     theta_error, clock = 0.0, []
     for index, element in enumerate(elements):
@@ -131,15 +131,15 @@ class _ElementReader:
     def __init__(
         self,
         tableau: Tableau,
-        mechanics: Mechanics,
+        dynamics: MultibodyDynamics,
         contacts: Sequence[PlanarContact],
         contact_system: ContactSystem,
-        auxiliary_acceleration: float,
+        auxiliary_force: float,
     ) -> None:
         self.tableau = tableau
-        self.n_q, self.n_v = mechanics.configuration.numel(), mechanics.velocity.numel()
+        self.n_q, self.n_v = dynamics.configuration.numel(), dynamics.velocity.numel()
         self.n_c = len(contacts)
-        self._strength = auxiliary_acceleration
+        self._strength = auxiliary_force
         self._friction = np.array([contact.friction for contact in contacts])
         shares = ca.vertcat(*[ca.horzcat(*both) for both in contact_system.theta_auxiliary])
         self._shares = ca.Function(
@@ -149,10 +149,10 @@ class _ElementReader:
         )
         self._kinematics = ca.Function(
             "kinematics",
-            [mechanics.configuration, mechanics.velocity],
+            [dynamics.configuration, dynamics.velocity],
             [
                 ca.vertcat(*[contact.gap for contact in contacts]),
-                ca.vertcat(*[ca.dot(contact.tangent, mechanics.velocity) for contact in contacts]),
+                ca.vertcat(*[ca.dot(contact.tangent, dynamics.velocity) for contact in contacts]),
             ],
         )
 
@@ -195,7 +195,7 @@ class _ElementReader:
         for i in range(self.n_c):
             if beta[:, i].max() <= max(gap[:, i].max(), 1e-12):
                 modes.append("flight")
-            elif np.abs(speed[:, i]).max() < SLIDING_SPEED:
+            elif np.abs(speed[:, i]).max() < SLIP_VELOCITY:
                 modes.append("stick")
             else:
                 modes.append("slip+" if speed[:, i].sum() > 0 else "slip-")

@@ -1,4 +1,4 @@
-"""A task that is not solved is tried on other ways, each told, the first solved one kept."""
+"""A task that is not solved is tried on other ways, each reported, the first solved one kept."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from fesd_robot import planner
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.report import report
-from fesd_robot.retries import LADDER, changed
+from fesd_robot.strategies.fallbacks import FALLBACKS, with_overrides
 from fesd_robot.task import Task, load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
@@ -23,10 +23,10 @@ def task() -> Task:
 
 def test_ways_change_the_way_only(task: Task) -> None:
     """Every way differs from the task in a key of its solver or method, and keeps what is asked for."""
-    assert len(LADDER) == 7
-    for way in LADDER:
+    assert len(FALLBACKS) == 7
+    for way in FALLBACKS:
         changes = way(task)
-        other = changed(task, changes)
+        other = with_overrides(task, changes)
         assert other != task and other.source_path == task.source_path
         for name in set(Task.model_fields) - {"solver", "method"}:
             assert getattr(other, name) == getattr(task, name)
@@ -55,26 +55,26 @@ class Attempts:
 def _planned(
     monkeypatch: pytest.MonkeyPatch, task: Task, example: Plan, outcomes: list[str], **solver: Any
 ) -> tuple[Plan, Attempts, list[dict[str, Any]]]:
-    attempts, told = Attempts(example, outcomes), list[dict[str, Any]]()
+    attempts, reported = Attempts(example, outcomes), list[dict[str, Any]]()
     monkeypatch.setattr(planner, "attempt", attempts)
-    task = changed(task, {f"solver.{key}": value for key, value in solver.items()})
-    return planner.plan(task, retrying=lambda changes, _: told.append(dict(changes))), attempts, told
+    task = with_overrides(task, {f"solver.{key}": value for key, value in solver.items()})
+    return planner.plan(task, retrying=lambda changes, _: reported.append(dict(changes))), attempts, reported
 
 
 def test_a_solved_task_is_tried_once(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
     """Nothing is tried after success."""
-    found, attempts, told = _planned(monkeypatch, task, plan, ["solved"])
-    assert found.status.solved and attempts.tasks == [task] and told == []
+    found, attempts, reported = _planned(monkeypatch, task, plan, ["solved"])
+    assert found.status.solved and attempts.tasks == [task] and reported == []
     assert [(one.changes, one.solved) for one in found.statistics.attempts] == [({}, True)]
 
 
 def test_the_first_solved_way_is_kept(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
-    """Ways come in the order of the ladder and are told before they are tried."""
-    found, attempts, told = _planned(monkeypatch, task, plan, ["converged", "infeasible", "solved"], retries=5)
+    """Ways come in the order of the ladder and are reported before they are tried."""
+    found, attempts, reported = _planned(monkeypatch, task, plan, ["converged", "infeasible", "solved"], retries=5)
     assert found.status.message == "solved 3" and len(attempts.tasks) == 3
-    assert told == [LADDER[0](task), LADDER[1](task)]
+    assert reported == [FALLBACKS[0](task), FALLBACKS[1](task)]
     assert [one.message for one in found.statistics.attempts] == ["converged 1", "infeasible 2", "solved 3"]
-    assert [one.changes for one in found.statistics.attempts] == [{}, LADDER[0](task), LADDER[1](task)]
+    assert [one.changes for one in found.statistics.attempts] == [{}, FALLBACKS[0](task), FALLBACKS[1](task)]
 
 
 @pytest.mark.parametrize("retries", [0, 1, 3])
@@ -99,10 +99,10 @@ def test_an_interrupt_and_the_time_limit_end_all_tries(
 
 def test_the_time_limit_is_for_all_tries(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
     """What earlier tries took is gone, and the limit is no change that a try is named by."""
-    found, attempts, told = _planned(monkeypatch, task, plan, ["infeasible", "solved"], time_limit=50.0)
+    found, attempts, reported = _planned(monkeypatch, task, plan, ["infeasible", "solved"], time_limit=50.0)
     limits = [one.solver.time_limit for one in attempts.tasks]
     assert limits[0] and limits[1] and 49 < limits[1] < limits[0] <= 50
-    assert told == [LADDER[0](task)]
+    assert reported == [FALLBACKS[0](task)]
     assert found.task["solver"]["time_limit"] == plan.task["solver"]["time_limit"]
 
 
@@ -112,5 +112,5 @@ def test_tries_are_written_down(monkeypatch: pytest.MonkeyPatch, task: Task, pla
     write_plan(found, tmp_path / "run")
     assert read_plan(tmp_path / "run").statistics.attempts == found.statistics.attempts
     text = report(found)
-    assert "### Tries" in text and "solver.sketch_iterations = 66" in text and "infeasible 1" in text
+    assert "### Tries" in text and "solver.loose_iterations = 66" in text and "infeasible 1" in text
     assert "### Tries" not in report(plan)

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.motion import TOUCHING
+from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.planner import numeric_physics
-from fesd_robot.plans.statics import holding_effort
+from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import GROUND, Jumps
 
@@ -83,7 +83,7 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
     never = [
         contact.name
         for contact in motion.contacts
-        if not ca.jacobian_sparsity(contact.gap, motion.mechanics.configuration).nnz()
+        if not ca.jacobian_sparsity(contact.gap, motion.dynamics.configuration).nnz()
     ]
     for name in never:
         yield f"Contact '{name}' can never touch: no joint changes its distance from what it may touch."
@@ -139,7 +139,7 @@ def _buried_reference(motion: MotionProblem) -> Iterator[str]:
 def _goal_against_constraints(motion: MotionProblem) -> Iterator[str]:
     if motion.task.goal.periodic is not None or motion.task.goal.has_points:
         return
-    for condition in motion.ocp.conditions:
+    for condition in motion.ocp.constraints:
         if condition.name != "constraints":
             continue
         point = np.zeros(condition.variables.numel())

@@ -126,7 +126,7 @@ def test_the_fields(options: ContactOptions) -> None:
     rate, push = ode * speed, STRENGTH * (plus + minus)
     expected = [rate * x[2], rate * x[3], STRENGTH * FRICTION * (minus - plus), push - rate * GRAVITY, rate]
     if options.gap == "integrated":
-        expected.append(rate * (x[3] + options.gap_feedback * (x[1] - x[5])))
+        expected.append(rate * (x[3] + options.baumgarte_gain * (x[1] - x[5])))
     assert value.ravel() == pytest.approx(np.array(expected))
     assert np.array_equal(mass, np.eye(len(expected)))
     rate_of_clock = ca.Function("rate", [parts.algebraic, parts.control], [system.clock_rate])

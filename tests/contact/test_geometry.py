@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.contact import CirclePair, Pair, PointPair, Surroundings, TwoCirclesPair, pair_contact
+from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene, contact_of
 from fesd_robot.errors import RobotError
-from fesd_robot.plans.physics import ContactPoint, NumericPhysics
+from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
 from fesd_robot.robot import Robot, configuration_derivative, load_robot
 
 from .grounds import GROUNDS, HILLS
@@ -20,22 +20,24 @@ DISCS = Path(__file__).parent / "models" / "discs.urdf"
 HOPPER = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
 WALKER = Path(__file__).parents[1] / "robot" / "models" / "walker.xml"
 
-CASES: dict[str, tuple[Path, Pair]] = {
+CASES: dict[str, tuple[Path, ContactGeometry]] = {
     **{
-        f"foot, {name}": (HOPPER, PointPair("foot", ground)) for name, ground in GROUNDS.items() if "raised" not in name
+        f"foot, {name}": (HOPPER, PointOnSurface("foot", ground))
+        for name, ground in GROUNDS.items()
+        if "raised" not in name
     },
-    **{f"disc, {name}": (DISCS, CirclePair("first", 0.2, GROUNDS[name])) for name in GROUNDS if "raised" in name},
-    "wheel on a leg": (WALKER, CirclePair("foot", 0.1, HILLS.raised(0.1))),
-    "two discs": (DISCS, TwoCirclesPair("first", 0.2, "second", 0.3)),
-    "shank and foot": (HOPPER, TwoCirclesPair("foot", 0.02, "body", 0.07)),
+    **{f"disc, {name}": (DISCS, CircleOnSurface("first", 0.2, GROUNDS[name])) for name in GROUNDS if "raised" in name},
+    "wheel on a leg": (WALKER, CircleOnSurface("foot", 0.1, HILLS.raised(0.1))),
+    "two discs": (DISCS, CircleOnCircle("first", 0.2, "second", 0.3)),
+    "shank and foot": (HOPPER, CircleOnCircle("foot", 0.02, "body", 0.07)),
 }
 each_case = pytest.mark.parametrize(("source", "pair"), CASES.values(), ids=CASES.keys())
 
 
-def expressions(robot: Robot, pair: Pair) -> ca.Function:
+def expressions(robot: Robot, pair: ContactGeometry) -> ca.Function:
     """Return (q, v) -> gap, its rate by differentiation, J_n, J_t."""
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
-    contact = pair_contact(robot, q, pair, name="it", friction=0.4)
+    contact = contact_of(robot, q, pair, name="it", friction=0.4)
     rate = ca.jtimes(contact.gap, q, configuration_derivative(robot, q, v))
     return ca.Function("contact", [q, v], [contact.gap, rate, contact.normal, contact.tangent])
 
@@ -47,7 +49,7 @@ def states(robot: Robot, count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 @each_case
-def test_gap_and_rates_by_finite_differences(source: Path, pair: Pair) -> None:
+def test_gap_and_rates_by_finite_differences(source: Path, pair: ContactGeometry) -> None:
     """Along random motions d/dt f_c = J_n v, by differences of the gap and by CasADi's differentiation."""
     robot = load_robot(source)
     function, step = expressions(robot, pair), 1e-6
@@ -59,12 +61,12 @@ def test_gap_and_rates_by_finite_differences(source: Path, pair: Pair) -> None:
 
 
 @each_case
-def test_expressions_and_pinocchio_agree(source: Path, pair: Pair) -> None:
+def test_expressions_and_pinocchio_agree(source: Path, pair: ContactGeometry) -> None:
     """Gap, J_n and J_t as expressions are those that the audit computes with Pinocchio and scipy."""
     robot = load_robot(source)
     function = expressions(robot, pair)
     physics = NumericPhysics(
-        robot, Surroundings({}, {"it": pair}), [ContactPoint("it", pair.frame, 0.4)], lambda _: np.zeros((0, 0))
+        robot, Scene({}, {"it": pair}), [ContactPoint("it", pair.frame, 0.4)], lambda _: np.zeros((0, 0))
     )
     for q, v in states(robot):
         gap, _, normal, tangent = (np.asarray(value.full()).ravel() for value in function(q, v))
@@ -86,7 +88,7 @@ def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
     function, step = expressions(robot, pair), 1e-6
     for q, v in states(robot):
         here = frame_motion(robot, pair.frame, q, v, 0.0)
-        if isinstance(pair, TwoCirclesPair):
+        if isinstance(pair, CircleOnCircle):
             bodies = [(pair.frame, pair.radius), (pair.other_frame, -pair.other_radius)]
             apart = here.translation - frame_motion(robot, pair.other_frame, q, v, 0.0).translation
             normal = apart * [1, 0, 1] / np.linalg.norm(apart[[0, 2]])
@@ -108,17 +110,17 @@ def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
 def test_a_rolling_disc_does_not_slide() -> None:
     """With x' = r w the touching point of a disc on level ground rests; two gears that mesh do not slide either."""
     robot = load_robot(DISCS)
-    disc = expressions(robot, CirclePair("first", 0.2, GROUNDS["level"].raised(0.2)))
+    disc = expressions(robot, CircleOnSurface("first", 0.2, GROUNDS["level"].raised(0.2)))
     v = np.array([0.2 * 3.0, 0, 3.0, 0, 0, 0])  # turning about +y rolls towards +x
     assert float(ca.dot(disc(np.zeros(6), v)[3], v)) == pytest.approx(0, abs=1e-15)
-    gears = expressions(robot, TwoCirclesPair("first", 0.2, "second", 0.3))
+    gears = expressions(robot, CircleOnCircle("first", 0.2, "second", 0.3))
     v = np.array([0, 0, 3.0, 0, 0, 2.0])  # the second joint turns about -y
     assert float(ca.dot(gears(np.array([0.5, 0, 0, 0, 0, 0]), v)[3], v)) == pytest.approx(0, abs=1e-15)
 
 
 def test_circles_at_one_place_have_finite_derivatives() -> None:
     """A start guess that puts two centres on each other does not make the expressions undefined."""
-    function = expressions(load_robot(DISCS), TwoCirclesPair("first", 0.2, "second", 0.3))
+    function = expressions(load_robot(DISCS), CircleOnCircle("first", 0.2, "second", 0.3))
     values = function(np.zeros(6), np.ones(6))
     assert np.isfinite(np.concatenate([np.asarray(value.full()).ravel() for value in values])).all()
     assert float(values[0]) == pytest.approx(-0.5)
@@ -131,8 +133,8 @@ def test_a_wheel_that_turns_sideways_is_refused() -> None:
     robot = load_robot("example-robot-data:solo12", root="free_flyer")
     q = ca.SX.sym("q", robot.model.nq)
     with pytest.raises(RobotError, match="contact 'wheel': frame 'FL_FOOT' can leave the x-z plane"):
-        pair_contact(robot, q, CirclePair("FL_FOOT", 0.1, HILLS), name="wheel", friction=0.5)
+        contact_of(robot, q, CircleOnSurface("FL_FOOT", 0.1, HILLS), name="wheel", friction=0.5)
     fixed = load_robot("example-robot-data:solo12")
     q = ca.SX.sym("q", fixed.model.nq)
     with pytest.raises(RobotError, match="contact 'wheel': frame 'FL_SHOULDER' can turn out of the x-z plane"):
-        pair_contact(fixed, q, CirclePair("FL_SHOULDER", 0.1, HILLS), name="wheel", friction=0.5)
+        contact_of(fixed, q, CircleOnSurface("FL_SHOULDER", 0.1, HILLS), name="wheel", friction=0.5)

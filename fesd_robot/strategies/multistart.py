@@ -14,10 +14,10 @@ _POLL = 0.2
 """s between two looks at whether to stop."""
 
 
-def solved_from_everywhere(
+def solve_multistart(
     attempt: Callable[[Task], Plan],
     tasks: list[Task],
-    told: Callable[[int, Plan], None] | None = None,
+    on_result: Callable[[int, Plan], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> list[Plan | None]:
     """Return the plan of every task, each solved in a process of its own; None for those that were stopped.
@@ -28,7 +28,7 @@ def solved_from_everywhere(
     Args:
         attempt: a function of a module, task -> plan.
         tasks: what to solve.
-        told: called with the number of a task and its plan when it is there.
+        on_result: called with the number of a task and its plan when it is there.
         stop: asked again and again; True ends all that still run.
     """
     found: list[Plan | None] = [None] * len(tasks)
@@ -38,8 +38,8 @@ def solved_from_everywhere(
     try:
         for job in _finished(list(jobs), stop):
             found[jobs[job]] = job.result()
-            if told:
-                told(jobs[job], job.result())
+            if on_result:
+                on_result(jobs[job], job.result())
     finally:
         processes = list(pool._processes.values())
         pool.shutdown(wait=False, cancel_futures=True)

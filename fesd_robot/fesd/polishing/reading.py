@@ -9,13 +9,13 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd.finish.alternatives import Alternative, Alternatives, Choice
+from fesd_robot.fesd.polishing.conditions import Alternative, Alternatives, Choice
 from fesd_robot.fesd.trajectory import Element
 
 COLLAPSED = 0.03
 """An element shorter than this times its equal share has no length: it holds one point, and nothing happens in it."""
 
-HOVER = 2e-3
+GRAZING_FLIGHT = 2e-3
 """A flight that stays this low (m) between two elements with contact is one with contact."""
 
 
@@ -43,7 +43,7 @@ def read_structure(
     Args:
         elements: of the trajectory, in time order.
         steps: equal share of the interval of every element, numerical time.
-        hover: see `HOVER`; 0 takes every flight as it is.
+        hover: see `GRAZING_FLIGHT`; 0 takes every flight as it is.
     """
     values = [_values(alternatives, element) for element in elements]
     collapsed = tuple(bool(e.step < COLLAPSED * h) for e, h in zip(elements, steps, strict=True))
@@ -63,7 +63,7 @@ def collapse(structure: Structure, elements: Sequence[Element], steps: np.ndarra
     return None if collapsed == structure.collapsed else replace(structure, collapsed=collapsed)
 
 
-def crowded(structure: Structure, elements: Sequence[Element]) -> list[int]:
+def out_of_elements(structure: Structure, elements: Sequence[Element]) -> list[int]:
     """Return the intervals that have no element to spare: each of theirs has a length and differs from its neighbours.
 
     One switch more, and such an interval cannot hold its motion.

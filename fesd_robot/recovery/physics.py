@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import CirclePair, Pair, PointPair, Surroundings, TwoCirclesPair
+from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene
 from fesd_robot.robot import Robot
 
 
@@ -27,12 +27,12 @@ class NumericPhysics:
 
     Args:
         robot: the robot with its armature and damping.
-        ground: surfaces, and what touches what.
-        contacts: the contacts in their order; the geometry of each is that of its name in `ground.pairs`.
+        scene: surfaces, and what touches what.
+        contacts: the contacts in their order; the geometry of each is that of its name in `scene.geometries`.
         control_matrix: q -> B, (n_v, n_u).
 
     Attributes:
-        ground: surfaces, and what touches what.
+        scene: surfaces, and what touches what.
         friction: coefficient of every contact, (n_c).
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
     """
@@ -40,15 +40,15 @@ class NumericPhysics:
     def __init__(
         self,
         robot: Robot,
-        ground: Surroundings,
+        scene: Scene,
         contacts: Sequence[ContactPoint],
         control_matrix: Callable[[np.ndarray], np.ndarray],
     ) -> None:
-        self.ground = ground
+        self.scene = scene
         self._model = robot.model
         self._data = robot.model.createData()
-        self._pairs = [ground.pairs[contact.name] for contact in contacts]
-        self._frames = {frame: robot.frame_id(frame) for pair in self._pairs for frame in _frames(pair)}
+        self._geometries = [scene.geometries[contact.name] for contact in contacts]
+        self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in _frames(geometry)}
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
         self.friction = np.array([contact.friction for contact in contacts])
@@ -61,13 +61,13 @@ class NumericPhysics:
     def gaps(self, q: np.ndarray) -> np.ndarray:
         """Gap of every contact, m, (n_c)."""
         pin.framesForwardKinematics(self._model, self._data, q)
-        return np.array([self._gap(pair) for pair in self._pairs])
+        return np.array([self._gap(geometry) for geometry in self._geometries])
 
     def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        return np.array([row for pair in self._pairs for row in self._rows(pair)])
+        return np.array([row for geometry in self._geometries for row in self._rows(geometry)])
 
     def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """B(q) u, (n_v)."""
@@ -102,27 +102,27 @@ class NumericPhysics:
         jacobian = pin.getFrameJacobian(self._model, self._data, frame_id, pin.LOCAL_WORLD_ALIGNED)
         return np.asarray(jacobian).reshape(6, -1)  # Pinocchio gives a vector for a robot with one coordinate
 
-    def _gap(self, pair: Pair) -> float:
-        if isinstance(pair, PointPair):
-            return float(pair.surface.distance(self._position(pair.frame)))
-        if isinstance(pair, CirclePair):
-            return float(pair.path.distance(self._position(pair.frame)))
-        apart = self._position(pair.frame) - self._position(pair.other_frame)
-        return math.hypot(apart[0], apart[2]) - pair.radius - pair.other_radius
+    def _gap(self, geometry: ContactGeometry) -> float:
+        if isinstance(geometry, PointOnSurface):
+            return float(geometry.surface.distance(self._position(geometry.frame)))
+        if isinstance(geometry, CircleOnSurface):
+            return float(geometry.path.distance(self._position(geometry.frame)))
+        apart = self._position(geometry.frame) - self._position(geometry.other_frame)
+        return math.hypot(apart[0], apart[2]) - geometry.radius - geometry.other_radius
 
-    def _rows(self, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
+    def _rows(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""
-        position, jacobian = self._position(pair.frame), self._jacobian(pair.frame)
-        if isinstance(pair, PointPair):
-            return pair.surface.normal(position) @ jacobian[:3], pair.surface.tangent(position) @ jacobian[:3]
-        if isinstance(pair, CirclePair):
-            tangent = pair.path.tangent(position)
-            arm = pair.radius * np.array([tangent[2], 0.0, -tangent[0]])
-            return pair.path.normal(position) @ jacobian[:3], tangent @ self._at_rim(jacobian, arm)
-        other, apart = self._jacobian(pair.other_frame), position - self._position(pair.other_frame)
+        position, jacobian = self._position(geometry.frame), self._jacobian(geometry.frame)
+        if isinstance(geometry, PointOnSurface):
+            return geometry.surface.normal(position) @ jacobian[:3], geometry.surface.tangent(position) @ jacobian[:3]
+        if isinstance(geometry, CircleOnSurface):
+            tangent = geometry.path.tangent(position)
+            arm = geometry.radius * np.array([tangent[2], 0.0, -tangent[0]])
+            return geometry.path.normal(position) @ jacobian[:3], tangent @ self._at_rim(jacobian, arm)
+        other, apart = self._jacobian(geometry.other_frame), position - self._position(geometry.other_frame)
         normal = np.array([apart[0], 0.0, apart[2]]) / math.hypot(apart[0], apart[2])
         tangent = np.array([normal[2], 0.0, -normal[0]])
-        moving = self._at_rim(jacobian, -pair.radius * normal) - self._at_rim(other, pair.other_radius * normal)
+        moving = self._at_rim(jacobian, -geometry.radius * normal) - self._at_rim(other, geometry.other_radius * normal)
         return normal @ (jacobian[:3] - other[:3]), tangent @ moving
 
     @staticmethod
@@ -131,8 +131,8 @@ class NumericPhysics:
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
 
 
-def _frames(pair: Pair) -> list[str]:
-    return [pair.frame, *([pair.other_frame] if isinstance(pair, TwoCirclesPair) else [])]
+def _frames(geometry: ContactGeometry) -> list[str]:
+    return [geometry.frame, *([geometry.other_frame] if isinstance(geometry, CircleOnCircle) else [])]
 
 
 def split_contact_force(

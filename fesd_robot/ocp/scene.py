@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from fesd_robot.contact import CirclePair, Ground, Pair, Plane, PointPair, Surroundings, Terrain, TwoCirclesPair, Wall
+from fesd_robot.contact import (
+    CircleOnCircle,
+    CircleOnSurface,
+    ContactGeometry,
+    Ground,
+    Plane,
+    PointOnSurface,
+    Scene,
+    Terrain,
+    Wall,
+)
 from fesd_robot.contact.ground import height_map, read_heights, steps
 from fesd_robot.errors import GroundError
 from fesd_robot.task import GROUND, CircleCircleContact, HeightMap, PointContact, Steps, Task
@@ -18,14 +28,14 @@ def surfaces_of(task: Task) -> dict[str, Ground]:
     return {GROUND: _ground(task), **walls}
 
 
-def surroundings_of(task: Task) -> Surroundings:
+def scene_of(task: Task) -> Scene:
     """Return everything that the robot may touch.
 
     Raises:
         TaskError: a ground that cannot be built, or a circle that does not fit into its hollows.
     """
     surfaces = surfaces_of(task)
-    return Surroundings(surfaces, {name: _pair(task, name, surfaces) for name in task.contacts})
+    return Scene(surfaces, {name: _geometry(task, name, surfaces) for name in task.contacts})
 
 
 def friction_of(task: Task, name: str) -> float:
@@ -54,14 +64,14 @@ def _ground(task: Task) -> Ground:
     return Plane(ground.height, ground.slope)
 
 
-def _pair(task: Task, name: str, surfaces: dict[str, Ground]) -> Pair:
+def _geometry(task: Task, name: str, surfaces: dict[str, Ground]) -> ContactGeometry:
     contact = task.contacts[name]
     if isinstance(contact, CircleCircleContact):
-        return TwoCirclesPair(contact.frame, contact.radius, contact.other_frame, contact.other_radius)
+        return CircleOnCircle(contact.frame, contact.radius, contact.other_frame, contact.other_radius)
     surface = surfaces[contact.surface]
     if isinstance(contact, PointContact):
-        return PointPair(contact.frame, surface)
+        return PointOnSurface(contact.frame, surface)
     try:
-        return CirclePair(contact.frame, contact.radius, surface.raised(contact.radius))
+        return CircleOnSurface(contact.frame, contact.radius, surface.raised(contact.radius))
     except GroundError as error:
         raise task.error(("contacts", name, "radius"), str(error)) from error

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from fesd_robot.cli.explanation import explanation
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.fesd import Transcription
+from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]
@@ -13,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 
 def explained(*overrides: str) -> str:
     motion = formulate(load_task(ROOT / "tasks" / "hopper_one_jump.yaml", overrides))
-    text = explanation(motion, transcribe(motion.ocp, motion.fesd).problem)
+    text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
     assert max(map(len, text.splitlines())) <= 120
     return " ".join(text.split())
 

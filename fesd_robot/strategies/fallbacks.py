@@ -7,19 +7,19 @@ from typing import Any
 
 from fesd_robot.task import Task
 
-Changes = dict[str, Any]
+Overrides = dict[str, Any]
 """``section.key`` of the task -> value."""
 
 
-def _other_sketch(iterations: int) -> int:
+def _other_loose_iterations(iterations: int) -> int:
     """A third of a long sketch, three times a short one."""
     return iterations // 3 if iterations >= 150 else 3 * iterations
 
 
-LADDER: tuple[Callable[[Task], Changes], ...] = (
-    lambda task: {"solver.sketch_iterations": _other_sketch(task.solver.sketch_iterations)},
+FALLBACKS: tuple[Callable[[Task], Overrides], ...] = (
+    lambda task: {"solver.loose_iterations": _other_loose_iterations(task.solver.loose_iterations)},
     lambda task: {"solver.sigma_factor": round(task.solver.sigma_factor**0.5, 3)},
-    lambda task: {"solver.velocity_relaxation": max(1.0, task.solver.velocity_relaxation / 10)},
+    lambda task: {"solver.velocity_level_ratio": max(1.0, task.solver.velocity_level_ratio / 10)},
     lambda task: {"method.step_freedom": task.method.step_freedom + 1.0},
     lambda task: {"solver.relaxation": "fischer_burmeister" if task.solver.relaxation == "scholtes" else "scholtes"},
     lambda task: {"solver.sigma_start": 10 * task.solver.sigma_start},
@@ -33,7 +33,7 @@ where its way leads it; a small change of the way often leads elsewhere.
 """
 
 
-def changed(task: Task, changes: Changes) -> Task:
+def with_overrides(task: Task, changes: Overrides) -> Task:
     """Return the task with keys of its sections changed, ``section.key`` each."""
     for key, value in changes.items():
         section, name = key.split(".")

@@ -12,24 +12,24 @@ import pinocchio as pin
 from fesd_robot.contact import (
     ContactOptions,
     ContactSystem,
-    Mechanics,
+    MultibodyDynamics,
     PlanarContact,
-    Surroundings,
-    pair_contact,
+    Scene,
+    contact_of,
 )
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
-from fesd_robot.ocp.constraints import with_zones
-from fesd_robot.ocp.ground import friction_of, surroundings_of
+from fesd_robot.ocp.constraints import add_forbidden_zones
 from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
-from fesd_robot.ocp.reference import ReferenceMotion
-from fesd_robot.ocp.references import reference_of
-from fesd_robot.ocp.robot import load_task_robot
+from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.reference_types import reference_of
+from fesd_robot.ocp.scene import friction_of, scene_of
+from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.ocp.timing import TimeGrid, time_grid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
 from fesd_robot.robot import (
@@ -41,7 +41,7 @@ from fesd_robot.robot import (
 )
 from fesd_robot.task import GROUND, CircleCircleContact, Task
 
-AUTOMATIC_STRENGTH = 10.0
+AUTOMATIC_AUXILIARY_FORCE = 10.0
 """Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
 
 TOUCHING = 1e-5
@@ -54,12 +54,12 @@ class MotionProblem:
 
     task: Task
     robot: Robot
-    ground: Surroundings
-    mechanics: Mechanics
+    scene: Scene
+    dynamics: MultibodyDynamics
     actuation: Actuation
     contacts: Sequence[PlanarContact]
     contact_system: ContactSystem
-    auxiliary_acceleration: float
+    auxiliary_force: float
     endpoints: Endpoints
     limits: StateLimits
     reference: ReferenceMotion
@@ -77,47 +77,47 @@ def formulate(task: Task) -> MotionProblem:
     robot = load_task_robot(task)
     actuation = build_actuation(task, robot)
     endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
-    ground = surroundings_of(task)
-    mechanics = _mechanics(robot, actuation)
-    contacts = _contacts(task, robot, mechanics.configuration, ground)
-    check_contacts_move(task, contacts, mechanics.configuration)
-    _check_above_ground(task, _gap_function(mechanics, contacts), endpoints)
+    scene = scene_of(task)
+    dynamics = _multibody_dynamics(robot, actuation)
+    contacts = _contacts(task, robot, dynamics.configuration, scene)
+    check_contacts_move(task, contacts, dynamics.configuration)
+    _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
-        contacts = _closed_at_start(contacts, mechanics, endpoints)
-    gap = _gap_function(mechanics, contacts)
+        contacts = _closed_at_start(contacts, dynamics, endpoints)
+    gap = _gap_function(dynamics, contacts)
     check_inertia(task, robot, endpoints.initial_configuration)
     check_forces(task, actuation, endpoints.initial_configuration)
-    strength = _auxiliary_acceleration(task, robot)
+    strength = _auxiliary_force(task, robot)
     formulation = task.method.formulation
     n_q = len(robot.configuration_names)
     parameters = ca.SX.sym("reference", n_q + 1)
     contact_system = build_contact_system(
-        mechanics,
+        dynamics,
         contacts,
         ContactOptions(
             form=formulation.type,
             gap=formulation.gap,
-            gap_feedback=formulation.gap_feedback,
+            baumgarte_gain=formulation.baumgarte_gain,
             gate=formulation.gate,
-            selection_weight=formulation.step_selection_weight,
-            auxiliary_acceleration=strength,
+            regularisation_weight=formulation.step_regularisation_weight,
+            auxiliary_force=strength,
         ),
         parameters,
     )
-    points = points_of(task, robot, mechanics.configuration, mechanics.velocity)
-    contact_system = with_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
+    points = points_of(task, robot, dynamics.configuration, dynamics.velocity)
+    contact_system = add_forbidden_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
     grid = time_grid(task)
     check_pace(task, robot, endpoints, limits, grid)
     reference = reference_of(task, robot, endpoints, limits, grid)
     return MotionProblem(
         task=task,
         robot=robot,
-        ground=ground,
-        mechanics=mechanics,
+        scene=scene,
+        dynamics=dynamics,
         actuation=actuation,
         contacts=contacts,
         contact_system=contact_system,
-        auxiliary_acceleration=strength,
+        auxiliary_force=strength,
         endpoints=endpoints,
         limits=limits,
         reference=reference,
@@ -125,11 +125,11 @@ def formulate(task: Task) -> MotionProblem:
         ocp=optimal_control_problem(
             ProblemParts(
                 task=task,
-                mechanics=mechanics,
+                dynamics=dynamics,
                 actuation=actuation,
                 contacts=contacts,
                 contact_system=contact_system,
-                ground=ground.surfaces[GROUND],
+                ground=scene.surfaces[GROUND],
                 gap=gap,
                 strength=strength,
                 endpoints=endpoints,
@@ -159,11 +159,11 @@ def _aggregation(task: Task) -> CrossComplementarity:
     return "theta_sum" if task.method.formulation.type == "multipliers" else "lambda_sum"
 
 
-def _mechanics(robot: Robot, actuation: Actuation) -> Mechanics:
+def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics:
     q = ca.SX.sym("q", len(robot.configuration_names))
     v = ca.SX.sym("v", len(robot.velocity_names))
     u = ca.SX.sym("u", len(actuation.names))
-    return Mechanics(
+    return MultibodyDynamics(
         configuration=q,
         velocity=v,
         control=u,
@@ -176,29 +176,29 @@ def _mechanics(robot: Robot, actuation: Actuation) -> Mechanics:
     )
 
 
-def _contacts(task: Task, robot: Robot, q: ca.SX, ground: Surroundings) -> list[PlanarContact]:
+def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarContact]:
     found = []
-    for name, pair in ground.pairs.items():
+    for name, geometry in scene.geometries.items():
         try:
-            found.append(pair_contact(robot, q, pair, name=name, friction=friction_of(task, name)))
+            found.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
     return found
 
 
-def _gap_function(mechanics: Mechanics, contacts: Sequence[PlanarContact]) -> ca.Function:
-    return ca.Function("gap", [mechanics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
+def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:
+    return ca.Function("gap", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
 
 
 def _closed_at_start(
-    contacts: Sequence[PlanarContact], mechanics: Mechanics, endpoints: Endpoints
+    contacts: Sequence[PlanarContact], dynamics: MultibodyDynamics, endpoints: Endpoints
 ) -> list[PlanarContact]:
     """Return the contacts with gaps that are exactly zero at the start where they are up to `TOUCHING`.
 
     A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
     a distance: no point fulfils such a complementarity exactly.
     """
-    gaps = np.asarray(_gap_function(mechanics, contacts)(endpoints.initial_configuration)).ravel()
+    gaps = np.asarray(_gap_function(dynamics, contacts)(endpoints.initial_configuration)).ravel()
     return [
         replace(contact, gap=contact.gap - gap) if 0 < abs(gap) <= TOUCHING else contact
         for contact, gap in zip(contacts, gaps, strict=True)
@@ -229,14 +229,14 @@ def _overlap(task: Task, name: str, depth: float) -> str:
     )
 
 
-def _auxiliary_acceleration(task: Task, robot: Robot) -> float:
-    chosen = task.method.auxiliary_acceleration
+def _auxiliary_force(task: Task, robot: Robot) -> float:
+    chosen = task.method.auxiliary_force
     if chosen != "auto":
         return float(chosen)
     weight = pin.computeTotalMass(robot.model) * float(np.linalg.norm(robot.model.gravity.linear))
     if weight <= 0:
         raise task.error(
-            "method.auxiliary_acceleration",
+            "method.auxiliary_force",
             "found 'auto' for a robot without weight, expected a number greater than 0 (N)",
         )
-    return AUTOMATIC_STRENGTH * weight
+    return AUTOMATIC_AUXILIARY_FORCE * weight

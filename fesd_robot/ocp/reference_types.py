@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
-from fesd_robot.ocp.reference import LineMotion, ReferenceMotion
 from fesd_robot.ocp.reference_file import read_motion
+from fesd_robot.ocp.reference_motion import LineMotion, ReferenceMotion
 from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fesd_robot.fesd.finish.alternatives import Alternative, Choice, Quantity
-from fesd_robot.fesd.finish.reading import Structure
+from fesd_robot.fesd.polishing.conditions import Alternative, Choice, Quantity
+from fesd_robot.fesd.polishing.reading import Structure
 from fesd_robot.mpcc import Held
 
 if TYPE_CHECKING:
-    from fesd_robot.fesd.finish.smooth import SmoothTranscription
+    from fesd_robot.fesd.polishing.transcription import BranchTranscription
 
 
 class Point(NamedTuple):
@@ -31,7 +31,7 @@ class Point(NamedTuple):
 class Holding:
     """Where the points of a smooth transcription sit, and the bounds that hold a structure at them."""
 
-    def __init__(self, smooth: SmoothTranscription) -> None:
+    def __init__(self, smooth: BranchTranscription) -> None:
         transcription = smooth.transcription
         self._alternatives = smooth.alternatives
         self._n_x = transcription.ocp.system.state.numel()
@@ -50,7 +50,7 @@ class Holding:
             named = _state_rows(block.constraint_names[:base], transcription.ocp.system.state_names, count)
             for copy, k in enumerate(where):
                 row = first_row + copy * len(block.lower)
-                offset = int(transcription.offsets[k])
+                offset = int(transcription.indices.offsets[k])
                 for n in range(count):
                     self._steps.append(offset + layout.step(n))
                     self._points.append(

@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import numeric_physics
-from fesd_robot.plans.statics import holding_effort
+from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"

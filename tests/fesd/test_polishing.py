@@ -11,8 +11,8 @@ import pytest
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import FesdOptions, Transcription, make_tableau
-from fesd_robot.fesd.finish import Choice, SmoothTranscription, alternatives_of
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, SmoothNlp, solve
+from fesd_robot.fesd.polishing import BranchTranscription, Choice, alternatives_of
+from fesd_robot.mpcc import BranchNlp, HomotopyOptions, MpccSolution, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import load_task
 
@@ -28,8 +28,8 @@ def _finished(
     transcription = Transcription(
         initial_value_problem(system, initial, duration), FesdOptions(tableau=tableau, elements=elements, **options)
     )
-    finisher = SmoothTranscription(transcription)
-    return transcription, solve(transcription.problem, HomotopyOptions(tolerance=1e-6), finisher=finisher)
+    polisher = BranchTranscription(transcription)
+    return transcription, solve(transcription.problem, HomotopyOptions(tolerance=1e-6), polisher=polisher)
 
 
 @pytest.mark.parametrize("form", ["stewart", "heaviside", "step"])
@@ -97,7 +97,7 @@ def test_the_rows_are_the_quantities(hopper: MotionProblem) -> None:
 def test_the_smooth_problem_is_the_relaxed_one_without_pairs(hopper: MotionProblem) -> None:
     """Cost and the rows both have agree; what is added is not held until a structure holds it."""
     transcription = Transcription(hopper.ocp, hopper.fesd)
-    smooth = SmoothTranscription(transcription).problem
+    smooth = BranchTranscription(transcription).problem
     w = transcription.problem.start + 0.01
     assert smooth.pairs == 0 and smooth.size == transcription.problem.size
     for plain, own in zip(transcription.problem.blocks, smooth.blocks, strict=True):
@@ -109,12 +109,12 @@ def test_the_smooth_problem_is_the_relaxed_one_without_pairs(hopper: MotionProbl
 
 
 @pytest.fixture(scope="module")
-def standing(hopper: MotionProblem) -> tuple[SmoothTranscription, MpccSolution]:
-    smooth = SmoothTranscription(Transcription(hopper.ocp, hopper.fesd))
-    return smooth, solve(smooth.transcription.problem, HomotopyOptions(tolerance=1e-6), finisher=smooth)
+def standing(hopper: MotionProblem) -> tuple[BranchTranscription, MpccSolution]:
+    smooth = BranchTranscription(Transcription(hopper.ocp, hopper.fesd))
+    return smooth, solve(smooth.transcription.problem, HomotopyOptions(tolerance=1e-6), polisher=smooth)
 
 
-def test_the_hopper_ends_exactly(standing: tuple[SmoothTranscription, MpccSolution]) -> None:
+def test_the_hopper_ends_exactly(standing: tuple[BranchTranscription, MpccSolution]) -> None:
     """Products vanish to round-off, and the structure that is read off an exact point is the one it was solved on."""
     smooth, found = standing
     assert found.solved and found.exact and found.residuals.complementarity <= 1e-12
@@ -125,7 +125,7 @@ def test_the_hopper_ends_exactly(standing: tuple[SmoothTranscription, MpccSoluti
     assert (rows >= held.g_lower - 1e-8).all() and (rows <= held.g_upper + 1e-8).all()
 
 
-def test_flight_fixes_shares_and_contact_the_gap(standing: tuple[SmoothTranscription, MpccSolution]) -> None:
+def test_flight_fixes_shares_and_contact_the_gap(standing: tuple[BranchTranscription, MpccSolution]) -> None:
     """Held in flight: no share anywhere; held in contact: the gap at every point, once per boundary."""
     smooth, found = standing
     structure = next(iter(smooth.readings(found.w)))
@@ -134,7 +134,7 @@ def test_flight_fixes_shares_and_contact_the_gap(standing: tuple[SmoothTranscrip
     system, transcription = smooth.transcription.ocp.system, smooth.transcription
     held = smooth.held(replace(structure, choices=flight, collapsed=none))
     shares = [
-        transcription.offsets[k] + i
+        transcription.indices.offsets[k] + i
         for k, count in enumerate(transcription.elements)
         for n in range(count)
         for j in range(2)
@@ -143,24 +143,26 @@ def test_flight_fixes_shares_and_contact_the_gap(standing: tuple[SmoothTranscrip
     assert (held.upper[shares] == 0).all() and (held.lower[shares] == 0).all()
     assert np.isinf(held.g_upper).sum() > np.isinf(transcription.problem.blocks[1].upper).sum()
     collapsed = smooth.held(replace(structure, choices=flight, collapsed=(True, *none[1:])))
-    step = transcription.offsets[0] + transcription.layouts[transcription.elements[0]].step(0)
+    step = transcription.indices.offsets[0] + transcription.layouts[transcription.elements[0]].step(0)
     assert held.upper[step] > 0 and collapsed.upper[step] == collapsed.lower[step] == 0
-    assert np.isinf(collapsed.upper[transcription.offsets[0] :][: system.state.numel() + 4]).any()
+    assert np.isinf(collapsed.upper[transcription.indices.offsets[0] :][: system.state.numel() + 4]).any()
 
 
 def test_a_wrong_structure_has_no_exact_end(hopper: MotionProblem) -> None:
     """A robot that cannot fly stays where it is: with flight in every element there is no exact point."""
-    smooth = SmoothTranscription(Transcription(hopper.ocp, hopper.fesd))
+    smooth = BranchTranscription(Transcription(hopper.ocp, hopper.fesd))
     heavy = replace(hopper.ocp, terminal_lower=hopper.ocp.initial_lower, terminal_upper=hopper.ocp.initial_upper)
-    smooth = SmoothTranscription(Transcription(replace(heavy, control_upper=0 * heavy.control_upper + 1), hopper.fesd))
-    problem, told = smooth.transcription.problem, []
+    smooth = BranchTranscription(Transcription(replace(heavy, control_upper=0 * heavy.control_upper + 1), hopper.fesd))
+    problem, reported = smooth.transcription.problem, []
     structure = next(iter(smooth.readings(problem.start)))
     flight = tuple(tuple(Choice.SHARE for _ in choices) for choices in structure.choices)
 
-    class Flying(SmoothTranscription):
+    class Flying(BranchTranscription):
         def readings(self, w: np.ndarray) -> Any:
             yield replace(structure, choices=flight, collapsed=(False,) * len(flight))
 
-    nlp = SmoothNlp.of(Flying(smooth.transcription), "never")
-    found = nlp.solve(problem, problem.start, options={}, feasibility=1e-8, remaining=lambda: None, report=told.append)
-    assert found is None and told and not any(report.exact for report in told)
+    nlp = BranchNlp.of(Flying(smooth.transcription), "never")
+    found = nlp.solve(
+        problem, problem.start, options={}, feasibility=1e-8, remaining=lambda: None, report=reported.append
+    )
+    assert found is None and reported and not any(report.exact for report in reported)

@@ -1,0 +1,130 @@
+"""Path, boundary and coupling constraints of an optimal control problem, and their blocks in its MPCC."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.indices import TrajectoryIndices
+from fesd_robot.mpcc import Block
+
+ConstraintKind = Literal["path", "interval_end", "interval", "coupling", "boundary"]
+"""Which points of a trajectory a constraint is about, see `TrajectoryConstraint`."""
+
+
+@dataclass(frozen=True)
+class TrajectoryConstraint:
+    """A constraint lower <= rows(y, p) <= upper and a cost on some points of the trajectory, once for each place.
+
+    The kinds, where they hold, and what y is there:
+
+    - ``path``: every stage, and the right end of every element that has a state of its own: y = (x, u, z);
+    - ``interval_end``: the end of every interval: y = x;
+    - ``interval``: every interval: y = (x at its start, x at its end);
+    - ``coupling``: every interval but the last of all: y = (x at its end, u, x at the next one's end, next u);
+    - ``boundary``: the whole motion: y = (x at the start, x at the end).
+
+    Args:
+        name: what it is, for messages.
+        kind: where it holds.
+        variables: y, SX symbols.
+        intervals: numbers of the intervals it holds in; without meaning for ``boundary``.
+        rows, lower, upper, row_names: SX (m) in y and p, its bounds and names, (m).
+        cost: name -> SX in y and p, added once a place.
+        parameters: p, SX symbols (n_p).
+        values: p for each of `intervals`, (n_p, len(intervals)).
+
+    Raises:
+        DimensionError: rows, bounds and names, or parameters and values, of different lengths.
+    """
+
+    name: str
+    kind: ConstraintKind
+    variables: ca.SX
+    intervals: Sequence[int] = (0,)
+    rows: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    lower: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    upper: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    row_names: Sequence[str] = ()
+    cost: Mapping[str, ca.SX] = field(default_factory=dict)
+    parameters: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    values: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        n = self.rows.numel()
+        for what, found, expected in (
+            ("lower", self.lower.shape, (n,)),
+            ("upper", self.upper.shape, (n,)),
+            ("row_names", (len(self.row_names),), (n,)),
+            ("values", self.parameter_values.shape, (self.parameters.numel(), len(self.intervals))),
+        ):
+            if found != expected:
+                raise DimensionError(f"constraint '{self.name}': {what} has shape {found}, expected {expected}")
+
+    @property
+    def parameter_values(self) -> np.ndarray:
+        """p for each of the intervals, (n_p, len(intervals))."""
+        return np.zeros((0, len(self.intervals))) if self.values is None else self.values
+
+
+def constraint_block(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Block:
+    """Return the block of a constraint: a copy for each of its places."""
+    places = list(_places(constraint, indices))
+    which = [list(constraint.intervals).index(k) for k, _, _ in places]
+    empty, size = ca.SX(0, 1), constraint.variables.numel()
+    cost = sum(constraint.cost.values(), ca.SX(0))
+    return Block(
+        copy_names=[where for _, where, _ in places],
+        function=ca.Function(
+            "constraint", [constraint.variables, constraint.parameters], [cost, constraint.rows, empty, empty]
+        ),
+        index=np.array([index for _, _, index in places], dtype=int).reshape(-1, size).T,
+        parameters=constraint.parameter_values[:, which],
+        lower=constraint.lower,
+        upper=constraint.upper,
+        constraint_names=list(constraint.row_names),
+        pair_names=[],
+    )
+
+
+def constraint_costs(constraint: TrajectoryConstraint, block: Block, w: np.ndarray) -> dict[str, float]:
+    """Return every term of a constraint's cost at w, summed over its places."""
+    if not constraint.cost or not block.copies:
+        return {}
+    terms = ca.Function("terms", [constraint.variables, constraint.parameters], [ca.vertcat(*constraint.cost.values())])
+    values = np.asarray(ca.DM(terms.map(block.copies)(w[block.index], block.parameters)).full())
+    return {name: float(row.sum()) for name, row in zip(constraint.cost, values, strict=True)}
+
+
+def _places(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Iterator[tuple[int, str, np.ndarray]]:
+    """Yield (interval, where in words, indices of the variables) of every place of a constraint."""
+    state, control = indices.state, indices.control
+    if constraint.kind == "boundary":
+        yield constraint.intervals[0], "the motion", np.concatenate([state(0), state(indices.intervals)])
+        return
+    for k in constraint.intervals:
+        if constraint.kind == "path":
+            yield from ((k, where, index) for where, index in _points(k, indices))
+        elif constraint.kind == "interval_end":
+            yield k, f"interval {k}", state(k + 1)
+        elif constraint.kind == "interval":
+            yield k, f"interval {k}", np.concatenate([state(k), state(k + 1)])
+        elif k + 1 < indices.intervals:
+            both = [state(k + 1), control(k), state(k + 2), control(k + 1)]
+            yield k, f"interval {k} to {k + 1}", np.concatenate(both)
+
+
+def _points(k: int, indices: TrajectoryIndices) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield (where in words, indices of (x, u, z)) of every stage and own right end of an interval."""
+    layout, first = indices.layout(k), indices.offsets[k]
+    for n in range(layout.elements):
+        for j in range(layout.stages + layout.end_state):
+            x, z = layout.state(n, j), layout.algebraic(n, j)
+            own = [first + np.arange(x.start, x.stop), indices.control(k), first + np.arange(z.start, z.stop)]
+            point = f"stage {j + 1}" if j < layout.stages else "right end"
+            yield f"interval {k}, element {n}, {point}", np.concatenate(own)

@@ -1,0 +1,6 @@
+"""The way back: from finite elements in numerical time to motion in physical time, and its physics in numbers."""
+
+from fesd_robot.recovery.motion import ImpactRecord, PhysicalMotion, recover
+from fesd_robot.recovery.switches import SwitchRecord
+
+__all__ = ["ImpactRecord", "PhysicalMotion", "SwitchRecord", "recover"]
