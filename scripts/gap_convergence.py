@@ -61,15 +61,15 @@ def largest_gap(stages: int, intervals: int, feedback: float) -> float:
         terminal_upper=free, control_guess=np.clip(ocp.control_guess, lower[:, None], upper[:, None]),
     )  # fmt: skip
     transcription = transcribe(ocp, motion.fesd)
-    found = solve(
+    solution = solve(
         transcription.problem,
         HomotopyOptions(tolerance=1e-9, linear_solver="auto"),
         polisher=BranchTranscription(transcription),
     )
-    if not found.solved:
-        raise RuntimeError(f"{stages} stages, {intervals} intervals: {found.status}")
+    if not solution.solved:
+        raise RuntimeError(f"{stages} stages, {intervals} intervals: {solution.status}")
     gap = ca.Function("gap", [motion.dynamics.configuration], [motion.contacts[0].gap])
-    elements = transcription.unpack(found.w)
+    elements = transcription.unpack(solution.w)
     if max(abs(float(element.x[-1][-1])) for element in elements) > 1e-9:
         raise RuntimeError(f"{stages} stages, {intervals} intervals: the foot left the ground")
     return max(abs(float(gap(element.x[-1][:4]))) for element in elements)
