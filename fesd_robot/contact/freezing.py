@@ -48,8 +48,8 @@ def stabilised_normal_velocities(
 ) -> list[ca.SX]:
     """Return the stabilised normal velocity of every contact: J_n v, or J_n v + kappa (f_c - p) with an integrated gap.
 
-    The second term is a Baumgarte stabilisation. It pulls p to the true gap in flight. In stance, where p = 0, it pulls the true gap to zero: what the
-    Runge-Kutta scheme lets drift there decays with the rate kappa.
+    The second term is a Baumgarte stabilisation. It pulls p to the true gap in flight. In stance, where p = 0, it pulls
+    the true gap to zero: what the Runge-Kutta scheme lets drift there decays with the rate kappa.
     """
     velocities = [ca.dot(contact.normal, dynamics.velocity) for contact in contacts]
     if not symbols.gaps.numel():

@@ -48,8 +48,8 @@ class ContactOptions:
     """Which form of the contact logic is built.
 
     Args:
-        form: ``multipliers``: the Filippov multipliers of the auxiliary fields are the variables; ``steps``: set-valued step functions of gap
-            and velocities, as published.
+        form: ``multipliers``: the Filippov multipliers of the auxiliary fields are the variables; ``steps``:
+            set-valued step functions of gap and velocities, as published.
         gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q),
             for steps only.
         baumgarte_gain: kappa, 1/s.

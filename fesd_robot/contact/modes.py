@@ -61,7 +61,9 @@ def _by_multipliers(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -
 
 def _by_steps(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -> ContactMode:
     """Read the step functions of `step_contact_system`: of a step alpha, H is zero where alpha is 0, or 1."""
-    is_zero = {step: active.get((BELOW, f"{name} {step}")) is ActiveFactor.H for step in (NORMAL_VELOCITY, TANGENTIAL_VELOCITY)}
+    is_zero = {
+        step: active.get((BELOW, f"{name} {step}")) is ActiveFactor.H for step in (NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
+    }
     is_one = {
         step: active.get((ABOVE, f"{name} {step}")) is ActiveFactor.H
         for step in (GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY)

@@ -39,7 +39,9 @@ def velocity_conditions(
         left_boundary_only: hold the conditions for the left boundary of each element only.
     """
 
-    def condition(kind: str, G: ca.SX, H: ca.SX, complement: ca.SX | None = None, direction: str = "") -> Complementarity:
+    def condition(
+        kind: str, G: ca.SX, H: ca.SX, complement: ca.SX | None = None, direction: str = ""
+    ) -> Complementarity:
         return Complementarity(
             Label(kind, subject=f"{contact.name} {direction}".strip(), contact=contact.name),
             G,

@@ -17,7 +17,7 @@ import numpy as np
 from fesd_robot.mpcc.blocks import BlockDerivatives, differentiate
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
-from fesd_robot.mpcc.steering import Slacks, Steering, check_vanishing, check_steering, slacks_of
+from fesd_robot.mpcc.steering import Slacks, Steering, check_steering, check_vanishing, slacks_of
 from fesd_robot.native import CompilationError, NlpBlock, Output, compile_nlp
 
 logger = logging.getLogger(__name__)

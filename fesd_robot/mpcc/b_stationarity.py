@@ -23,8 +23,8 @@ from typing import Literal
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
 from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
+from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
 from fesd_robot.mpcc.problem import Mpcc
 
 Verdict = Literal["B-stationary", "descent", "unknown"]
