@@ -39,6 +39,10 @@ class Place:
         return ", ".join([*known, *([self.name] if self.name else [])])
 
 
+NOWHERE = Place()
+"""No place in particular."""
+
+
 @dataclass(frozen=True)
 class Label:
     """The name of a row or a complementarity condition, in parts that a program can read.
@@ -53,7 +57,7 @@ class Label:
     kind: str
     subject: str = ""
     contact: str | None = None
-    place: Place = Place()
+    place: Place = NOWHERE
 
     def at(self, place: Place) -> Label:
         """Return the label at a place inside which its own place lies."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import Enum
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY
+from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
 from fesd_robot.contact.velocities import (
     BACKWARDS,
     FORCE_AT_A_DISTANCE,
@@ -61,13 +61,8 @@ def _by_multipliers(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -
 
 def _by_steps(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -> ContactMode:
     """Read the step functions of `step_contact_system`: of a step alpha, H is zero where alpha is 0, or 1."""
-    is_zero = {
-        step: active.get((BELOW, f"{name} {step}")) is ActiveFactor.H for step in (NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
-    }
-    is_one = {
-        step: active.get((ABOVE, f"{name} {step}")) is ActiveFactor.H
-        for step in (GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
-    }
+    is_zero = {step: active.get((BELOW, f"{name} {step}")) is ActiveFactor.H for step in STEPS}
+    is_one = {step: active.get((ABOVE, f"{name} {step}")) is ActiveFactor.H for step in STEPS}
     if is_one[GAP] or is_one[NORMAL_VELOCITY]:
         return ContactMode.FLIGHT
     if is_zero[NORMAL_VELOCITY]:

@@ -40,7 +40,7 @@ def velocity_conditions(
     """
 
     def condition(
-        kind: str, G: ca.SX, H: ca.SX, complement: ca.SX | None = None, direction: str = ""
+        kind: str, G: ca.SX, H: ca.SX, *, complement: ca.SX | None = None, direction: str = ""
     ) -> Complementarity:
         return Complementarity(
             Label(kind, subject=f"{contact.name} {direction}".strip(), contact=contact.name),
@@ -54,7 +54,7 @@ def velocity_conditions(
 
     conditions = [
         condition(FORCE_WHILE_PARTING, normal_velocity, beta),
-        condition(MOTION_DURING_IMPACT, -normal_velocity, beta, complement),
+        condition(MOTION_DURING_IMPACT, -normal_velocity, beta, complement=complement),
     ]
     if contact.friction > 0:
         plus, minus = multipliers

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Label, Place
+from fesd_robot.complementarity import NOWHERE, Label, Place
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.layout import IntervalLayout
 from fesd_robot.fesd.options import FesdOptions
@@ -32,7 +32,7 @@ class Rows:
     kind: str
     expression: ca.SX
     subjects: Sequence[str] = ()
-    place: Place = Place()
+    place: Place = NOWHERE
 
     @property
     def labels(self) -> list[Label]:

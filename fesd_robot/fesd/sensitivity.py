@@ -52,9 +52,7 @@ def end_sensitivity(transcription: Transcription, w: np.ndarray) -> Sensitivity:
     """
     system = transcription.ocp.system
     if system.vanishing:
-        raise ModelError(
-            "sensitivities need every condition in a complementarity pair; this system has vanishing constraints"
-        )
+        raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
     n_x, length = system.state.numel(), transcription.ocp.duration / transcription.ocp.intervals
     equations = {count: ModeEquations(system, transcription.options, count) for count in set(transcription.elements)}
     derivatives = []

@@ -38,8 +38,8 @@ def simulate(
 
     Each step is one control interval of finite elements whose lengths are free. Its modes are first looked for from
     those of the step before, each trial a square system that Newton's method solves to round-off (`ModeSearch`); the
-    complementarity products then vanish exactly. Where that finds nothing, and for systems with vanishing constraints, the step
-    is solved as an MPCC by homotopy, from several starts, and its result is then solved exactly if possible.
+    complementarity products then vanish exactly. Where that finds nothing, and for systems with vanishing constraints,
+    the step is solved as an MPCC by homotopy, from several starts, and its result is then solved exactly if possible.
 
     Args:
         system: the dynamics.
@@ -57,7 +57,8 @@ def simulate(
 
     Raises:
         DimensionError: an argument of the wrong shape.
-        ModelError: an empty horizon, values that are not finite, or sensitivities of a system with vanishing constraints.
+        ModelError: an empty horizon, values that are not finite, or sensitivities of a system with vanishing
+            constraints.
         SimulationError: a step was not solved; the message names its time, state and residual, the exception keeps
             what was computed.
 
@@ -70,9 +71,7 @@ def simulate(
     if options.step_freedom is None:
         options = replace(options, step_freedom=max(options.elements - 1.0, 1.0))
     if sensitivities and system.vanishing:
-        raise ModelError(
-            "sensitivities need every condition in a complementarity pair; this system has vanishing constraints"
-        )
+        raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
     free = np.full(system.state.numel(), np.inf)
     stepper = Stepper(
         system=system,

@@ -6,8 +6,8 @@ The linear program with complementarity constraints at w, with d = D s and D the
     G-active: G' d = 0, H + H' d >= 0;   H-active: H' d = 0, G + G' d >= 0;   biactive: 0 <= G' d _|_ H' d >= 0,
 
 has an optimum of zero if and only if w is B-stationary in the linearised sense, which is B-stationarity itself where
-the linearised cone is the tangent cone, e.g. under MPCC-MFCQ. Vanishing constraints: G <= 0 <= H where H > 0 or G < 0, H = 0
-where G > 0, and either {H = 0} or {G <= 0 <= H} where both are zero.
+the linearised cone is the tangent cone, e.g. under MPCC-MFCQ. Vanishing constraints: G <= 0 <= H where H > 0 or G < 0,
+H = 0 where G > 0, and either {H = 0} or {G <= 0 <= H} where both are zero.
 
 Sources: Luo, Pang, Ralph, Mathematical Programs with Equilibrium Constraints (1996); Leyffer, Munson, A globally
 convergent filter method for MPECs (2007); Nurkanovic, Leyffer, arXiv 2501.13835.

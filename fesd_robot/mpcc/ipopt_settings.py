@@ -11,7 +11,7 @@ from fesd_robot.mpcc.schedule import SETTLED, Sigmas
 from fesd_robot.native import ipopt_options, kkt_library
 
 LOOSE_TOLERANCE = 1e-2
-"""IPOPT's tolerance in the loose homotopy; constraints hold to the sigma of the velocity level where that is smaller."""
+"""IPOPT's tolerance in the loose homotopy; constraints hold to sigma of the velocity level where that is smaller."""
 
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 

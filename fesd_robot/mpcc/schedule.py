@@ -21,7 +21,7 @@ Rule = Literal["linear", "superlinear", "adaptive"]
 RULES: tuple[Rule, ...] = get_args(Rule)
 
 SETTLED = 5e-3
-"""Below this sigma of the velocity level the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
+"""Below this sigma of the velocity level the active set hardly changes: NLPs start warm, the factor is squared."""
 
 USUAL = 50
 """Iterations of an NLP after which the adaptive schedule keeps the factor as it is."""
@@ -52,7 +52,7 @@ class Schedule:
         first: sigma of the position level in the first NLP.
         last: sigma of both levels in the last NLP.
         factor, power: of the rule.
-        velocity_level_ratio: how much larger sigma of the velocity level is until the position level has reached the last.
+        velocity_level_ratio: how much larger sigma of the velocity level is until the position level is at the last.
     """
 
     rule: Rule
@@ -88,8 +88,8 @@ class Schedule:
 def chosen_start(problem: Mpcc, velocity_level_ratio: float) -> float:
     """Return a first sigma chosen from the problem: the largest product G H at its start point, within `START_RANGE`.
 
-    Products of the velocity level count by 1/ratio. So no pair is outside its first relaxation at the start, unless its product is
-    above 10.
+    Products of the velocity level count by 1/ratio. So no pair is outside its first relaxation at the start, unless its
+    product is above 10.
     """
     largest = 0.0
     for block in problem.blocks:

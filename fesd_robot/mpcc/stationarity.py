@@ -15,8 +15,8 @@ these signs C, M and S read as for the other pairs. What is C here is known as T
 S and W do not depend on how a feasible set is written in pairs. M and C do: a pair that is stated twice, or whose side
 is also a constraint, can only weaken them.
 
-Sources: Scheel, Scholtes, Math. Oper. Res. 25 (2000); for vanishing constraints Achtziger, Kanzow, Math. Program. 114 (2008)
-(S), Hoheisel, Kanzow, J. Math. Anal. Appl. 337 (2008) (M, W), Dorsch, Shikhman, Stein, J. Global Optim. 52 (2012) (T).
+Sources: Scheel, Scholtes, Math. Oper. Res. 25 (2000); for vanishing constraints Achtziger, Kanzow, Math. Program. 114
+(2008) (S), Hoheisel, Kanzow, J. Math. Anal. Appl. 337 (2008) (M, W), Dorsch, Shikhman, Stein, J. Global Optim. 52 (2012) (T).
 """
 
 from __future__ import annotations

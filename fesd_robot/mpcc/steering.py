@@ -21,7 +21,8 @@ Steering = Literal["direct", "l1", "linf"]
 - linf: all pairs share one slack variable s and the cost gets rho s.
 
 rho = 1/sigma grows from NLP to NLP. For pairs of the velocity level it is 1/sigma of that level (l1), or
-their part of s is larger by the ratio of both sigmas (linf). A relaxation that is smooth in the root of sigma has the root for s.
+their part of s is larger by the ratio of both sigmas (linf). A relaxation that is smooth in the root of sigma has the
+root for s.
 """
 
 STEERINGS: tuple[Steering, ...] = get_args(Steering)
