@@ -16,7 +16,8 @@ S and W do not depend on how a feasible set is written in pairs. M and C do: a p
 is also a constraint, can only weaken them.
 
 Sources: Scheel, Scholtes, Math. Oper. Res. 25 (2000); for vanishing constraints Achtziger, Kanzow, Math. Program. 114
-(2008) (S), Hoheisel, Kanzow, J. Math. Anal. Appl. 337 (2008) (M, W), Dorsch, Shikhman, Stein, J. Global Optim. 52 (2012) (T).
+(2008) (S), Hoheisel, Kanzow, J. Math. Anal. Appl. 337 (2008) (M, W), Dorsch, Shikhman, Stein, J. Global Optim. 52
+(2012) (T).
 """
 
 from __future__ import annotations
