@@ -37,7 +37,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         schedule=solver.schedule,
         linear_solver=solver.linear_solver,
         compile=task.method.compile,
-        finish=solver.finish,
+        polish=solver.finish,
         loose_iterations=solver.loose_iterations,
     )
 

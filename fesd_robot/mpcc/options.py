@@ -17,7 +17,7 @@ class HomotopyOptions:
     """How sigma is driven to zero.
 
     Args:
-        tolerance: product a b asked for in every pair; the last sigma (of most relaxations).
+        tolerance: product G H asked for in every pair; the last sigma (of most relaxations).
         sigma_start, sigma_factor: first sigma (None: `schedule.chosen_start`) and the factor from one NLP to the next.
         velocity_level_ratio: how much larger sigma is for pairs at velocity level, if there are any, until those at
             position level have reached the tolerance.
@@ -34,9 +34,9 @@ class HomotopyOptions:
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
         schedule: how sigma shrinks, ``linear``, ``superlinear`` or ``adaptive`` (`schedule.Rule`).
         sigma_power: power of the superlinear schedule.
-        finish: whether a polisher that is given to `solve` is used.
-        polish_at: sigma of rank 0 at which the finish is first tried; the NLPs down to it are sketches.
-        loose_iterations: IPOPT iterations of a sketch.
+        polish: whether a polisher that is given to `solve` is used.
+        polish_at: sigma of the position level at which polishing is first tried; the homotopy down to it is loose.
+        loose_iterations: IPOPT iterations of an NLP of the loose homotopy.
 
     Raises:
         OptionError: a tolerance, factor, power or ratio outside its range, or an unknown name.
@@ -56,7 +56,7 @@ class HomotopyOptions:
     steering: Steering = "direct"
     schedule: Rule = "linear"
     sigma_power: float = 1.5
-    finish: bool = True
+    polish: bool = True
     polish_at: float = 1e-5
     loose_iterations: int = 200
 
@@ -81,7 +81,7 @@ class HomotopyOptions:
         )
 
     def sigmas(self) -> list[Sigmas]:
-        """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly.
+        """The sequence of sigma of the position and the velocity level; both end at the tolerance exactly.
 
         A first sigma that a problem would choose is 1 here, and every NLP takes `schedule.USUAL` iterations.
         """

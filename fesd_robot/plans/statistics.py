@@ -36,7 +36,7 @@ def _step(report: NlpReport) -> HomotopyStep:
     return HomotopyStep(
         sigma=report.sigma,
         velocity_level_sigma=report.velocity_level_sigma,
-        status=report.status,
+        status=report.status.value,
         iterations=report.iterations,
         objective=report.residuals.objective,
         complementarity=report.residuals.complementarity,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from fesd_robot.mpcc import NlpStatus
 from fesd_robot.plans.plan import Attempt, Plan
 from fesd_robot.strategies.fallbacks import Overrides
 
@@ -33,7 +34,7 @@ class AttemptedPlan(NamedTuple):
     @property
     def final(self) -> bool:
         """Whether no other attempt should follow: it is solved, or the user or the time limit ended it."""
-        return self.solved or self.plan.status.nlp in ("interrupted", "time limit")
+        return self.solved or self.plan.status.nlp in (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT)
 
 
 def stop_requested(stop: Stop | None) -> bool:
