@@ -52,15 +52,14 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
     from fesd_robot.ocp import load_task_robot
-    from fesd_robot.render import render_page
+    from fesd_robot.render import PageContent, render_page
 
     robot = load_task_robot(task)
     trajectory = plan.trajectory
     configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
     # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.
     time = trajectory.time if plan.status.solved else np.maximum.accumulate(trajectory.time)
-    return render_page(
-        path,
+    content = PageContent(
         title=plan.name,
         subtitle=plan.status.message,
         model=robot.model,
@@ -71,6 +70,7 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         traces=frame_paths(robot, configuration, {name: contact.frame for name, contact in task.contacts.items()}),
         circles=circle_visuals(task, robot),
     )
+    return render_page(path, content)
 
 
 def ground_visual(task: Task) -> GroundVisual:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["CircleVisual", "GroundVisual", "WallVisual", "build_figures", "render_page", "write_figures"]
+__all__ = ["CircleVisual", "GroundVisual", "PageContent", "WallVisual", "build_figures", "render_page", "write_figures"]
 
 _HOME = {
     "CircleVisual": "fesd_robot.render.circles",
     "GroundVisual": "fesd_robot.render.terrain",
+    "PageContent": "fesd_robot.render.page",
     "WallVisual": "fesd_robot.render.terrain",
     "build_figures": "fesd_robot.render.figures",
     "render_page": "fesd_robot.render.page",
@@ -19,7 +20,7 @@ _HOME = {
 if TYPE_CHECKING:
     from fesd_robot.render.circles import CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
-    from fesd_robot.render.page import render_page
+    from fesd_robot.render.page import PageContent, render_page
     from fesd_robot.render.terrain import GroundVisual, WallVisual
 
 

@@ -55,7 +55,7 @@ def _float32(array: np.ndarray) -> umsgpack.Ext:
 def key_samples(time: np.ndarray) -> np.ndarray:
     """Return the indices of the samples to keep so that the key times increase strictly in single precision.
 
-    An impact stands twice at the same time with the same configuration; its second sample is dropped.
+    An impact has two samples at the same time, before and after, with the same configuration; the second is dropped.
 
     Args:
         time: s, non-decreasing, shape (n,).
