@@ -17,7 +17,7 @@ from fesd_robot.plans.plan import Attempt, Audit, HomotopyStep, Plan, Statistics
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.recovery import PhysicalMotion, recover
-from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
+from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.strategies.fallbacks import FALLBACKS, Overrides, with_overrides
 from fesd_robot.strategies.multistart import solve_multistart
@@ -74,6 +74,7 @@ def plan(
     attempts = [
         Attempt(
             changes=changes,
+            kept=result is best,
             solved=result.status.solved,
             objective=result.statistics.objective,
             iterations=result.statistics.iterations,
@@ -187,13 +188,9 @@ def homotopy_options(task: Task) -> HomotopyOptions:
 
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, ground and contacts."""
-    frames = [contact.frame for contact in motion.task.contacts.values()]
-    points = [
-        ContactPoint(contact.name, frame, contact.friction)
-        for contact, frame in zip(motion.contacts, frames, strict=True)
-    ]
+    friction = {contact.name: contact.friction for contact in motion.contacts}
     matrix = motion.actuation.matrix
-    return NumericPhysics(motion.robot, motion.scene, points, lambda q: np.asarray(matrix(q).full()))
+    return NumericPhysics(motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()))
 
 
 def _certificate(task: Task, problem: Mpcc, solution: MpccSolution, begin: float) -> Certificate | None:

@@ -70,18 +70,18 @@ class Entry:
     def plan(self) -> Plan | None:
         """Return the last plan of the task as it is now; None if there is none."""
         try:
-            found = read_plan(self.folder)
+            last = read_plan(self.folder)
         except FesdRobotError:
             return None
-        kept = next((one for one in found.statistics.attempts if one.solved), None)
+        kept = last.statistics.kept_attempt
         task = load_task(self.file)
         if kept:
             task = with_overrides(
                 task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"}
             )
-        now, then = task.model_dump(mode="json"), {**found.task, "solver": {**found.task["solver"]}}
+        now, then = task.model_dump(mode="json"), {**last.task, "solver": {**last.task["solver"]}}
         then["solver"]["time_limit"] = now["solver"]["time_limit"]
-        return found if now == then else None
+        return last if now == then else None
 
 
 def entries(runs: Path) -> list[Entry]:
@@ -111,14 +111,15 @@ def row(entry: Entry) -> list[str]:
     start, plan = [f"[{entry.name}](../../tasks/{entry.file.name})", entry.purpose], entry.plan()
     if plan is None:
         return [*start, *[""] * (len(COLUMNS) - 3), "not planned"]
-    status, effort, tries = plan.status, plan.statistics, plan.statistics.attempts
+    status, effort, attempts = plan.status, plan.statistics, plan.statistics.attempts
     seconds = seconds_of(plan)
-    many = f" with try {len(tries)}" if len(tries) > 1 else ""
+    kept = next((number for number, one in enumerate(attempts, 1) if one is effort.kept_attempt), 1)
+    many = f" with try {kept}" if len(attempts) > 1 else ""
     kind = status.stationarity + {"certified": ", B", "refuted": ", not B"}.get(status.b_stationary, "")
     numbers = [len(plan.trajectory.velocity), len(plan.contacts), effort.variables, effort.pairs]
     return [
         *start,
-        *map(str, [*numbers, sum(one.iterations for one in tries)]),
+        *map(str, [*numbers, sum(one.iterations for one in attempts)]),
         f"{seconds:.1f}" + (" long" if seconds > LONG else ""),
         f"{status.complementarity:.1e}",
         kind,
@@ -168,8 +169,8 @@ def readme_list(all_entries: Sequence[Entry], columns: int = 3) -> str:
 
 def with_list(readme: str, table: str) -> str:
     """Return the README with the table between its marks."""
-    before, rest = readme.split(MARKS[0])
-    return f"{before}{MARKS[0]}\n{table}\n{MARKS[1]}{rest.split(MARKS[1])[1]}"
+    before, after = readme.split(MARKS[0])
+    return f"{before}{MARKS[0]}\n{table}\n{MARKS[1]}{after.split(MARKS[1])[1]}"
 
 
 def telling_time(plan: Plan) -> float:
@@ -188,8 +189,8 @@ def apexes(contact: ContactHistory) -> list[tuple[float, int]]:
     flying = np.array([mode == "flight" for mode in contact.mode]).astype(int)
     first, end = np.flatnonzero(np.diff(flying) == 1) + 1, np.flatnonzero(np.diff(flying) == -1) + 1
     flights = [(a, int(b)) for a in first.tolist() for b in end[end > a][:1]]
-    found = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
-    return [one for one in found if one[0] > 0.05]
+    highest = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
+    return [one for one in highest if one[0] > 0.05]
 
 
 def draw(entry: Entry) -> None:

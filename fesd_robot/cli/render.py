@@ -36,11 +36,11 @@ def render(
     from fesd_robot.plans import read_plan, task_of
     from fesd_robot.render import write_figures
 
-    found = read_plan(plan)
+    result = read_plan(plan)
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
     try:
-        page = write_page(found, task_of(found, folder), target / PAGE)
-        figures = write_figures(found, target / FIGURES)
+        page = write_page(result, task_of(result, folder), target / PAGE)
+        figures = write_figures(result, target / FIGURES)
     except TaskError as error:
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
         raise PlanFileError(f"{plan}: its task cannot be drawn again: {error}{hint}") from error

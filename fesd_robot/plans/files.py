@@ -11,10 +11,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fesd_robot.errors import PlanFileError
-from fesd_robot.plans.exports import EXPORTS
+from fesd_robot.plans.exports import EXPORTS, export
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.report import report
-from fesd_robot.plans.tables import csv_table, npz_arrays
 
 PLAN_FILE = "plan.json"
 
@@ -42,17 +41,17 @@ def read_plan(path: Path | str) -> Plan:
 
 def _why_no_plan(error: ValidationError) -> str:
     """Return what makes a file no plan, in words; a later version before all that follows from it."""
-    found = error.errors(include_url=False)
-    version = next((each["input"] for each in found if each["loc"] == ("schema_version",)), None)
+    errors = error.errors(include_url=False)
+    version = next((each["input"] for each in errors if each["loc"] == ("schema_version",)), None)
     if isinstance(version, int) and version > SCHEMA_VERSION:
         return (
             f"found a plan of schema version {version}, expected {SCHEMA_VERSION}, the one that this version of "
             "fesd-robot reads; use the version that wrote it, or a later one"
         )
-    where = ".".join(str(part) for part in found[0]["loc"])
+    where = ".".join(str(part) for part in errors[0]["loc"])
     if not where:
-        return f"not a plan: expected the JSON that fesd-robot plan writes ({found[0]['msg']})"
-    return f"not a plan of this version: {where}: {found[0]['msg']}"
+        return f"not a plan: expected the JSON that fesd-robot plan writes ({errors[0]['msg']})"
+    return f"not a plan of this version: {where}: {errors[0]['msg']}"
 
 
 def check_output_folder(folder: Path) -> None:
@@ -94,15 +93,16 @@ def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None =
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _staged(folder) as stage:
         (stage / PLAN_FILE).write_text(plan.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        (stage / "trajectory.csv").write_bytes(csv_table(plan))
-        (stage / "trajectory.npz").write_bytes(npz_arrays(plan))
+        for name, each in EXPORTS.items():
+            if each.with_plan:
+                (stage / each.file).write_bytes(export(plan, name))
         (stage / "report.md").write_text(report(plan), encoding="utf-8")
         if extras:
             extras(stage)
     return folder
 
 
-_OWN = {PLAN_FILE, "report.md", "plan.html", "figures", *EXPORTS.values()}
+_OWN = {PLAN_FILE, "report.md", "plan.html", "figures", *(each.file for each in EXPORTS.values())}
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What a task demands of a motion besides physics and limits, measured on the returned trajectory."""
+"""What a task requires of a motion besides physics and limits, measured on the returned trajectory."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _PUSHED = 1e-6
 """N s; a contact with a smaller impulse takes no part in an impact."""
 
 _EDGE = 1e-3
-"""m; where a forbidden zone ends is told no more exactly than whether a gap is closed."""
+"""m; where a forbidden zone ends is measured no more exactly than whether a gap is closed."""
 
 
 def requirements(
@@ -179,10 +179,10 @@ class _Checks:
             (asked.tolerance.configuration, self._robot.configuration_names, q, wanted[0]),
             (asked.tolerance.velocity, self._robot.velocity_names, v, wanted[1]),
         ]
-        for widths, names, found, goal in groups:
+        for widths, names, reached, goal in groups:
             for name, width in widths.items():
                 i = names.index(name)
-                yield float(abs(found[i] - goal[i])) - width
+                yield float(abs(reached[i] - goal[i])) - width
 
     def _points(self, asked: Goal | Waypoint, q: np.ndarray, v: np.ndarray) -> Iterator[float]:
         model, data = self._robot.model, self._data
@@ -208,12 +208,12 @@ class _Checks:
 
 
 def _missed(target: PointTarget, position: np.ndarray, velocity: np.ndarray) -> Iterator[float]:
-    for wanted, width, found in (
+    for wanted, width, reached in (
         (target.position, target.tolerance, position),
         (target.velocity, target.velocity_tolerance, velocity),
     ):
         if wanted is not None and width is not None:
-            for goal, value in zip(wanted, found, strict=True):
+            for goal, value in zip(wanted, reached, strict=True):
                 if goal is not None:
                     yield abs(float(value) - goal) - width
 

@@ -1,4 +1,4 @@
-"""A task that is not solved is tried on other ways, each reported, the first solved one kept."""
+"""A task that is not solved is tried with fallback settings, each reported, the cheapest solved try kept."""
 
 from __future__ import annotations
 

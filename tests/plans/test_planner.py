@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.planner import homotopy_options, plan
 from fesd_robot.plans import Plan, read_plan, write_plan
-from fesd_robot.plans.audit import TOLERANCES
+from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.task import Task, load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
@@ -62,7 +62,9 @@ def test_it_is_solved(found: Plan) -> None:
     assert status.exact and status.complementarity <= 1e-12
     assert status.constraint_violation <= 1e-8
     assert found.audit.violations == []
-    assert {**found.audit.tolerances, "max_energy_error": TOLERANCES["max_energy_error"]} == TOLERANCES
+    assert {**found.audit.tolerances, "max_energy_error": ENTRIES["max_energy_error"].tolerance} == {
+        name: entry.tolerance for name, entry in ENTRIES.items()
+    }
     assert status.message.startswith("Solved to complementarity")
 
 
