@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -15,12 +16,17 @@ from fesd_robot.plans.exports import EXPORTS
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.report import report
 from fesd_robot.plans.tables import csv_table, npz_arrays
+from fesd_robot.task.renamed_keys import TwoNamesError, rename_keys
+
+logger = logging.getLogger(__name__)
 
 PLAN_FILE = "plan.json"
 
 
 def read_plan(path: Path | str) -> Plan:
     """Return the plan in a ``plan.json``, or in a folder that holds one.
+
+    Keys of its task under an old name (`fesd_robot.task.renamed_keys`) get their new one, with one warning for all.
 
     Raises:
         PlanFileError: no such file, or not a plan of this schema version.
@@ -35,9 +41,16 @@ def read_plan(path: Path | str) -> Plan:
     except (OSError, UnicodeDecodeError) as error:
         raise PlanFileError(f"{file}: cannot be read as a plan ({error})") from error
     try:
-        return Plan.model_validate_json(text)
+        plan = Plan.model_validate_json(text)
+        renamings = rename_keys(plan.task)
     except ValidationError as error:
         raise PlanFileError(f"{file}: {_why_no_plan(error)}") from error
+    except TwoNamesError as error:
+        raise PlanFileError(f"{file}: task: {error}") from error
+    if renamings:
+        names = ", ".join(f"'{old}' is now called '{new}'" for old, new in renamings)
+        logger.warning("%s: keys of its task have new names: %s", file, names)
+    return plan
 
 
 def _why_no_plan(error: ValidationError) -> str:

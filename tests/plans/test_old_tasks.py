@@ -1,0 +1,37 @@
+"""The task in a plan that an earlier version wrote."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fesd_robot.errors import PlanFileError
+from fesd_robot.plans import Plan, read_plan, task_of, write_plan
+from fesd_robot.task.renamed_keys import RENAMED_KEYS
+
+
+def test_old_keys_are_read_as_those_of_today(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The task in a plan.json with old keys is the task of today, with one warning that names the file and all keys."""
+    file = write_plan(plan, tmp_path / "plan") / "plan.json"
+    text = file.read_text(encoding="utf-8")
+    for old, name in RENAMED_KEYS.items():
+        assert text.count(f'"{name}":') == 1
+        text = text.replace(f'"{name}":', f'"{old[-1]}":')
+    file.write_text(text, encoding="utf-8")
+    assert task_of(read_plan(file)) == task_of(plan)
+    (record,) = caplog.records
+    for old, name in RENAMED_KEYS.items():
+        assert f"'{'.'.join(old)}' is now called '{'.'.join((*old[:-1], name))}'" in record.getMessage()
+    assert record.getMessage().startswith(f"{file}: ") and record.levelname == "WARNING"
+
+
+def test_a_plan_with_both_names_is_refused(plan: Plan, tmp_path: Path) -> None:
+    """A key under its old and its new name is an error that names both and the file."""
+    file = write_plan(plan, tmp_path / "plan") / "plan.json"
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["task"]["solver"]["finish"] = True
+    file.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(PlanFileError, match=r"plan\.json: task: found 'solver\.finish' beside 'solver\.polish'"):
+        read_plan(file)
