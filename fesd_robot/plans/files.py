@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -9,17 +10,26 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pydantic import ValidationError
+from pydantic_core import from_json
 
 from fesd_robot.errors import PlanFileError
 from fesd_robot.plans.exports import EXPORTS, export
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
+from fesd_robot.plans.renamed_keys import rename_plan_keys
 from fesd_robot.plans.report import report
+from fesd_robot.task.renamed_keys import TwoNamesError
+
+logger = logging.getLogger(__name__)
 
 PLAN_FILE = "plan.json"
+
+_NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
 
 def read_plan(path: Path | str) -> Plan:
     """Return the plan in a ``plan.json``, or in a folder that holds one.
+
+    Keys under an old name get their new one, with one warning for all (`fesd_robot.plans.renamed_keys`).
 
     Raises:
         PlanFileError: no such file, or not a plan of this schema version.
@@ -34,9 +44,19 @@ def read_plan(path: Path | str) -> Plan:
     except (OSError, UnicodeDecodeError) as error:
         raise PlanFileError(f"{file}: cannot be read as a plan ({error})") from error
     try:
-        return Plan.model_validate_json(text)
+        data = from_json(text)
+        renamings = rename_plan_keys(data)
+        plan = Plan.model_validate(data)
     except ValidationError as error:
         raise PlanFileError(f"{file}: {_why_no_plan(error)}") from error
+    except TwoNamesError as error:
+        raise PlanFileError(f"{file}: task: {error}") from error
+    except ValueError as error:
+        raise PlanFileError(f"{file}: {_NO_JSON} ({error})") from error
+    if renamings:
+        names = ", ".join(f"'{old}' is now called '{new}'" for old, new in renamings)
+        logger.warning("%s: keys have new names: %s", file, names)
+    return plan
 
 
 def _why_no_plan(error: ValidationError) -> str:
@@ -50,7 +70,7 @@ def _why_no_plan(error: ValidationError) -> str:
         )
     where = ".".join(str(part) for part in errors[0]["loc"])
     if not where:
-        return f"not a plan: expected the JSON that fesd-robot plan writes ({errors[0]['msg']})"
+        return f"{_NO_JSON} ({errors[0]['msg']})"
     return f"not a plan of this version: {where}: {errors[0]['msg']}"
 
 
