@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
+
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
     from fesd_robot.render import CircleVisual, GroundVisual
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-PAGE, FIGURES = "plan.html", "figures"
-
 
 def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
     """Write the page and the figures that the task asks for into `folder`.
@@ -26,8 +26,8 @@ def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
     What cannot be drawn is left out with a warning: no picture is worth the loss of a plan.
     """
     wanted: list[tuple[str, bool, Callable[[], object]]] = [
-        (PAGE, task.output.page, lambda: write_page(plan, task, folder / PAGE)),
-        (FIGURES, task.output.figures, lambda: _write_figures(plan, folder / FIGURES)),
+        (PAGE_FILE, task.output.page, lambda: write_page(plan, task, folder / PAGE_FILE)),
+        (FIGURES_FOLDER, task.output.figures, lambda: _write_figures(plan, folder / FIGURES_FOLDER)),
     ]
     for name, asked, write in wanted:
         if not asked:

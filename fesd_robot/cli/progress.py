@@ -46,9 +46,9 @@ def cells(report: NlpReport) -> list[str]:
 
 
 def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
-    """Return the sentence before a try with fallback settings."""
+    """Return the sentence before an attempt with fallback settings."""
     what = ", ".join(f"{key} = {value}" for key, value in changes.items())
-    return f"{failed.status.message} Next try: {what}."
+    return f"{failed.status.message} Next attempt: {what}."
 
 
 def start_line(seed: int, result: Plan) -> str:

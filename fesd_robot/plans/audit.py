@@ -86,11 +86,11 @@ def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
         dynamics.append(np.abs(unexplained).max() / scale)
         normal, tangential = force[closed].T
-        sliding = tangential_rows(jacobian @ v)[closed]
+        tangential_velocity = tangential_rows(jacobian @ v)[closed]
         unused = physics.friction[closed] * np.maximum(normal, 0.0) - np.abs(tangential)
         pull += list(-normal)
         cone += list(-unused)
-        slip += [*np.minimum(np.abs(sliding), np.abs(unused)), *(sliding * tangential)]
+        slip += [*np.minimum(np.abs(tangential_velocity), np.abs(unused)), *(tangential_velocity * tangential)]
     return {
         "max_friction_cone_violation": _largest(cone),
         "max_stick_slip_violation": _largest(slip),

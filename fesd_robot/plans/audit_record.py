@@ -44,7 +44,8 @@ class Audit(Record):
     """Physics recomputed from the trajectory with Pinocchio's numeric algorithms.
 
     Every entry is a field annotated with its `AuditEntry`, so that meaning, unit and tolerance stand beside its name;
-    `ENTRIES` lists them. The last three are None where they were not checked.
+    `ENTRIES` lists them. One that is None was not checked; an entry added later may be None, so that earlier plans
+    can still be read.
 
     Attributes:
         tolerances: the limit each entry was compared with.

@@ -21,7 +21,16 @@ from fesd_robot.task.renamed_keys import TwoNamesError
 
 logger = logging.getLogger(__name__)
 
-PLAN_FILE = "plan.json"
+PLAN_FILE, REPORT_FILE, PAGE_FILE, FIGURES_FOLDER = "plan.json", "report.md", "plan.html", "figures"
+
+FILES = (
+    PLAN_FILE,
+    *(each.file for each in EXPORTS.values() if each.with_plan),
+    REPORT_FILE,
+    PAGE_FILE,
+    FIGURES_FOLDER,
+)
+"""What a run may leave, in the order to look at it."""
 
 _NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
@@ -116,13 +125,14 @@ def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None =
         for name, each in EXPORTS.items():
             if each.with_plan:
                 (stage / each.file).write_bytes(export(plan, name))
-        (stage / "report.md").write_text(report(plan), encoding="utf-8")
+        (stage / REPORT_FILE).write_text(report(plan), encoding="utf-8")
         if extras:
             extras(stage)
     return folder
 
 
-_OWN = {PLAN_FILE, "report.md", "plan.html", "figures", *(each.file for each in EXPORTS.values())}
+_OWN = {*FILES, *(each.file for each in EXPORTS.values())}
+"""What goes with an earlier plan: what its run left, and what was exported beside it."""
 
 
 @contextmanager

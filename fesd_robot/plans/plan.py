@@ -113,11 +113,11 @@ class HomotopyStep(Record):
 
 
 class Attempt(Record):
-    """One try at the task.
+    """One attempt at the task.
 
     Attributes:
-        changes: ``section.key`` of the task -> value, of everything that was changed for this try.
-        kept: whether the plan is this try's; False for all of them in plans that do not say it.
+        changes: ``section.key`` of the task -> value, of everything that was changed for it.
+        kept: whether the plan is that of this attempt; False for all of them in plans that do not say it.
         solved, objective, iterations, seconds, message: what came of it, s with the time to build it.
     """
 
@@ -131,7 +131,7 @@ class Attempt(Record):
 
 
 class Statistics(Record):
-    """Sizes, effort and cost of the solve; `attempts` are all tries, the others describe the one that was kept."""
+    """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept."""
 
     variables: int
     constraints: int
@@ -146,9 +146,9 @@ class Statistics(Record):
 
     @property
     def kept_attempt(self) -> Attempt | None:
-        """The try that the plan is of, None if none is written down.
+        """The attempt that the plan is of, None if none is written down.
 
-        Plans that do not say it are of the cheapest solved try, else of the first.
+        Plans that do not say it are of the cheapest solved one, else of the first.
         """
         solved = [each for each in self.attempts if each.solved]
         cheapest = min(solved, key=lambda each: each.objective) if solved else next(iter(self.attempts), None)

@@ -140,7 +140,7 @@ def _attempts(plan: Plan) -> str:
         if len(costs) > 1
         else ""
     )
-    return f"\n### Tries\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + _table(header, rows)
+    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + _table(header, rows)
 
 
 def _provenance(plan: Plan) -> str:

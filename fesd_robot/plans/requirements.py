@@ -31,13 +31,13 @@ from fesd_robot.task import (
 _SAME_TIME = 1e-6
 """s; samples this near to the end of a control interval belong to it."""
 
-_PUSHING = 1e-2
+_TOUCHING_FORCE = 1e-2
 """N; a contact with a smaller normal force does not touch."""
 
-_PUSHED = 1e-6
+_TOUCHING_IMPULSE = 1e-6
 """N s; a contact with a smaller impulse takes no part in an impact."""
 
-_EDGE = 1e-3
+_ZONE_TOLERANCE = 1e-3
 """m; where a forbidden zone ends is measured no more exactly than whether a gap is closed."""
 
 
@@ -116,11 +116,11 @@ class _Checks:
     def _zone(self, zone: ForbiddenZone) -> Iterator[float]:
         i, motion = self._names.index(zone.contact), self._motion
         frame = self._task.contacts[zone.contact].frame
-        touching = set(np.flatnonzero(motion.force[:, i, 0] > _PUSHING).tolist())
-        touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _PUSHED}
+        touching = set(np.flatnonzero(motion.force[:, i, 0] > _TOUCHING_FORCE).tolist())
+        touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _TOUCHING_IMPULSE}
         for k in sorted(touching):
             x = float(self._position(motion.configuration[k], frame)[0])
-            yield min(x - zone.x[0], zone.x[1] - x) - _EDGE
+            yield min(x - zone.x[0], zone.x[1] - x) - _ZONE_TOLERANCE
 
     def _window(self, window: ContactWindow) -> Iterator[float]:
         motion, (first, last) = self._motion, window.times

@@ -33,23 +33,23 @@ def weights_of(plan: Plan) -> dict[str, str]:
         ("force", "force", contacts, "/{2}"),
         ("center of mass", "center_of_mass", dict.fromkeys("xyz", "m"), "/{0}/s"),
     ]
-    words = {}
+    found = {}
     for term, key, names, unit in terms:
         weights = costs.get(key)
         if weights is None and key in _DEFAULTS:
             only = key == "terminal_configuration" and (goal.get("frames") or goal.get("center_of_mass"))
             weights = dict.fromkeys(goal["configuration"] if only else names, _DEFAULTS[key])
-        words[term] = _sentence(weights or {}, names, unit)
+        found[term] = _sentence(weights or {}, names, unit)
     for frame, weights in costs.get("frames", {}).items():
-        words[f"frame {frame}"] = _sentence(weights, dict.fromkeys("xyz", "m"), "/{0}/s")
+        found[f"frame {frame}"] = _sentence(weights, dict.fromkeys("xyz", "m"), "/{0}/s")
     for frame, target in goal.get("frames", {}).items():
-        words[f"goal: {frame}"] = _target(target)
+        found[f"goal: {frame}"] = _target(target)
     if goal.get("center_of_mass"):
-        words["goal: center of mass"] = _target(goal["center_of_mass"])
+        found["goal: center of mass"] = _target(goal["center_of_mass"])
     for i, waypoint in enumerate(plan.task.get("waypoints", [])):
-        words[f"waypoint {i + 1}"] = "; ".join(_waypoint(waypoint, units.configuration, units.velocity))
-    words["time"] = f"{costs.get('time', 0.0):g} /s"
-    return {term: text for term, text in words.items() if text}
+        found[f"waypoint {i + 1}"] = "; ".join(_waypoint(waypoint, units.configuration, units.velocity))
+    found["time"] = f"{costs.get('time', 0.0):g} /s"
+    return {term: text for term, text in found.items() if text}
 
 
 def _sentence(weights: Mapping[str, float], units: Mapping[str, str], form: str) -> str:
@@ -80,10 +80,10 @@ def _target(target: Mapping[str, Any]) -> str:
 
 
 def _waypoint(waypoint: Mapping[str, Any], positions: Mapping[str, str], velocities: Mapping[str, str]) -> list[str]:
-    parts = []
+    found = []
     for key, weight, units in (("configuration", "weight", positions), ("velocity", "velocity_weight", velocities)):
-        parts.append(_sentence(dict.fromkeys(waypoint[key], waypoint[weight]), units, "/{0}"))
-    parts += [f"{frame}: {_target(target)}" for frame, target in waypoint["frames"].items() if _target(target)]
+        found.append(_sentence(dict.fromkeys(waypoint[key], waypoint[weight]), units, "/{0}"))
+    found += [f"{frame}: {_target(target)}" for frame, target in waypoint["frames"].items() if _target(target)]
     if waypoint["center_of_mass"] and _target(waypoint["center_of_mass"]):
-        parts.append(f"center of mass: {_target(waypoint['center_of_mass'])}")
-    return [part for part in parts if part]
+        found.append(f"center of mass: {_target(waypoint['center_of_mass'])}")
+    return [part for part in found if part]

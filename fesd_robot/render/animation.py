@@ -10,7 +10,7 @@ import umsgpack
 
 from fesd_robot.render.geometry import file_unit
 
-MOVES = 1e-9
+STILL = 1e-9
 """A joint coordinate that changes less than this (m or quaternion entry) stands still."""
 
 
@@ -101,7 +101,7 @@ def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:
         ("position", "vector3", motion.placement[:, joint, :3]),
         ("quaternion", "quaternion", motion.placement[:, joint, 3:]),
     ):
-        if np.ptp(values, axis=0).max() > MOVES:
+        if np.ptp(values, axis=0).max() > STILL:
             tracks[name] = Track(name, kind, motion.time, values)
     return tracks
 

@@ -1,4 +1,4 @@
-"""Which of several tries a plan is of, and that everything that tells of it says the same."""
+"""Which of several attempts a plan is of, and that everything that tells of it says the same."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ def of_attempts(plan: Plan, *attempts: Attempt) -> Plan:
     return plan.model_copy(update={"statistics": plan.statistics.model_copy(update={"attempts": list(attempts)})})
 
 
-def test_the_planner_marks_the_cheapest_solved_try(plan: Plan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_planner_marks_the_cheapest_solved_attempt(
+    plan: Plan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """Of three starts the second is cheapest: it is the plan, and summary and report name it, not the first solved."""
     costs = {0: 3.0, 1: 2.0, 2: 1.0}
 
@@ -60,17 +62,17 @@ def test_the_planner_marks_the_cheapest_solved_try(plan: Plan, monkeypatch: pyte
 
 
 def test_plans_that_do_not_say_it_are_of_the_cheapest(plan: Plan) -> None:
-    """Where no try is marked the rule of old plans holds: the cheapest solved one, else the first."""
+    """Where no attempt is marked the rule of old plans holds: the cheapest solved one, else the first."""
     dear, cheap, failed = attempt(0, True, 3.0), attempt(1, True, 2.0), attempt(2, False, 1.0)
     assert of_attempts(plan, dear, cheap, failed).statistics.kept_attempt == cheap
     assert of_attempts(plan, failed, attempt(3, False, 0.5)).statistics.kept_attempt == failed
     assert of_attempts(plan).statistics.kept_attempt is None
 
 
-def test_a_try_that_is_marked_is_taken(plan: Plan, tmp_path: Path) -> None:
-    """What the planner marked decides, whatever it cost; unsolved tries are named as such."""
+def test_an_attempt_that_is_marked_is_taken(plan: Plan, tmp_path: Path) -> None:
+    """What the planner marked decides, whatever it cost; unsolved attempts are named as such."""
     failed = attempt(2, False, 1.0, kept=True)
     unsolved = of_attempts(plan, attempt(0, False, 0.5), failed)
     assert unsolved.statistics.kept_attempt is failed
-    (line,) = [line for line in summary(unsolved, tmp_path, tmp_path) if "tries" in line]
+    (line,) = [line for line in summary(unsolved, tmp_path, tmp_path) if "attempts" in line]
     assert line.endswith("none solved, kept is that with solver.seed = 2")

@@ -1,4 +1,4 @@
-"""A task that is not solved is tried with fallback settings, each reported, the cheapest solved try kept."""
+"""A task that is not solved is tried with fallback settings, each reported, the cheapest solved attempt kept."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def task() -> Task:
     return load_task(TASK)
 
 
-def test_ways_change_the_way_only(task: Task) -> None:
-    """Every way differs from the task in a key of its solver or method, and keeps what is asked for."""
+def test_fallbacks_change_settings_only(task: Task) -> None:
+    """Every fallback differs from the task in a key of its solver or method, and keeps what is asked for."""
     assert len(FALLBACKS) == 7
-    for way in FALLBACKS:
-        changes = way(task)
+    for fallback in FALLBACKS:
+        changes = fallback(task)
         other = with_overrides(task, changes)
         assert other != task and other.source_path == task.source_path
         for name in set(Task.model_fields) - {"solver", "method"}:
@@ -37,7 +37,7 @@ def test_ways_change_the_way_only(task: Task) -> None:
 
 
 class Attempts:
-    """Stands in for the planner's single try: outcomes in order, and the tasks that were tried."""
+    """Stands in for a single attempt of the planner: outcomes in order, and the tasks that were tried."""
 
     def __init__(self, example: Plan, outcomes: list[str]) -> None:
         self.example, self.outcomes = example, outcomes
@@ -68,8 +68,8 @@ def test_a_solved_task_is_tried_once(monkeypatch: pytest.MonkeyPatch, task: Task
     assert [(one.changes, one.solved) for one in found.statistics.attempts] == [({}, True)]
 
 
-def test_the_first_solved_way_is_kept(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
-    """Ways come in the order of the ladder and are reported before they are tried."""
+def test_the_first_fallback_that_solves_is_kept(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
+    """Fallback settings come in their order and are reported before they are tried."""
     found, attempts, reported = _planned(monkeypatch, task, plan, ["converged", "infeasible", "solved"], retries=5)
     assert found.status.message == "solved 3" and len(attempts.tasks) == 3
     assert reported == [FALLBACKS[0](task), FALLBACKS[1](task)]
@@ -78,10 +78,10 @@ def test_the_first_solved_way_is_kept(monkeypatch: pytest.MonkeyPatch, task: Tas
 
 
 @pytest.mark.parametrize("retries", [0, 1, 3])
-def test_without_success_the_first_try_is_kept(
+def test_without_success_the_first_attempt_is_kept(
     monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan, retries: int
 ) -> None:
-    """As many other ways as the task allows, then the plan of the task as written."""
+    """As many fallback settings as the task allows, then the plan of the task as written."""
     found, attempts, _ = _planned(monkeypatch, task, plan, ["infeasible"] * 6, retries=retries)
     assert len(attempts.tasks) == 1 + retries
     assert not found.status.solved and found.status.message == "infeasible 1"
@@ -89,7 +89,7 @@ def test_without_success_the_first_try_is_kept(
 
 
 @pytest.mark.parametrize("end", ["interrupted", "time limit"])
-def test_an_interrupt_and_the_time_limit_end_all_tries(
+def test_an_interrupt_and_the_time_limit_end_all_attempts(
     monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan, end: str
 ) -> None:
     """Neither is a reason to try again."""
@@ -97,8 +97,8 @@ def test_an_interrupt_and_the_time_limit_end_all_tries(
     assert len(attempts.tasks) == 2
 
 
-def test_the_time_limit_is_for_all_tries(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
-    """What earlier tries took is gone, and the limit is no change that a try is named by."""
+def test_the_time_limit_is_for_all_attempts(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan) -> None:
+    """What earlier attempts took is gone, and the limit is no change that an attempt is named by."""
     found, attempts, reported = _planned(monkeypatch, task, plan, ["infeasible", "solved"], time_limit=50.0)
     limits = [one.solver.time_limit for one in attempts.tasks]
     assert limits[0] and limits[1] and 49 < limits[1] < limits[0] <= 50
@@ -106,11 +106,11 @@ def test_the_time_limit_is_for_all_tries(monkeypatch: pytest.MonkeyPatch, task: 
     assert found.task["solver"]["time_limit"] == plan.task["solver"]["time_limit"]
 
 
-def test_tries_are_written_down(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan, tmp_path: Path) -> None:
-    """They survive the file and stand in the report; a single try takes no room there."""
+def test_attempts_are_written_down(monkeypatch: pytest.MonkeyPatch, task: Task, plan: Plan, tmp_path: Path) -> None:
+    """They survive the file and stand in the report; a single attempt takes no room there."""
     found, _, _ = _planned(monkeypatch, task, plan, ["infeasible", "solved"])
     write_plan(found, tmp_path / "run")
     assert read_plan(tmp_path / "run").statistics.attempts == found.statistics.attempts
     text = report(found)
-    assert "### Tries" in text and "solver.loose_iterations = 66" in text and "infeasible 1" in text
-    assert "### Tries" not in report(plan)
+    assert "### Attempts" in text and "solver.loose_iterations = 66" in text and "infeasible 1" in text
+    assert "### Attempts" not in report(plan)

@@ -1,4 +1,4 @@
-"""Several first guesses: bent by their seeds, solved side by side, the cheapest kept; guesses from earlier plans."""
+"""Several initial guesses: perturbed by their seeds, solved side by side, the cheapest kept; or an earlier plan."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _start(*changes: str) -> np.ndarray:
     return Transcription(motion.ocp, motion.fesd).problem.start
 
 
-def test_a_seed_bends_the_first_guess() -> None:
+def test_a_seed_perturbs_the_initial_guess() -> None:
     """Seed 0 changes nothing, every other one the inside of the motion, the same one always alike."""
     plain, one, again, two = (_start(f"solver.seed={seed}") for seed in (0, 1, 1, 2))
     np.testing.assert_array_equal(plain, _start())
@@ -46,12 +46,12 @@ def found() -> Plan:
 
 
 def test_the_cheapest_start_is_kept(found: Plan) -> None:
-    """Both starts are told with their seeds, and the plan is the cheaper of those that were solved."""
-    tries = found.statistics.attempts
-    assert [one.changes for one in tries] == [{"solver.seed": 0}, {"solver.seed": 1}]
-    costs = [one.objective for one in tries if one.solved]
+    """Both starts are written down with their seeds, and the plan is the cheaper of those that were solved."""
+    attempts = found.statistics.attempts
+    assert [one.changes for one in attempts] == [{"solver.seed": 0}, {"solver.seed": 1}]
+    costs = [one.objective for one in attempts if one.solved]
     assert found.status.solved and found.statistics.objective == min(costs)
-    assert "### Tries" in report(found) and ("median" in report(found)) == (len(costs) > 1)
+    assert "### Attempts" in report(found) and ("median" in report(found)) == (len(costs) > 1)
 
 
 def test_a_stop_ends_all_starts() -> None:
@@ -67,8 +67,8 @@ def test_a_stop_ends_all_starts() -> None:
     assert not stopped.status.solved or stopped.statistics.attempts
 
 
-def test_a_plan_is_a_first_guess_on_another_grid(found: Plan, tmp_path: Path) -> None:
-    """The first guess follows the earlier motion, stretched to the new duration, whatever the numbers of intervals."""
+def test_a_plan_is_an_initial_guess_on_another_grid(found: Plan, tmp_path: Path) -> None:
+    """The initial guess follows the earlier motion, stretched to the new duration, with any number of intervals."""
     folder = write_plan(found, tmp_path / "earlier")
     changes = [*SMALL, f"solver.warm_start={folder}", "horizon.intervals=5", "horizon.duration=0.4"]
     motion = formulate(load_task(TASK, changes))
@@ -79,7 +79,7 @@ def test_a_plan_is_a_first_guess_on_another_grid(found: Plan, tmp_path: Path) ->
     np.testing.assert_array_equal(motion.reference.configuration(0.4)[0], 0.12)
 
 
-def test_a_missing_first_guess_is_an_error(tmp_path: Path) -> None:
+def test_a_missing_initial_guess_is_an_error(tmp_path: Path) -> None:
     """A file that is not there ends with its key and path."""
     with pytest.raises(TaskError, match=r"solver\.warm_start.*nowhere"):
         formulate(load_task(TASK, [*SMALL, f"solver.warm_start={tmp_path / 'nowhere'}"]))

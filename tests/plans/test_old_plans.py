@@ -42,7 +42,7 @@ def test_a_plan_with_both_names_is_refused(plan: Plan, tmp_path: Path) -> None:
 def test_old_keys_of_a_plan_are_read_as_those_of_today(
     plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Sigmas, cost terms and tries with old names are those of today, with one warning that names the new ones."""
+    """Sigmas, cost terms and attempts with old names are those of today, with one warning that names the new ones."""
     attempt = Attempt(
         changes={"solver.loose_iterations": 66}, solved=True, objective=1.0, iterations=1, seconds=1.0, message=""
     )
