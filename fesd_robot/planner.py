@@ -181,7 +181,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         schedule=solver.schedule,
         linear_solver=solver.linear_solver,
         compile=task.method.compile,
-        finish=solver.polish,
+        polish=solver.polish,
         loose_iterations=solver.loose_iterations,
     )
 

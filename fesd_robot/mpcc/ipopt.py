@@ -77,7 +77,7 @@ def solve_nlp(
     options: dict[str, Any],
     stop: Callable[[int, float], bool] | None = None,
 ) -> NlpResult:
-    """Solve the relaxed NLP for one pair of sigmas (rank 0, rank 1).
+    """Solve the relaxed NLP for given sigmas of the position and the velocity level.
 
     Args:
         start: initial point; its multipliers are used when the options ask for a warm start.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
@@ -74,7 +73,7 @@ def _measured(audit: Audit, name: str) -> str:
 def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:
     """Say that an interval ran out of elements, if the worst place is in one of them."""
     worst = residuals.worst_constraint if residuals.constraint_violation > 1e-8 else residuals.worst_pair
-    match = re.search(r"interval (\d+)$", worst)
-    if match is None or int(match[1]) not in out_of_elements:
+    interval = worst.place.interval if worst else None
+    if interval is None or interval not in out_of_elements:
         return ""
-    return f"interval {match[1]} ran out of finite elements, all lie between two switches: more method.elements; "
+    return f"interval {interval} ran out of finite elements, all lie between two switches: more method.elements; "

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.errors import ModelError
+from fesd_robot.errors import ModelError, OptionError
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, Relaxation
@@ -139,7 +139,7 @@ def test_a_relaxation_that_cannot_hold_one_sided_pairs_is_refused(name: str, ste
 
 def test_an_unknown_relaxation_is_refused() -> None:
     """The error has the nearest name."""
-    with pytest.raises(ValueError, match=r"unknown relaxation 'sholtes' \(did you mean 'scholtes'\?\)"):
+    with pytest.raises(OptionError, match=r"unknown relaxation 'sholtes' \(did you mean 'scholtes'\?\)"):
         HomotopyOptions(relaxation="sholtes")
 
 
