@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fesd_robot.complementarity import Label, Place
 from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport, NlpStatus
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
@@ -14,7 +15,8 @@ from fesd_robot.plans.verdict import status_of
 
 def solution(words: str, *, solved: bool = False, violation: float = 0.0, steps: int = 1) -> MpccSolution:
     status = NlpStatus(words)
-    residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, "clock, interval 7", "gap, interval 3")
+    row, pair = (Label(kind, place=Place(interval=k)) for kind, k in (("clock", 7), ("gap", 3)))
+    residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, row, pair)
     report = NlpReport(
         sigma=1e-2, velocity_level_sigma=10.0, status=status, iterations=5, seconds=0.1, residuals=residuals
     )
@@ -23,7 +25,7 @@ def solution(words: str, *, solved: bool = False, violation: float = 0.0, steps:
         residuals=residuals,
         feasible=solved,
         solved=solved,
-        exact=False,
+        branch=None,
         status=status,
         reports=[report] * steps,
         build_seconds=0.1,
