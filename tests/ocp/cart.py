@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import MpccSolution, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.recovery import PhysicalMotion, recover
@@ -91,6 +92,7 @@ def solved(task: Task) -> tuple[MotionProblem, Transcription, MpccSolution, Phys
     solution = solve(transcription.problem, homotopy_options(task))
     physical = recover(
         transcription.unpack(solution.w),
+        BranchTranscription(transcription).branch(solution.w),
         motion.fesd.tableau,
         motion.dynamics,
         motion.contacts,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fesd_robot.errors import PlanFileError
+from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.plans.exports.csv_table import CSV
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.exports.joint_trajectory import JOINT_TRAJECTORY
@@ -27,7 +27,9 @@ def export_format(name: str, joints: Sequence[str] | None = None) -> ExportForma
         PlanFileError: no such format, or joints for a format that always holds all of them.
     """
     if name not in EXPORTS:
-        raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}")
+        close = nearest(name, EXPORTS)
+        hint = close if close.startswith(" (did") else ""
+        raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}{hint}")
     if joints is not None and not EXPORTS[name].joints:
         choosing = ", ".join(other for other, each in EXPORTS.items() if each.joints)
         raise PlanFileError(f"found joints for format '{name}', which holds all of them; expected {choosing}")
