@@ -104,8 +104,8 @@ class Robot(Section):
     )
     coupled: dict[Name, Name] = Field(
         default_factory=dict,
-        description="Name of a joint -> name of the joint it moves with, for legs that do the same: both must be on "
-        "one body and turn about the same line or slide in the same direction. The first is no coordinate then; the "
+        description="Name of a joint -> name of the joint it moves with, for legs that move in unison: both must be "
+        "on one body and turn about the same line or slide in the same direction. The first is no coordinate then; the "
         "second stands for both, with the sum of their efforts, and one contact under it for both feet, with the sum "
         "of their forces. Default: none.",
     )

@@ -136,3 +136,15 @@ def test_check_shows_which_joints_are_left(run: Callable[..., Any], tmp_path: Pa
         "Driven: FL_HFE, 1 of 5 degrees of freedom. Not driven: root_x, root_z, root_pitch, FL_KFE; gravity,",
     ):
         assert words in text
+
+
+def test_check_warns_of_old_keys(run: Callable[..., Any], task_text: str, tmp_path: Path) -> None:
+    """A key under an old name is one line on stderr with file, line and both names, and changes nothing else."""
+    path = tmp_path / "task.yaml"
+    path.write_text(task_text, encoding="utf-8")
+    plain = run("check", path)
+    path.write_text(task_text.replace("auxiliary_force:", "auxiliary_acceleration:"), encoding="utf-8")
+    outcome = run("check", path)
+    line = task_text[: task_text.index("auxiliary_force:")].count("\n") + 1
+    sentence = "the key 'method.auxiliary_acceleration' is now called 'method.auxiliary_force'"
+    assert outcome == (0, plain.out, f"warning: {path}:{line}: {sentence}\n")

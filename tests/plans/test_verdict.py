@@ -55,11 +55,11 @@ def test_residuals_are_passed_on(clean: Audit) -> None:
 
 
 def test_converged_but_not_physical(dirty: Audit) -> None:
-    """A converged solve whose audit failed is not solved, and the entries beyond their limit are told."""
+    """A converged solve whose audit failed is not solved; entries beyond their limit are named with value and unit."""
     status = status_of(solution("converged", solved=True), dirty, 1e-8)
     assert not status.solved and not status.audit_passed
     assert status.message.startswith("Not solved: the numbers converged but the physics audit failed")
-    assert "min_gap = -2.00e-02" in status.message and "max_energy_error" not in status.message
+    assert "(min_gap = -2.00e-02 m)" in status.message and "max_energy_error" not in status.message
     assert "method.stages" in status.message
 
 
@@ -103,8 +103,8 @@ def test_no_nlp_was_run(clean: Audit) -> None:
 
 def test_the_kind_of_point_stands_beside_the_verdict(clean: Audit) -> None:
     """A certificate is told as it is, and does not decide whether a plan is solved."""
-    found = Certificate(kind="M", b_stationary="refuted", biactive=7, unresolved=2, residual=1e-7)
-    status = status_of(solution("converged", solved=True), clean, 1e-8, found)
+    certificate = Certificate(kind="M", b_stationary="refuted", biactive=7, unresolved=2, residual=1e-7)
+    status = status_of(solution("converged", solved=True), clean, 1e-8, certificate)
     assert status.solved
     assert (status.stationarity, status.b_stationary, status.biactive, status.unresolved) == ("M", "refuted", 7, 2)
     unknown = status_of(solution("time limit"), clean, 1e-8)
