@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Element
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify
 from fesd_robot.ocp import MotionProblem
@@ -50,10 +51,11 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     return NumericPhysics(motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()))
 
 
-def physical_motion(motion: MotionProblem, elements: Sequence[Element]) -> PhysicalMotion:
-    """Return the motion in physical time from the finite elements of a solution in numerical time."""
+def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: Branch) -> PhysicalMotion:
+    """Return the motion in physical time from the finite elements of a solution in numerical time and its branch."""
     return recover(
         elements,
+        branch,
         motion.fesd.tableau,
         motion.dynamics,
         motion.contacts,

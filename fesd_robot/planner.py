@@ -88,7 +88,8 @@ def attempt(
     polisher = BranchTranscription(transcription)
     solution = solve(problem, homotopy_options(task), polisher=polisher, progress=progress, stop=stop)
 
-    physical, physics = physical_motion(motion, transcription.unpack(solution.w)), numeric_physics(motion)
+    branch = solution.branch or polisher.branch(solution.w)
+    physical, physics = physical_motion(motion, transcription.unpack(solution.w), branch), numeric_physics(motion)
     audit = motion_audit(motion, physical, physics)
     certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
 
