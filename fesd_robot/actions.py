@@ -86,10 +86,7 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
 
 def _kind_of(path: Path) -> str:
     """Return the format that the ending of a file stands for."""
-    kinds: dict[str, str] = {}
-    for kind, one in EXPORTS.items():
-        for suffix in one.writers:
-            kinds.setdefault(suffix, kind)
+    kinds = {Path(each.file).suffix: kind for kind, each in EXPORTS.items()}
     if path.suffix not in kinds:
         raise PlanFileError(
             f"{path}: found the ending '{path.suffix}', expected one of {', '.join(kinds)}{nearest(path.suffix, kinds)}"

@@ -50,9 +50,8 @@ def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
 
 def best_plan(attempts: Sequence[AttemptedPlan]) -> Plan:
     """Return the plan of the best attempt, with all attempts listed in its statistics."""
-    kept = best_attempt(attempts)
-    listed = [_listed(attempt, kept=attempt is kept) for attempt in attempts]
-    best = kept.plan
+    best = best_attempt(attempts).plan
+    listed = [_listed(attempt, kept=attempt.plan is best) for attempt in attempts]
     return best.model_copy(update={"statistics": best.statistics.model_copy(update={"attempts": listed})})
 
 
