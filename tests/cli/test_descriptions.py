@@ -67,8 +67,8 @@ def test_a_free_duration_and_a_period_are_told() -> None:
     )
     for words in (
         "0.5 to 2 s, first taken as 1.25 s, in 20 intervals of 0.0625 s",
-        "Periodic: the motion ends in the state it begins in, moved on: root_x by 0.5 m; the start is free",
-        "duration (not squared): s 4",
+        "Periodic: the motion ends in the state it begins in, shifted by one stride: root_x by 0.5 m; the start",
+        "duration (not squared): 4",
     ):
         assert words in text, words
     assert "distance from the goal" not in text and "Waypoints" not in text and "Constraints" not in text

@@ -62,6 +62,10 @@ class Terrain:
         _, slope, _ = self.profile.numbers(float(point[0]))
         return np.array([1.0, 0.0, slope]) / math.hypot(1.0, slope)
 
+    def heights(self) -> np.ndarray:
+        """Points x, z of the profile, m, (n, 2)."""
+        return np.stack(self.profile.sampled(0), axis=1)
+
     def raised(self, radius: float) -> Terrain:
         """The ground whose profile is the parallel curve at distance `radius`, m."""
         return Terrain(offset_profile(self.profile, radius))
