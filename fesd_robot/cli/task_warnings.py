@@ -1,4 +1,4 @@
-"""What is valid in a task and perhaps not meant."""
+"""Warnings about a task: what is valid in it and perhaps not meant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The named constraints of a task as rows at the stages, rows at ends of intervals, and exclusions."""
+"""The named constraints of a task as trajectory constraints, and forbidden zones as vanishing constraints."""
 
 from __future__ import annotations
 

@@ -178,13 +178,13 @@ def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics
 
 
 def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarContact]:
-    found = []
+    contacts = []
     for name, geometry in scene.geometries.items():
         try:
-            found.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
+            contacts.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
-    return found
+    return contacts
 
 
 def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:

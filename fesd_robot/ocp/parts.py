@@ -1,4 +1,4 @@
-"""What an optimal control problem is made of."""
+"""The parts from which an optimal control problem is built."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, Ground, PointOnSurface, Scene
 from fesd_robot.contact import ground as surfaces
+from fesd_robot.contact.ground import profiles
 from fesd_robot.errors import GroundError
 from fesd_robot.task import GROUND, CircleCircleContact, PointContact, Task
 from fesd_robot.task.ground import HeightMap, Plane, Shape, Steps
@@ -67,13 +68,13 @@ def _plane(shape: Plane, folder: Path) -> Ground:
 @surface_of.register
 def _steps(shape: Steps, folder: Path) -> Ground:
     edges, heights = [step.x for step in shape.steps], [step.height for step in shape.steps]
-    return surfaces.Terrain(surfaces.steps(shape.height, edges, heights, shape.smoothing))
+    return surfaces.Terrain(profiles.steps(shape.height, edges, heights, shape.smoothing))
 
 
 @surface_of.register
 def _height_map(shape: HeightMap, folder: Path) -> Ground:
     try:
-        return surfaces.Terrain(surfaces.height_map(*surfaces.read_heights(folder / shape.file)))
+        return surfaces.Terrain(profiles.height_map(*surfaces.read_heights(folder / shape.file)))
     except GroundError as error:
         raise GroundError(f"found '{shape.file}', but {error}") from error
 

@@ -21,11 +21,13 @@ __all__ = [
     "nonlinear_effects",
     "potential_energy",
     "rnea",
+    "with_joint_properties",
 ]
 
 _HOME = {
     "Robot": "robot",
     "load_robot": "load",
+    "with_joint_properties": "load",
     "example_robots": "library",
     "configuration_derivative": "manifold",
     "integrate": "manifold",
@@ -53,7 +55,7 @@ if TYPE_CHECKING:
     )
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import example_robots
-    from fesd_robot.robot.load import load_robot
+    from fesd_robot.robot.load import load_robot, with_joint_properties
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
     from fesd_robot.robot.robot import Robot
 

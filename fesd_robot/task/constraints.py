@@ -1,7 +1,8 @@
-"""What the motion must keep to besides its limits, by name."""
+"""The section `constraints` of a task: constraints on the motion besides its limits, by name."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
@@ -40,7 +41,7 @@ Times = Annotated[
 """``[from, to]``, s."""
 
 
-class BodyPoint(Section):
+class BodyPoint(Section, ABC):
     """A constraint on the position of a point that is fixed to a frame of the robot."""
 
     frame: Name = Field(description="Name of the frame.")
@@ -53,9 +54,9 @@ class BodyPoint(Section):
         point = f"the point {along_axes(self.offset)} m of" if any(self.offset) else "the origin of"
         return f"{point} frame '{self.frame}' {self.place_in_words()}, at every stage"
 
+    @abstractmethod
     def place_in_words(self) -> str:
         """Return where the point stays."""
-        raise NotImplementedError
 
 
 class Clearance(BodyPoint):

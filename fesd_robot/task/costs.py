@@ -1,4 +1,4 @@
-"""What the motion costs: weights by name."""
+"""The section `costs` of a task: weights by name, and what is said about each of its keys."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
@@ -45,8 +46,8 @@ def _check_slope(value: float) -> float:
     return value
 
 
-class Shape(Section):
-    """What grounds of every shape have."""
+class Shape(Section, ABC):
+    """A ground of any shape."""
 
     BUILT_FROM: ClassVar[str]
     """The key to blame where a surface of this shape cannot be built."""
@@ -60,9 +61,9 @@ class Shape(Section):
         "none.",
     )
 
+    @abstractmethod
     def in_words(self) -> str:
         """Return the shape, without friction and walls."""
-        raise NotImplementedError
 
 
 class Plane(Shape):

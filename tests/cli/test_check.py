@@ -71,7 +71,7 @@ def test_check_sees_the_overrides(run: Callable[..., Any], task: Path) -> None:
 
 
 def test_check_describes_ground_and_contacts(run: Callable[..., Any], task: Path) -> None:
-    """Steps, walls, circles and their gaps at the start are told in words."""
+    """Steps, walls, circles and their gaps at the start are described in words."""
     values = [
         "ground={type: steps, steps: [{x: 0.6, height: 0.2}], walls: {end: {x: 2, side: left, friction: 0}}}",
         "contacts.body={type: circle, frame: body, radius: 0.1, surface: end}",
@@ -92,7 +92,7 @@ def test_check_describes_ground_and_contacts(run: Callable[..., Any], task: Path
 
 
 def test_check_describes_a_height_map(run: Callable[..., Any], task: Path, tmp_path: Path) -> None:
-    """A height map is told by its extent and its heights."""
+    """A height map is described by its extent and its heights."""
     path = tmp_path / "hills.csv"
     path.write_text("x,z\n-1,-0.1\n1,-0.1\n2,-0.2\n3,-0.1\n", encoding="utf-8")
     outcome = run("check", task, "--set", f"ground={{type: height_map, file: {path}}}")
@@ -117,7 +117,7 @@ def test_an_impact_takes_an_element_of_its_own(elements: int, words: str) -> Non
 
 
 def test_check_shows_which_joints_are_left(run: Callable[..., Any], tmp_path: Path) -> None:
-    """Root, locked and coupled joints, damping and what nothing drives are told before the coordinates."""
+    """Root, locked and coupled joints, damping and what nothing drives are listed before the coordinates."""
     path = tmp_path / "bolt.yaml"
     path.write_text(
         "name: bolt\nrobot:\n  model: example-robot-data:bolt\n  root: sagittal\n  locked: {FL_HAA: 0, FR_HAA: 0}\n"

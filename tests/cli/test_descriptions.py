@@ -19,7 +19,7 @@ def explained(*overrides: str) -> str:
     return " ".join(text.split())
 
 
-def test_targets_and_constraints_are_told() -> None:
+def test_targets_and_constraints_are_described() -> None:
     """Each goal of a point, waypoint, further cost and constraint is one sentence or row with its numbers."""
     text = explained(
         "goal.frames={foot: {position: {x: 1, z: 0}, tolerance: 0.01}}",
@@ -58,7 +58,7 @@ def test_targets_and_constraints_are_told() -> None:
         assert words in text, words
 
 
-def test_a_free_duration_and_a_period_are_told() -> None:
+def test_a_free_duration_and_a_period_are_described() -> None:
     """The bounds of the duration, the stride, and that the goal's own weights have no place."""
     text = explained(
         "horizon.duration={lower: 0.5, upper: 2}",

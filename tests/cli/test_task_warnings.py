@@ -83,7 +83,7 @@ QUIET: list[list[str]] = [
 
 @pytest.mark.parametrize("overrides", QUIET, ids=lambda value: value[0][:40])
 def test_what_is_just_meant_is_not(overrides: list[str]) -> None:
-    """Landing, taking off, just enough strength, intervals of 0.2 s and a goal that is free are no reason to warn."""
+    """Landing, taking off, just enough force, intervals of 0.2 s and a goal that is free are no reason to warn."""
     assert task_warnings(formulate(load_task(ONE_JUMP, overrides))) == []
 
 

@@ -1,4 +1,4 @@
-"""What contact needs to know of a surface."""
+"""The protocol of a surface that a contact may touch."""
 
 from __future__ import annotations
 
