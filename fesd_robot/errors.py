@@ -75,6 +75,10 @@ class ModelError(FesdRobotError):
     """A nonsmooth system or its discretisation that contradicts itself."""
 
 
+class OptionError(FesdRobotError, ValueError):
+    """An option, scheme or method that does not exist, or a value of one outside its range."""
+
+
 class SolverError(FesdRobotError):
     """The numerical solver could not be run at all (a solve that merely fails is a status, not an exception)."""
 

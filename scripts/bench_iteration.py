@@ -24,12 +24,13 @@ import casadi
 import numpy as np
 
 from fesd_robot import Task, load_task
+from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import homotopy_options, plan
+from fesd_robot.planner import plan
 
 ROOT = Path(__file__).parent.parent
 CASES = [
@@ -121,12 +122,12 @@ def _iterations(
     label: str, task: Task, problem: Mpcc, nlps: dict[str, RelaxedNlp], iterations: int, repeat: int
 ) -> list[str]:
     """Time the first iterations in all ways; return rows of the table."""
-    found: dict[str, list[dict[str, float]]] = {name: [] for name in WAYS}
+    timings: dict[str, list[dict[str, float]]] = {name: [] for name in WAYS}
     for _ in range(repeat):
         for name, (solver, compiled) in WAYS.items():
-            found[name].append(_timed(task, problem, nlps[compiled], solver, iterations))
+            timings[name].append(_timed(task, problem, nlps[compiled], solver, iterations))
     rows, slowest = [], 0.0
-    for name, runs in found.items():
+    for name, runs in timings.items():
         median = {part: float(np.median([run[part] for run in runs])) for part in runs[0]}
         slowest = slowest or median["total"]
         rest = median["total"] - median["functions"] - median["factorisation"] - median["solves"]
@@ -204,7 +205,7 @@ def _seconds(call: _Call, cold: bool) -> float:
 
 def _plans(repeat: int) -> list[tuple[str, float, float, float]]:
     """Plan a task in turns; return for each way its seconds, those in IPOPT, and its iterations."""
-    found: dict[str, list[tuple[float, float, float, int]]] = {}
+    timings: dict[str, list[tuple[float, float, float, int]]] = {}
     with tempfile.TemporaryDirectory() as folder:
         kept = os.environ.get("FESD_ROBOT_CACHE")
         for number in range(repeat):
@@ -214,12 +215,12 @@ def _plans(repeat: int) -> list[tuple[str, float, float, float]]:
                 begin = time.perf_counter()
                 result = plan(load_task(ROOT / "tasks" / f"{PLANNED}.yaml", [f"method.compile={how}"]))
                 seconds, statistics = time.perf_counter() - begin, result.statistics
-                found.setdefault(way, []).append((seconds, statistics.solve_seconds, statistics.iterations))
-                print(way, found[way][-1], flush=True)
+                timings.setdefault(way, []).append((seconds, statistics.solve_seconds, statistics.iterations))
+                print(way, timings[way][-1], flush=True)
                 os.environ.pop("FESD_ROBOT_CACHE", None)
                 if kept is not None:
                     os.environ["FESD_ROBOT_CACHE"] = kept
-    return [(way, *np.median(np.array(runs), axis=0).tolist()) for way, runs in found.items()]
+    return [(way, *np.median(np.array(runs), axis=0).tolist()) for way, runs in timings.items()]
 
 
 def _plan_section(plans: list[tuple[str, float, float, float]]) -> list[str]:

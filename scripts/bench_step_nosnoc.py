@@ -99,7 +99,7 @@ def run_ours(start: np.ndarray, form: Any = None) -> Run:
         right_hand_side=ca.mtimes(alpha * ca.DM(OUTSIDE) + (1 - alpha) * ca.DM(INSIDE), x),
     )
     stamps = [begin]
-    found = simulate(
+    simulation = simulate(
         system,
         start,
         STEPS,
@@ -113,17 +113,17 @@ def run_ours(start: np.ndarray, form: Any = None) -> Run:
     seconds[0] = np.nan  # it contains the building
     sides = ca.Function("sides", [system.algebraic], [system.multiplier, system.partner])
     products = []
-    for element in found.elements:
+    for element in simulation.elements:
         values = [sides(z) for z in [element.z_left, *element.z]]
         multipliers = sum(np.abs(a.full()) for a, _ in values)
         products += [np.abs(multipliers * b.full()).max() for _, b in values[1:]]
     return Run(
         build=float(build),
         seconds=seconds,
-        iterations=np.array([report.iterations for report in found.reports]),
+        iterations=np.array([report.iterations for report in simulation.reports]),
         failed=0,  # a step that is not solved raises
         complementarity=float(max(products)),
-        end=found.states[-1],
+        end=simulation.states[-1],
     )
 
 

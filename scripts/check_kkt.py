@@ -23,12 +23,12 @@ import numpy as np
 from scipy import sparse
 
 from fesd_robot import load_task
+from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import solve
 from fesd_robot.native import ipopt_options, kkt_library
 from fesd_robot.native.linear_solver import KktSystem, build_library
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import homotopy_options
 
 ROOT = Path(__file__).parent.parent
 SHORT: dict[str, list[str] | None] = {
@@ -121,15 +121,15 @@ def check(system: Dumped, library: Path, early: KktSystem) -> Checked:
     else:
         _, expected = KktSystem(system.row, system.column, system.order, library).factorize(system.value, 0.5)
     constraints = count_constraints(system)
-    _, told = early.factorize(system.value, system.threshold, stop_early=True)
-    if told == constraints:
+    _, reported = early.factorize(system.value, system.threshold, stop_early=True)
+    if reported == constraints:
         early.solve(right)
     return Checked(
         first=first,
         refined=error(x),
         inertia=rank == system.order and negative == expected,
-        verdict=told == negative or (told == constraints + 1 and negative > constraints),
-        stopped=told != negative,
+        verdict=reported == negative or (reported == constraints + 1 and negative > constraints),
+        stopped=reported != negative,
         seconds=seconds,
     )
 
@@ -161,7 +161,8 @@ def main() -> int:
         f"casadi {casadi.__version__}. Backward error: largest |b - A x| / (|A| |x| + |b|) of any row, with up to five "
         "steps of refinement (IPOPT makes up to ten). Inertia: against all eigenvalues up to order "
         f"{DENSE}, above against a factorization with pivots chosen for stability alone (threshold 0.5). Stopped: "
-        "factorizations that ended early because of a wrong inertia, and how many of all were told right from wrong.",
+        "factorizations that ended early because of a wrong inertia, and for how many "
+        "of all the verdict on the inertia was correct.",
         "",
         "| task | intervals | order | systems | factorization [ms] | worst error | refined: median | worst | inertia "
         "| stopped | verdict |",

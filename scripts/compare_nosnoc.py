@@ -156,22 +156,26 @@ def main(words: Sequence[str] | None = None) -> None:
         package: version(package) for tool in tools for package in PACKAGES[tool]
     }
     settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
-    found: list[Comparison] = []
+    comparisons: list[Comparison] = []
     for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
-        found.append(compare(task, tools, settings, arguments))
-        if arguments.task == "all" and PROBLEMS[task].weighed and "nosnoc" in tools:
+        comparisons.append(compare(task, tools, settings, arguments))
+        if arguments.task == "all" and PROBLEMS[task].weighted and "nosnoc" in tools:
             other = replace(settings, multipliers="correct" if settings.multipliers == "published" else "published")
             again = compare(task, ["nosnoc"], other, arguments)
-            found.append(replace(again, runs=found[-1].runs | again.runs))
-        print(table(found[-1], versions), end="\n\n", flush=True)
+            comparisons.append(replace(again, runs=comparisons[-1].runs | again.runs))
+        print(table(comparisons[-1], versions), end="\n\n", flush=True)
     if arguments.page:
         command = f"python scripts/compare_nosnoc.py {' '.join(words or sys.argv[1:])}"
-        arguments.page.write_text(page(found, versions, command), encoding="utf-8")
+        arguments.page.write_text(page(comparisons, versions, command), encoding="utf-8")
     if arguments.json:
-        arguments.json.write_text(json.dumps(_record(found, arguments, versions), indent=1) + "\n", encoding="utf-8")
+        arguments.json.write_text(
+            json.dumps(_record(comparisons, arguments, versions), indent=1) + "\n", encoding="utf-8"
+        )
 
 
-def _record(found: Sequence[Comparison], arguments: argparse.Namespace, versions: dict[str, str]) -> dict[str, Any]:
+def _record(
+    comparisons: Sequence[Comparison], arguments: argparse.Namespace, versions: dict[str, str]
+) -> dict[str, Any]:
     return {
         "versions": versions,
         "order": arguments.order,
@@ -186,7 +190,7 @@ def _record(found: Sequence[Comparison], arguments: argparse.Namespace, versions
                 "typical": {tool: asdict(typical(runs)) for tool, runs in one.runs.items()},
                 "runs": {tool: [asdict(run) for run in runs] for tool, runs in one.runs.items()},
             }
-            for one in found
+            for one in comparisons
         ],
     }
 

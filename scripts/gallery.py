@@ -70,18 +70,18 @@ class Entry:
     def plan(self) -> Plan | None:
         """Return the last plan of the task as it is now; None if there is none."""
         try:
-            found = read_plan(self.folder)
+            plan = read_plan(self.folder)
         except FesdRobotError:
             return None
-        kept = next((one for one in found.statistics.attempts if one.solved), None)
+        kept = next((one for one in plan.statistics.attempts if one.solved), None)
         task = load_task(self.file)
         if kept:
             task = with_overrides(
                 task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"}
             )
-        now, then = task.model_dump(mode="json"), {**found.task, "solver": {**found.task["solver"]}}
+        now, then = task.model_dump(mode="json"), {**plan.task, "solver": {**plan.task["solver"]}}
         then["solver"]["time_limit"] = now["solver"]["time_limit"]
-        return found if now == then else None
+        return plan if now == then else None
 
 
 def entries(runs: Path) -> list[Entry]:
@@ -188,8 +188,8 @@ def apexes(contact: ContactHistory) -> list[tuple[float, int]]:
     flying = np.array([mode == "flight" for mode in contact.mode]).astype(int)
     first, end = np.flatnonzero(np.diff(flying) == 1) + 1, np.flatnonzero(np.diff(flying) == -1) + 1
     flights = [(a, int(b)) for a in first.tolist() for b in end[end > a][:1]]
-    found = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
-    return [one for one in found if one[0] > 0.05]
+    peaks = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
+    return [one for one in peaks if one[0] > 0.05]
 
 
 def draw(entry: Entry) -> None:

@@ -22,9 +22,10 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot import load_task
+from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
-from fesd_robot.ocp import formulate, transcribe
+from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).resolve().parent.parent
 TASK = ROOT / "tasks" / "hopper_one_jump.yaml"
@@ -60,16 +61,16 @@ def largest_gap(stages: int, intervals: int, feedback: float) -> float:
         ocp, control_lower=lower, control_upper=upper, running_cost={}, terminal_cost={}, terminal_lower=-free,
         terminal_upper=free, control_guess=np.clip(ocp.control_guess, lower[:, None], upper[:, None]),
     )  # fmt: skip
-    transcription = transcribe(ocp, motion.fesd)
-    found = solve(
+    transcription = Transcription(ocp, motion.fesd)
+    solution = solve(
         transcription.problem,
         HomotopyOptions(tolerance=1e-9, linear_solver="auto"),
         polisher=BranchTranscription(transcription),
     )
-    if not found.solved:
-        raise RuntimeError(f"{stages} stages, {intervals} intervals: {found.status}")
+    if not solution.solved:
+        raise RuntimeError(f"{stages} stages, {intervals} intervals: {solution.status}")
     gap = ca.Function("gap", [motion.dynamics.configuration], [motion.contacts[0].gap])
-    elements = transcription.unpack(found.w)
+    elements = transcription.unpack(solution.w)
     if max(abs(float(element.x[-1][-1])) for element in elements) > 1e-9:
         raise RuntimeError(f"{stages} stages, {intervals} intervals: the foot left the ground")
     return max(abs(float(gap(element.x[-1][:4]))) for element in elements)

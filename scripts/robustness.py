@@ -1,4 +1,4 @@
-"""Fifty variations of the one-jump task: how many are solved, by which way, and why the others are not.
+"""Fifty variations of the one-jump task: how many are solved, in which attempt, and why the others are not.
 
 Start height, pitch, distance, duration and friction are drawn with fixed seeds. Every variation is planned in a process
 of its own; the table goes to docs/results/robustness.md. Exit code 1 if fewer than 47 of 50 are solved.
@@ -77,18 +77,18 @@ def overrides(values: dict[str, float]) -> list[str]:
 def solve(seed: int, retries: int) -> dict[str, object]:
     """Plan one variation."""
     values, begin = variation(seed), time.perf_counter()
-    found = plan(load_task(TASK, [*overrides(values), f"solver.retries={retries}"]))
-    tries = found.statistics.attempts
+    result = plan(load_task(TASK, [*overrides(values), f"solver.retries={retries}"]))
+    tries = result.statistics.attempts
     return {
         "seed": seed,
         **values,
-        "solved": found.status.solved,
+        "solved": result.status.solved,
         "tries": len(tries),
         "iterations": sum(one.iterations for one in tries),
         "seconds": time.perf_counter() - begin,
-        "cost": found.statistics.objective,
-        "complementarity": found.status.complementarity,
-        "message": found.status.message,
+        "cost": result.statistics.objective,
+        "complementarity": result.status.complementarity,
+        "message": result.status.message,
     }
 
 

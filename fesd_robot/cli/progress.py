@@ -36,7 +36,7 @@ def cells(report: NlpReport) -> list[str]:
     return [
         f"{report.sigma:.0e}" if report.sigma else "exact",
         f"{report.velocity_level_sigma:.0e}" if report.velocity_level_sigma else "exact",
-        report.status,
+        report.status.value,
         str(report.iterations),
         f"{residuals.objective:.6g}",
         f"{residuals.complementarity:.1e}",
@@ -141,7 +141,7 @@ class LiveProgress(Progress):
     def nlp(self, report: NlpReport) -> None:
         """Show a finished NLP."""
         self._finished += 1
-        self._table.add_row(*cells(report), style=None if report.status.startswith("converged") else "yellow")
+        self._table.add_row(*cells(report), style=None if report.status.converged else "yellow")
         self._refresh()
 
     def iteration(self, iteration: int, objective: float) -> None:

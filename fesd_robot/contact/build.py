@@ -9,6 +9,7 @@ import casadi as ca
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.multipliers import multiplier_contact_system
 from fesd_robot.contact.steps import step_contact_system
+from fesd_robot.errors import OptionError
 
 
 def contact_system(
@@ -23,10 +24,10 @@ def contact_system(
         parameters: SX symbols that costs and constraints will use, constant on each control interval.
 
     Raises:
-        ValueError: the multiplier form with a gap that is not integrated.
+        OptionError: the multiplier form with a gap that is not integrated.
     """
     if options.form == "steps":
         return step_contact_system(dynamics, contacts, options, parameters)
     if options.gap != "integrated":
-        raise ValueError("the form 'multipliers' needs gap='integrated', found gap='true'")
+        raise OptionError("the form 'multipliers' needs gap='integrated', found gap='true'")
     return multiplier_contact_system(dynamics, contacts, options, parameters)

@@ -46,17 +46,17 @@ def freezing_state(
 def stabilised_normal_velocities(
     dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact], options: ContactOptions, symbols: FreezingState
 ) -> list[ca.SX]:
-    """Return the speed that every contact's logic sees: J_n v, or J_n v + kappa (f_c - p) with an integrated gap.
+    """Return the stabilised normal velocity of every contact: J_n v, or J_n v + kappa (f_c - p) with an integrated gap.
 
-    The second term pulls p to the true gap in flight. In stance, where p = 0, it pulls the true gap to zero: what the
-    Runge-Kutta scheme lets drift there decays with the rate kappa.
+    The second term is a Baumgarte stabilisation. It pulls p to the true gap in flight. In stance, where p = 0, it pulls
+    the true gap to zero: what the Runge-Kutta scheme lets drift there decays with the rate kappa.
     """
-    speeds = [ca.dot(contact.normal, dynamics.velocity) for contact in contacts]
+    velocities = [ca.dot(contact.normal, dynamics.velocity) for contact in contacts]
     if not symbols.gaps.numel():
-        return speeds
+        return velocities
     return [
-        speed + options.baumgarte_gain * (contact.gap - gap)
-        for speed, contact, gap in zip(speeds, contacts, ca.vertsplit(symbols.gaps), strict=True)
+        velocity + options.baumgarte_gain * (contact.gap - gap)
+        for velocity, contact, gap in zip(velocities, contacts, ca.vertsplit(symbols.gaps), strict=True)
     ]
 
 
@@ -66,7 +66,7 @@ def freezing_dynamics(
     options: ContactOptions,
     symbols: FreezingState,
     theta_ode: ca.SX,
-    shares: Sequence[tuple[ca.SX, ca.SX]],
+    multipliers: Sequence[tuple[ca.SX, ca.SX]],
 ) -> tuple[ca.SX, ca.SX]:
     """Return mass matrix and right-hand side, E y' = f.
 
@@ -74,20 +74,20 @@ def freezing_dynamics(
     ``f_-+ = (0, M^-1 (J_n +- mu J_t) a_n, 0, 0)``. E carries the mass matrix, so that M is never inverted.
 
     Args:
-        theta_ode: share of the free motion.
-        shares: (theta_+, theta_-) of every contact; plus belongs to J_t v > 0.
+        theta_ode: Filippov multiplier of the free motion.
+        multipliers: (theta_+, theta_-) of every contact; plus belongs to J_t v > 0.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 3; the integrated gap is ours.
     """
     rate = theta_ode * symbols.speed
     push = ca.SX.zeros(dynamics.velocity.numel())
-    for contact, (plus, minus) in zip(contacts, shares, strict=True):
+    for contact, (plus, minus) in zip(contacts, multipliers, strict=True):
         push += (plus + minus) * contact.normal
         if contact.friction > 0:
             push += contact.friction * (minus - plus) * contact.tangent
     gap_rates = []
     if symbols.gaps.numel():
-        gap_rates = [rate * speed for speed in stabilised_normal_velocities(dynamics, contacts, options, symbols)]
+        gap_rates = [rate * velocity for velocity in stabilised_normal_velocities(dynamics, contacts, options, symbols)]
     right_hand_side = ca.vertcat(
         rate * dynamics.configuration_derivative,
         rate * dynamics.force + options.auxiliary_force * push,
@@ -101,15 +101,15 @@ def freezing_dynamics(
     return mass_matrix, right_hand_side
 
 
-def free_flow_multiplier(rests: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
+def free_flow_multiplier(complements: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
     """Return theta_ODE = prod_c (1 - beta_c), with its partial products as lifted (name, symbol, definition).
 
     Args:
-        rests: 1 - beta of every contact.
+        complements: 1 - beta of every contact.
     """
-    product, lifted = rests[0], []
-    for i, rest in enumerate(rests[1:], start=2):
+    product, lifted = complements[0], []
+    for i, complement in enumerate(complements[1:], start=2):
         symbol = ca.SX.sym(f"theta_ode{i}")
-        lifted.append((f"theta_ODE of {i} contacts", symbol, product * rest))
+        lifted.append((f"theta_ODE of {i} contacts", symbol, product * complement))
         product = symbol
     return product, lifted

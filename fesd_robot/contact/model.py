@@ -48,14 +48,14 @@ class ContactOptions:
     """Which form of the contact logic is built.
 
     Args:
-        form: ``multipliers``: the shares of the fields are the variables; ``steps``: set-valued step functions of gap
-            and velocities, as published.
+        form: ``multipliers``: the Filippov multipliers of the auxiliary fields are the variables; ``steps``:
+            set-valued step functions of gap and velocities, as published.
         gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q),
             for steps only.
         baumgarte_gain: kappa, 1/s.
         gate: let velocity signs count at the ground only; for steps, multipliers always do.
         regularisation_weight: epsilon of epsilon ||alpha||^2 at every stage, for steps.
-        auxiliary_force: a_n, N per unit of J_n, strength of the auxiliary fields.
+        auxiliary_force: a_n, N per unit of J_n, force of the auxiliary fields.
     """
 
     form: Literal["multipliers", "steps"] = "multipliers"
@@ -74,7 +74,7 @@ class ContactSystem:
 
     Attributes:
         system: the complementarity system.
-        theta_ode: share of free motion, SX in z; zero while the clock stands still.
+        theta_ode: Filippov multiplier of free motion, SX in z; zero while the clock stands still.
         theta_auxiliary: (plus, minus) multipliers of each contact's auxiliary fields, SX in z.
         clock_rate: theta_ode * s = dt/dtau.
         theta_error: largest deviation of the multipliers from their definition; for one contact this is

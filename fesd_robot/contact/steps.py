@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Complementarity
 from fesd_robot.contact.freezing import (
     free_flow_multiplier,
     freezing_dynamics,
@@ -14,8 +16,12 @@ from fesd_robot.contact.freezing import (
     stabilised_normal_velocities,
 )
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
-from fesd_robot.contact.velocities import velocity_exclusions
-from fesd_robot.dcs import Exclusion, heaviside
+from fesd_robot.contact.velocities import velocity_conditions
+from fesd_robot.dcs import heaviside
+
+GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY = "gap", "normal velocity", "tangential velocity"
+STEPS = (GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
+"""The step functions of a contact; the subject of a step's conditions is the contact's name and one of these."""
 
 
 def step_contact_system(
@@ -41,19 +47,19 @@ def step_contact_system(
     switching: list[ca.SX] = []
     step_names: list[str] = []
     lifted: list[tuple[str, ca.SX, ca.SX]] = []
-    exclusions: list[Exclusion] = []
-    free: dict[int, ca.SX] = {}
-    shares, rests, errors, exact = [], [], [], ca.SX(1)
-    speeds = stabilised_normal_velocities(dynamics, contacts, options, symbols)
-    for i, (contact, normal_velocity) in enumerate(zip(contacts, speeds, strict=True)):
+    vanishing: list[Complementarity] = []
+    excluded: dict[int, ca.SX] = {}
+    multipliers, complements, errors, exact = [], [], [], ca.SX(1)
+    velocities = stabilised_normal_velocities(dynamics, contacts, options, symbols)
+    for i, (contact, normal_velocity) in enumerate(zip(contacts, velocities, strict=True)):
         gap = symbols.gaps[i] if options.gap == "integrated" else contact.gap
         at_gap, parting, beta = (ca.SX.sym(f"{name}{i}") for name in ("alpha_q", "alpha_n", "beta"))
         gate = 1 - at_gap if options.gate else ca.SX(1)
         if options.gate:
-            free[len(alpha) + 1] = 1 - beta
+            excluded[len(alpha) + 1] = 1 - beta
         alpha += [at_gap, parting]
         switching += [gap, gate * normal_velocity]
-        step_names += [f"{contact.name} gap", f"{contact.name} normal velocity"]
+        step_names += [f"{contact.name} {GAP}", f"{contact.name} {NORMAL_VELOCITY}"]
         definition = (1 - at_gap) * (1 - parting)
         lifted.append((f"beta[{contact.name}]", beta, definition))
         plus, minus = beta, ca.SX(0)
@@ -61,18 +67,18 @@ def step_contact_system(
             sliding = ca.SX.sym(f"alpha_t{i}")
             alpha.append(sliding)
             switching.append(gate * ca.dot(contact.tangent, dynamics.velocity))
-            step_names.append(f"{contact.name} tangential velocity")
+            step_names.append(f"{contact.name} {TANGENTIAL_VELOCITY}")
             plus, minus = beta * sliding, beta * (1 - sliding)
         if options.gate:
-            exclusions += velocity_exclusions(
-                dynamics, contact, normal_velocity, beta, 1 - beta, (plus, minus), boundary_only=True
+            vanishing += velocity_conditions(
+                dynamics, contact, normal_velocity, beta, 1 - beta, (plus, minus), left_boundary_only=True
             )
-        shares.append((plus, minus))
-        rests.append(1 - beta)
+        multipliers.append((plus, minus))
+        complements.append(1 - beta)
         errors.append(beta - definition)
         exact *= 1 - definition
-    theta_ode, products = free_flow_multiplier(rests)
-    mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, shares)
+    theta_ode, products = free_flow_multiplier(complements)
+    mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, multipliers)
     system = heaviside(
         state=symbols.state,
         control=symbols.control,
@@ -82,17 +88,22 @@ def step_contact_system(
         right_hand_side=right_hand_side,
         mass_matrix=mass_matrix,
         lifted=[*lifted, *products],
-        negative_partner=free,
-        exclusions=exclusions,
+        excluded=excluded,
+        vanishing=vanishing,
         regularisation_weight=options.regularisation_weight,
         state_names=symbols.state_names,
         control_names=symbols.control_names,
         step_names=step_names,
     )
+    owner = {f"{contact.name} {step}": contact.name for contact in contacts for step in STEPS}
+    conditions = [
+        replace(one, label=replace(one.label, contact=owner[one.label.subject])) if one.label.contact is None else one
+        for one in system.complementarities
+    ]
     return ContactSystem(
-        system=system,
+        system=replace(system, complementarities=conditions),
         theta_ode=theta_ode,
-        theta_auxiliary=shares,
+        theta_auxiliary=multipliers,
         clock_rate=theta_ode * symbols.speed,
         theta_error=ca.mmax(ca.fabs(ca.vertcat(*errors, theta_ode - exact))),
         integrated_gap=options.gap == "integrated",

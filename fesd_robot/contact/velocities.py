@@ -4,44 +4,63 @@ from __future__ import annotations
 
 import casadi as ca
 
+from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact.model import MultibodyDynamics, PlanarContact
-from fesd_robot.dcs import Exclusion
+
+FORCE_AT_A_DISTANCE = "force at a distance"
+FORCE_WHILE_PARTING = "force while parting"
+MOTION_DURING_IMPACT = "motion during impact"
+FRICTION_ALONG_SLIDING = "friction along sliding"
+FORWARDS, BACKWARDS = "forwards", "backwards"
+"""Kinds of vanishing constraints, and directions of sliding that are their subjects."""
 
 
-def velocity_exclusions(
+def velocity_conditions(
     dynamics: MultibodyDynamics,
     contact: PlanarContact,
     normal_velocity: ca.SX,
     beta: ca.SX,
-    rest: ca.SX,
-    shares: tuple[ca.SX, ca.SX],
+    complement: ca.SX,
+    multipliers: tuple[ca.SX, ca.SX],
     *,
-    boundary_only: bool = False,
-) -> list[Exclusion]:
-    """Return the conditions on normal and tangential speed of one contact.
+    left_boundary_only: bool = False,
+) -> list[Complementarity]:
+    """Return the vanishing constraints on normal and tangential velocity of one contact.
 
-    No force while parting, no free motion while approaching a closed contact, and friction against the sliding.
+    No force while parting, no free motion while approaching a closed contact, and friction against the sliding:
+    ``max(J_n v, 0) beta = 0``, ``max(-J_n v, 0) beta (1 - beta) = 0``, ``max(-J_t v, 0) theta_+ = 0`` and
+    ``max(J_t v, 0) theta_- = 0``.
 
     Args:
-        normal_velocity: speed that the contact's logic sees, SX in x.
-        beta: share of the contact's auxiliary fields.
-        rest: 1 - beta, not negative.
-        shares: (theta_+, theta_-), whose sum is beta.
-        boundary_only: hold the conditions for the left boundary of each element only.
+        normal_velocity: J_n v, stabilised, SX in x.
+        beta: Filippov multiplier of the contact's auxiliary fields together.
+        complement: 1 - beta, not negative.
+        multipliers: (theta_+, theta_-), whose sum is beta.
+        left_boundary_only: hold the conditions for the left boundary of each element only.
     """
 
-    def exclusion(name: str, level: ca.SX, share: ca.SX, rest: ca.SX | None = None) -> Exclusion:
-        return Exclusion(f"{name} [{contact.name}]", level, share, rest, boundary_only=boundary_only, rank=1)
+    def condition(
+        kind: str, G: ca.SX, H: ca.SX, *, complement: ca.SX | None = None, direction: str = ""
+    ) -> Complementarity:
+        return Complementarity(
+            Label(kind, subject=f"{contact.name} {direction}".strip(), contact=contact.name),
+            G,
+            H,
+            vanishing=True,
+            complement=complement,
+            level="velocity",
+            left_boundary_only=left_boundary_only,
+        )
 
-    found = [
-        exclusion("force while parting", normal_velocity, beta),
-        exclusion("motion during impact", -normal_velocity, beta, rest),
+    conditions = [
+        condition(FORCE_WHILE_PARTING, normal_velocity, beta),
+        condition(MOTION_DURING_IMPACT, -normal_velocity, beta, complement=complement),
     ]
     if contact.friction > 0:
-        plus, minus = shares
+        plus, minus = multipliers
         tangential_velocity = ca.dot(contact.tangent, dynamics.velocity)
-        found += [
-            exclusion("friction along sliding, backwards", -tangential_velocity, plus),
-            exclusion("friction along sliding, forwards", tangential_velocity, minus),
+        conditions += [
+            condition(FRICTION_ALONG_SLIDING, -tangential_velocity, plus, direction=BACKWARDS),
+            condition(FRICTION_ALONG_SLIDING, tangential_velocity, minus, direction=FORWARDS),
         ]
-    return found
+    return conditions

@@ -1,9 +1,9 @@
 """Nonsmooth systems and their complementarity form."""
 
-from fesd_robot.dcs.heaviside import heaviside
+from fesd_robot.dcs.heaviside import ABOVE, BELOW, heaviside
 from fesd_robot.dcs.regions import heaviside_from_regions
 from fesd_robot.dcs.stewart import stewart
 from fesd_robot.dcs.subsystem import Subsystem
-from fesd_robot.dcs.system import ComplementaritySystem, Exclusion
+from fesd_robot.dcs.system import ComplementaritySystem
 
-__all__ = ["ComplementaritySystem", "Exclusion", "Subsystem", "heaviside", "heaviside_from_regions", "stewart"]
+__all__ = ["ABOVE", "BELOW", "ComplementaritySystem", "Subsystem", "heaviside", "heaviside_from_regions", "stewart"]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs.checks import (
     as_expression,
     as_symbols,
@@ -16,10 +17,13 @@ from fesd_robot.dcs.checks import (
     check_unique,
 )
 from fesd_robot.dcs.model import GuessFunction, ModelParts, model_parts
-from fesd_robot.dcs.system import ComplementaritySystem, Exclusion
+from fesd_robot.dcs.system import ComplementaritySystem
 from fesd_robot.errors import DimensionError, ModelError
 
-TIE = 1e-10
+BELOW, ABOVE = "lambda_n _|_ alpha", "lambda_p _|_ 1 - alpha"
+"""Kinds of the two pairs of a step: where its switching function is negative, and where it is positive."""
+
+UNDECIDED = 1e-10
 """A switching function this close to zero leaves its step undecided in a guess."""
 
 
@@ -33,8 +37,8 @@ def heaviside(
     parameters: ca.SX | None = None,
     mass_matrix: ca.SX | None = None,
     lifted: Sequence[tuple[str, ca.SX, ca.SX]] = (),
-    negative_partner: Mapping[int, ca.SX] | None = None,
-    exclusions: Sequence[Exclusion] = (),
+    excluded: Mapping[int, ca.SX] | None = None,
+    vanishing: Sequence[Complementarity] = (),
     regularisation_weight: float = 0.0,
     state_names: Sequence[str] | None = None,
     control_names: Sequence[str] | None = None,
@@ -51,7 +55,7 @@ def heaviside(
 
     The step is the solution of a small linear program; its optimality conditions are
     ``c_i = lp_i - ln_i, 0 <= ln_i  _|_  alpha_i >= 0, 0 <= lp_i  _|_  1 - alpha_i >= 0``.
-    z = (alpha, ln, lp, lifted, algebraic), a = (ln, lp), b = (alpha, 1 - alpha).
+    z = (alpha, ln, lp, lifted, algebraic), G = (ln, lp), H = (alpha, 1 - alpha).
 
     Args:
         state: x, SX symbols (n_x).
@@ -61,8 +65,8 @@ def heaviside(
         control, parameters: SX symbols; none if omitted.
         mass_matrix: E, SX (n_x, n_x); identity if omitted.
         lifted: (name, symbol, definition) of products that become variables; a definition may use earlier symbols.
-        negative_partner: step index -> what ln_i excludes instead of alpha_i; must vanish only where alpha_i does.
-        exclusions: further conditions between state and algebraic variables.
+        excluded: step index -> H of ln_i instead of alpha_i; must vanish only where alpha_i does.
+        vanishing: vanishing constraints, their G a function of the state.
         regularisation_weight: epsilon of the cost epsilon ||alpha||^2 at every stage.
         state_names, control_names, step_names: names for messages and results.
         algebraic: the model's own algebraic variables, SX symbols (n); none if omitted.
@@ -78,7 +82,7 @@ def heaviside(
     Raises:
         DimensionError: an expression, bound, guess or list of names of the wrong shape.
         ModelError: an unknown symbol, a symbol that occurs twice, a constant that is not finite, a switching function
-            of the control or of algebraic variables, two lifted products of one name, a partner of no step.
+            of the control or of algebraic variables, two lifted products of one name, an excluded H of no step.
 
     Source: Nurkanovic et al., arXiv 2303.18066, eq. (6)-(8).
     """
@@ -114,9 +118,10 @@ def heaviside(
     check_shape("right_hand_side", right_hand_side, (n_x, 1))
     check_content("right_hand_side", right_hand_side, {**parts.symbols, "alpha": alpha, "lifted": products})
     local = {"alpha": alpha, "lifted": products, "algebraic": parts.algebraic}
-    _check_exclusions(exclusions, parts.state, local)
+    _check_vanishing(vanishing, parts.state, local)
     negative, positive = ca.SX.sym("lambda_n", n_c), ca.SX.sym("lambda_p", n_c)
     defined = ca.vertcat(ca.SX(0, 1), *definitions.values())
+    below = _excluded(alpha, excluded or {}, local)
     return ComplementaritySystem(
         state=parts.state,
         control=parts.control,
@@ -125,18 +130,19 @@ def heaviside(
         mass_matrix=parts.mass_matrix,
         right_hand_side=right_hand_side,
         residual=ca.vertcat(switching - positive + negative, products - defined),
-        multiplier=ca.vertcat(negative, positive),
-        partner=ca.vertcat(_excluded(alpha, negative_partner or {}, local), 1 - alpha),
         algebraic_lower=np.concatenate([np.zeros(3 * n_c), np.full(n_lifted, -np.inf), parts.algebraic_lower]),
         algebraic_upper=np.concatenate([np.ones(n_c), np.full(2 * n_c + n_lifted, np.inf), parts.algebraic_upper]),
-        selection=regularisation_weight * ca.sumsqr(alpha),
+        regularisation=regularisation_weight * ca.sumsqr(alpha),
         guess=_guess(parts, alpha, switching, products, defined),
         state_names=parts.state_names,
         control_names=parts.control_names,
         algebraic_names=[f"{kind}[{s}]" for kind in ("alpha", "lambda_n", "lambda_p") for s in steps]
         + [*definitions, *parts.algebraic_names],
-        exclusions=exclusions,
-        pair_names=[f"lambda_n _|_ alpha [{s}]" for s in steps] + [f"lambda_p _|_ 1 - alpha [{s}]" for s in steps],
+        complementarities=[
+            *(Complementarity(Label(BELOW, s), negative[i], below[i]) for i, s in enumerate(steps)),
+            *(Complementarity(Label(ABOVE, s), positive[i], 1 - alpha[i]) for i, s in enumerate(steps)),
+            *vanishing,
+        ],
         equations=parts.equations,
         quadratures=parts.quadratures,
         lifted=definitions,
@@ -156,27 +162,30 @@ def _products(lifted: Sequence[tuple[str, ca.SX, ca.SX]]) -> tuple[ca.SX, dict[s
     return ca.vertcat(*symbols), definitions
 
 
-def _excluded(alpha: ca.SX, negative_partner: Mapping[int, ca.SX], local: Mapping[str, ca.SX]) -> ca.SX:
-    """Return what every lambda_n excludes, alpha unless another partner is given."""
-    excluded, n_c = ca.SX(alpha), alpha.numel()
-    for i, value in negative_partner.items():
-        name = f"negative_partner[{i}]"
+def _excluded(alpha: ca.SX, excluded: Mapping[int, ca.SX], local: Mapping[str, ca.SX]) -> ca.SX:
+    """Return H of every lambda_n, alpha unless another one is given."""
+    below, n_c = ca.SX(alpha), alpha.numel()
+    for i, value in excluded.items():
+        name = f"excluded[{i}]"
         if not 0 <= i < n_c:
             raise ModelError(f"{name} belongs to no step, the indices are 0 to {n_c - 1}")
-        partner = as_expression(name, value)
-        check_shape(name, partner, (1, 1))
-        check_content(name, partner, local)
-        excluded[i] = partner
-    return excluded
+        expression = as_expression(name, value)
+        check_shape(name, expression, (1, 1))
+        check_content(name, expression, local)
+        below[i] = expression
+    return below
 
 
-def _check_exclusions(exclusions: Sequence[Exclusion], state: ca.SX, local: Mapping[str, ca.SX]) -> None:
-    """Check that levels are functions of the state, and shares and rests of the variables of one point."""
-    for exclusion in exclusions:
-        for what, symbols in (("level", {"state": state}), ("share", local), ("rest", local)):
-            name, value = f"{what} of exclusion '{exclusion.name}'", getattr(exclusion, what)
-            if value is not None:
-                check_content(name, as_expression(name, value), symbols)
+def _check_vanishing(vanishing: Sequence[Complementarity], state: ca.SX, local: Mapping[str, ca.SX]) -> None:
+    """Check that switching functions are functions of the state, H and complement of the variables of one point."""
+    for condition in vanishing:
+        for name, factor, symbols in (
+            ("G", condition.G, {"state": state}),
+            ("H", condition.H, local),
+            ("complement", condition.complement, local),
+        ):
+            if factor is not None:
+                check_content(f"{name} of vanishing constraint '{condition.label}'", factor, symbols)
 
 
 def _guess(parts: ModelParts, alpha: ca.SX, switching: ca.SX, products: ca.SX, definitions: ca.SX) -> GuessFunction:
@@ -193,7 +202,7 @@ def _guess(parts: ModelParts, alpha: ca.SX, switching: ca.SX, products: ca.SX, d
         value = np.full(n_c, 0.5)
         for _ in range(n_c + 1):
             c = np.asarray(conditions(x, value, p)).ravel()
-            value = np.where(c > TIE, 1.0, np.where(c < -TIE, 0.0, 0.5))
+            value = np.where(c > UNDECIDED, 1.0, np.where(c < -UNDECIDED, 0.0, 0.5))
         own = parts.algebraic_guess(x, u, p)
         product = np.asarray(lifted(x, u, value, own, p)).ravel()
         return np.concatenate([value, np.maximum(-c, 0.0), np.maximum(c, 0.0), product, own])
@@ -202,7 +211,7 @@ def _guess(parts: ModelParts, alpha: ca.SX, switching: ca.SX, products: ca.SX, d
 
 
 def _describe(steps: Sequence[str], active: np.ndarray) -> str:
-    """Return the value of every step where given partners, those of alpha and then of 1 - alpha, may be positive."""
+    """Return the value of every step where given H, those of alpha and then of 1 - alpha, may be positive."""
     words = {(True, False): "= 1", (False, True): "= 0", (True, True): "in [0, 1]", (False, False): "undefined"}
     positive, below_one = np.asarray(active, dtype=bool).reshape(2, len(steps))
     return ", ".join(f"{s} {words[bool(a), bool(b)]}" for s, a, b in zip(steps, positive, below_one, strict=True))

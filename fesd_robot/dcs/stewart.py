@@ -9,11 +9,12 @@ from itertools import product
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs.model import GuessFunction, model_parts
 from fesd_robot.dcs.subsystem import Subsystem, checked_subsystems, labels
 from fesd_robot.dcs.system import ComplementaritySystem
 
-TIE = 1e-10
+EQUAL_INDICATORS = 1e-10
 """Indicators this close to the smallest share theta in a guess."""
 
 
@@ -52,7 +53,7 @@ def stewart(
     In every subsystem theta minimizes g^T theta over the unit simplex; the optimality conditions are
     ``g_i - lambda_i - mu = 0, 0 <= lambda_i  _|_  theta_i >= 0, sum_i theta_i = 1``. Regions by signs have g = -S c;
     a row of S with zeros becomes its rows without, which share the field and are named like "R1(+,-)".
-    z = (theta, lambda, mu of the first subsystem, of the second, ..., algebraic), a = lambda, b = theta.
+    z = (theta, lambda, mu of the first subsystem, of the second, ..., algebraic), G = lambda, H = theta.
 
     Args:
         state: x, SX symbols (n_x).
@@ -106,7 +107,7 @@ def stewart(
     def guess(x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         values = []
         for g in np.split(np.asarray(evaluate(x, p)).ravel(), np.cumsum(sizes)[:-1]):
-            least = g <= g.min() + TIE
+            least = g <= g.min() + EQUAL_INDICATORS
             values += [least / least.sum(), g - g.min(), [g.min()]]
         return np.concatenate([*values, parts.algebraic_guess(x, u, p)])
 
@@ -124,16 +125,18 @@ def stewart(
         mass_matrix=parts.mass_matrix,
         right_hand_side=right_hand_side,
         residual=ca.vertcat(*residual),
-        multiplier=ca.vertcat(*[block.multiplier for block in blocks]),
-        partner=ca.vertcat(*[block.theta for block in blocks]),
         algebraic_lower=np.concatenate([*lower, parts.algebraic_lower]),
         algebraic_upper=np.concatenate([np.full(2 * sum(sizes) + len(sizes), np.inf), parts.algebraic_upper]),
-        selection=ca.SX(0),
+        regularisation=ca.SX(0),
         guess=guess,
         state_names=parts.state_names,
         control_names=parts.control_names,
         algebraic_names=[*(name for own in names for name in own), *parts.algebraic_names],
-        pair_names=[f"lambda _|_ theta [{region}]" for own in regions for region in own],
+        complementarities=[
+            Complementarity(Label("lambda _|_ theta", subject=region), block.multiplier[i], block.theta[i])
+            for block, own in zip(blocks, regions, strict=True)
+            for i, region in enumerate(own)
+        ],
         equations=parts.equations,
         quadratures=parts.quadratures,
         describe=lambda active: _describe([(s.name, b.regions) for s, b in zip(found, blocks, strict=True)], active),

@@ -149,7 +149,7 @@ def _check_tiling(signs: np.ndarray, names: Sequence[str], where: str) -> None:
         return
     rows, missing = signs, list[str]()
     for k in range(n_c):
-        # Rows do not overlap, so they cover a half of what remains if and only if their shares of it add up.
+        # Rows do not overlap, so they cover a half of what remains if and only if their parts of it add up.
         halves = {sign: rows[rows[:, k] * sign >= 0] for sign in (1, -1)}
         sign = 1 if _volume(halves[1][:, k + 1 :]) < 2 ** (n_c - k - 1) else -1
         rows, missing = halves[sign], [*missing, "+" if sign > 0 else "-"]

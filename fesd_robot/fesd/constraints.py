@@ -9,6 +9,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.mpcc import Block
@@ -76,19 +77,18 @@ def constraint_block(constraint: TrajectoryConstraint, indices: TrajectoryIndice
     """Return the block of a constraint: a copy for each of its places."""
     places = list(_places(constraint, indices))
     which = [list(constraint.intervals).index(k) for k, _, _ in places]
-    empty, size = ca.SX(0, 1), constraint.variables.numel()
-    cost = sum(constraint.cost.values(), ca.SX(0))
     return Block(
-        copy_names=[where for _, where, _ in places],
-        function=ca.Function(
-            "constraint", [constraint.variables, constraint.parameters], [cost, constraint.rows, empty, empty]
-        ),
-        index=np.array([index for _, _, index in places], dtype=int).reshape(-1, size).T,
-        parameters=constraint.parameter_values[:, which],
+        name="constraint",
+        places=[where for _, where, _ in places],
+        variables=constraint.variables,
+        parameters=constraint.parameters,
+        cost=sum(constraint.cost.values(), ca.SX(0)),
+        rows=constraint.rows,
+        index=np.array([index for _, _, index in places], dtype=int).reshape(-1, constraint.variables.numel()).T,
+        values=constraint.parameter_values[:, which],
         lower=constraint.lower,
         upper=constraint.upper,
-        constraint_names=list(constraint.row_names),
-        pair_names=[],
+        constraints=[Label(name) for name in constraint.row_names],
     )
 
 
@@ -97,34 +97,35 @@ def constraint_costs(constraint: TrajectoryConstraint, block: Block, w: np.ndarr
     if not constraint.cost or not block.copies:
         return {}
     terms = ca.Function("terms", [constraint.variables, constraint.parameters], [ca.vertcat(*constraint.cost.values())])
-    values = np.asarray(ca.DM(terms.map(block.copies)(w[block.index], block.parameters)).full())
+    values = np.asarray(ca.DM(terms.map(block.copies)(w[block.index], block.values)).full())
     return {name: float(row.sum()) for name, row in zip(constraint.cost, values, strict=True)}
 
 
-def _places(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Iterator[tuple[int, str, np.ndarray]]:
-    """Yield (interval, where in words, indices of the variables) of every place of a constraint."""
+def _places(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Iterator[tuple[int, Place, np.ndarray]]:
+    """Yield (interval, place, indices of the variables) of every place of a constraint."""
     state, control = indices.state, indices.control
     if constraint.kind == "boundary":
-        yield constraint.intervals[0], "the motion", np.concatenate([state(0), state(indices.intervals)])
+        yield constraint.intervals[0], Place(name="the motion"), np.concatenate([state(0), state(indices.intervals)])
         return
     for k in constraint.intervals:
         if constraint.kind == "path":
             yield from ((k, where, index) for where, index in _points(k, indices))
         elif constraint.kind == "interval_end":
-            yield k, f"interval {k}", state(k + 1)
+            yield k, Place(interval=k), state(k + 1)
         elif constraint.kind == "interval":
-            yield k, f"interval {k}", np.concatenate([state(k), state(k + 1)])
+            yield k, Place(interval=k), np.concatenate([state(k), state(k + 1)])
         elif k + 1 < indices.intervals:
             both = [state(k + 1), control(k), state(k + 2), control(k + 1)]
-            yield k, f"interval {k} to {k + 1}", np.concatenate(both)
+            yield k, Place(interval=k, name=f"to interval {k + 1}"), np.concatenate(both)
 
 
-def _points(k: int, indices: TrajectoryIndices) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield (where in words, indices of (x, u, z)) of every stage and own right end of an interval."""
+def _points(k: int, indices: TrajectoryIndices) -> Iterator[tuple[Place, np.ndarray]]:
+    """Yield (place, indices of (x, u, z)) of every stage and own right end of an interval."""
     layout, first = indices.layout(k), indices.offsets[k]
     for n in range(layout.elements):
         for j in range(layout.stages + layout.end_state):
             x, z = layout.state(n, j), layout.algebraic(n, j)
             own = [first + np.arange(x.start, x.stop), indices.control(k), first + np.arange(z.start, z.stop)]
-            point = f"stage {j + 1}" if j < layout.stages else "right end"
-            yield f"interval {k}, element {n}, {point}", np.concatenate(own)
+            at_stage = j < layout.stages
+            place = Place(k, n, stage=j + 1 if at_stage else None, name="" if at_stage else "right end")
+            yield place, np.concatenate(own)

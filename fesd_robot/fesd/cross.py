@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import casadi as ca
 
+from fesd_robot.complementarity import Complementarity, Place
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.options import CrossComplementarity
 
@@ -14,67 +16,85 @@ PairMode = CrossComplementarity | Literal["plain"]
 
 
 def cross_pairs(
-    multipliers: Sequence[ca.SX], partners: Sequence[ca.SX], mode: PairMode
-) -> list[tuple[str, ca.SX, ca.SX]]:
-    """Return (where, G, H) of one element, four equivalent aggregations of a_k _|_ b_j for all k and j.
+    pairs: Sequence[Complementarity], G: Sequence[ca.SX], H: Sequence[ca.SX], mode: PairMode
+) -> list[Complementarity]:
+    """Return the pairs of one element, four equivalent aggregations of G_k _|_ H_j for all k and j.
 
-    ``stage_stage``: a_k _|_ b_j; ``lambda_sum``: sum_k a_k _|_ b_j; ``theta_sum``: a_k _|_ sum_j b_j;
-    ``sum_sum``: sum_k a_k _|_ sum_j b_j. ``plain`` is the scheme without switch detection: a_j _|_ b_j only.
+    ``stage_stage``: G_k _|_ H_j; ``lambda_sum``: sum_k G_k _|_ H_j; ``theta_sum``: G_k _|_ sum_j H_j;
+    ``sum_sum``: sum_k G_k _|_ sum_j H_j. ``plain`` is the scheme without switch detection: G_j _|_ H_j only.
 
     Args:
-        multipliers: a_k at the left boundary and at the stages, k = 0..n_s.
-        partners: b_j at the stages, j = 1..n_s.
+        pairs: of the system, (n_pairs).
+        G: values of all G at the left boundary and at the points, k = 0..n_s, (n_pairs) each.
+        H: values of all H at the points, j = 1..n_s, (n_pairs) each.
+        mode: aggregation.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.2 (cross complementarity and its sparse and dense forms).
     """
+    return [
+        replace(pair, label=pair.label.at(place), G=G_values[i], H=H_values[i])
+        for place, G_values, H_values in _aggregated(G, H, mode)
+        for i, pair in enumerate(pairs)
+    ]
+
+
+def _aggregated(G: Sequence[ca.SX], H: Sequence[ca.SX], mode: PairMode) -> list[tuple[Place, ca.SX, ca.SX]]:
     if mode == "plain":
-        return [(f"stage {j}", a, b) for j, (a, b) in enumerate(zip(multipliers[1:], partners, strict=True), start=1)]
+        return [(Place(stage=j), a, b) for j, (a, b) in enumerate(zip(G[1:], H, strict=True), start=1)]
     if mode == "stage_stage":
-        return [(f"stages {k}, {j}", a, b) for k, a in enumerate(multipliers) for j, b in enumerate(partners, start=1)]
+        return [(Place(point=k, stage=j), a, b) for k, a in enumerate(G) for j, b in enumerate(H, start=1)]
     if mode == "lambda_sum":
-        total = sum(multipliers[1:], multipliers[0])
-        return [(f"stage {j}", total, b) for j, b in enumerate(partners, start=1)]
-    sum_b = sum(partners[1:], partners[0])
+        total = sum(G[1:], G[0])
+        return [(Place(stage=j), total, b) for j, b in enumerate(H, start=1)]
+    sum_H = sum(H[1:], H[0])
     if mode == "theta_sum":
-        return [(f"stage {k}", a, sum_b) for k, a in enumerate(multipliers)]
-    return [("sum", sum(multipliers[1:], multipliers[0]), sum_b)]
+        return [(Place(point=k), a, sum_H) for k, a in enumerate(G)]
+    return [(Place(), sum(G[1:], G[0]), sum_H)]
 
 
-def excluded_pairs(
+def vanishing_pairs(
     system: ComplementaritySystem, points: Sequence[tuple[ca.SX, ca.SX]], stages: int, mode: PairMode
-) -> list[tuple[str, ca.SX, ca.SX, int]]:
-    """Return (where, G, H, rank) of the system's exclusions in one element, with H >= 0 and max(G, 0) H = 0.
+) -> list[Complementarity]:
+    """Return the system's vanishing constraints in one element, with H >= 0 and max(G, 0) H = 0.
 
-    G = level(x_k) sum_j rest_j for every point k, left boundary included, and H = sum_j share_j: the shares of an
-    element are zero together, whichever point forbids them. With ``stage_stage`` every stage's share is a pair of its
-    own. (A level can have any sign, so levels are never added up.) With ``plain`` a stage forbids its own share only.
+    ``G = g(x_k) sum_j C_j`` for the switching function g at every point k, left boundary included, and
+    ``H = sum_j H_j``: the multipliers of an element are zero together, whichever point forbids them. With
+    ``stage_stage`` every stage's multiplier is a pair of its own. (A switching function can have any sign, so its
+    values are never added up.) With ``plain`` a stage forbids its own multiplier only.
 
     Args:
+        system: the dynamics.
         points: (x, z) at the left boundary and at the points of the element.
         stages: number of stages among the points.
         mode: aggregation.
+
+    Source: the conditions of vanishing constraints are ours; see `contact.multiplier_contact_system`.
     """
-    found = []
-    for exclusion in system.exclusions:
-        level = ca.Function("level", [system.state], [exclusion.level])
-        rest = ca.SX(1 / stages) if exclusion.rest is None else exclusion.rest
-        parts = ca.Function("parts", [system.algebraic], [exclusion.share, rest])
-        values = [parts(z) for _, z in points[1 : stages + 1]]
+    conditions = []
+    for condition in system.vanishing:
+        switching = ca.Function("switching", [system.state], [condition.G])
+        complement = ca.SX(1 / stages) if condition.complement is None else condition.complement
+        factors = ca.Function("factors", [system.algebraic], [condition.H, complement])
+        values = [factors(z) for _, z in points[1 : stages + 1]]
+
+        def at(place: Place, G: ca.SX, H: ca.SX, condition: Complementarity = condition) -> Complementarity:
+            return replace(condition, label=condition.label.at(place), G=G, H=H, complement=None)
+
         if mode == "plain":
-            if not exclusion.boundary_only:
-                found += [
-                    (f"{exclusion.name}, stage {j}", level(x) * values[j - 1][1], values[j - 1][0], exclusion.rank)
+            if not condition.left_boundary_only:
+                conditions += [
+                    at(Place(stage=j), switching(x) * values[j - 1][1], values[j - 1][0])
                     for j, (x, _) in enumerate(points[1:], start=1)
                 ]
             continue
-        shares = [share for share, _ in values]
+        multipliers = [multiplier for multiplier, _ in values]
         if mode != "stage_stage":
-            shares = [sum(shares[1:], shares[0])]
-        rests = sum((rest for _, rest in values[1:]), values[0][1])
-        levels = points[:1] if exclusion.boundary_only else points
-        found += [
-            (f"{exclusion.name}, point {k}, {j}", level(x) * rests, share, exclusion.rank)
-            for k, (x, _) in enumerate(levels)
-            for j, share in enumerate(shares)
+            multipliers = [sum(multipliers[1:], multipliers[0])]
+        complements = sum((complement for _, complement in values[1:]), values[0][1])
+        where = points[:1] if condition.left_boundary_only else points
+        conditions += [
+            at(Place(point=k, stage=j if len(multipliers) > 1 else None), switching(x) * complements, multiplier)
+            for k, (x, _) in enumerate(where)
+            for j, multiplier in enumerate(multipliers, start=1)
         ]
-    return found
+    return conditions

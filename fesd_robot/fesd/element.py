@@ -8,13 +8,38 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import NOWHERE, Label, Place
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.layout import IntervalLayout
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.tableau import Tableau
 
-Row = tuple[str, ca.SX]
-"""A label and the rows it stands for, to be held at zero."""
+DYNAMICS, CONTINUITY = "dynamics", "continuity"
+"""Kinds of rows that determine the states of an element; their subjects are names of states."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of one kind that are held at zero.
+
+    Attributes:
+        kind: what they are.
+        expression: SX (n).
+        subjects: what each of them is about, (n); numbers if omitted, nothing for a single row.
+        place: where they hold.
+    """
+
+    kind: str
+    expression: ca.SX
+    subjects: Sequence[str] = ()
+    place: Place = NOWHERE
+
+    @property
+    def labels(self) -> list[Label]:
+        """One a row."""
+        count = self.expression.numel()
+        subjects = self.subjects or ([""] if count == 1 else [str(i) for i in range(count)])
+        return [Label(self.kind, subject, place=self.place) for subject in subjects]
 
 
 @dataclass(frozen=True)
@@ -25,6 +50,7 @@ class SystemFunctions:
     residual: ca.Function
     equations: ca.Function
     sides: ca.Function
+    state_names: Sequence[str]
 
     @classmethod
     def of(cls, system: ComplementaritySystem) -> SystemFunctions:
@@ -33,7 +59,8 @@ class SystemFunctions:
             dynamics=ca.Function("dynamics", system.arguments, [system.mass_matrix, system.right_hand_side]),
             residual=ca.Function("residual", system.arguments, [system.residual]),
             equations=ca.Function("equations", system.arguments, [system.equations]),
-            sides=ca.Function("sides", [system.algebraic], [system.multiplier, system.partner]),
+            sides=ca.Function("sides", [system.algebraic], [system.G, system.H]),
+            state_names=system.state_names,
         )
 
 
@@ -67,7 +94,7 @@ def read_elements(layout: IntervalLayout, tableau: Tableau, left: ca.SX, own: ca
     """Return the elements of an interval from its variables; ``left`` is the (x, z) it starts from."""
     n_x = layout.n_x
     boundary = (left[:n_x], left[n_x:])
-    found = []
+    elements = []
     for n in range(layout.elements):
         h = own[layout.step(n)]
         z = [own[layout.algebraic(n, j)] for j in range(layout.stages)]
@@ -80,9 +107,9 @@ def read_elements(layout: IntervalLayout, tableau: Tableau, left: ca.SX, own: ca
         if not layout.slopes:
             slopes = [_combination(row, [boundary[0], *x]) for row in tableau.derivative]
         end = (own[layout.state(n, layout.stages)], own[layout.algebraic(n, layout.stages)])
-        found.append(ElementPoints(h, boundary, list(zip(x, z, strict=True)), end, slopes, layout.end_algebraic))
+        elements.append(ElementPoints(h, boundary, list(zip(x, z, strict=True)), end, slopes, layout.end_algebraic))
         boundary = end
-    return found
+    return elements
 
 
 def element_equations(
@@ -92,7 +119,7 @@ def element_equations(
     layout: IntervalLayout,
     u: ca.SX,
     p: ca.SX,
-) -> list[Row]:
+) -> list[Rows]:
     """Return the scheme's equations of an element, to be held at zero.
 
     ``E(X_j) K_j = f(X_j, u, Z_j)``, ``0 = g(X_j, Z_j)``, ``0 = e(X_j, u, Z_j)``; integral form: h K_j is the slope of
@@ -101,30 +128,36 @@ def element_equations(
 
     Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(32).
     """
-    tableau = options.tableau
+    tableau, names = options.tableau, functions.state_names
     x_left = element.left[0]
-    rows: list[Row] = []
+    rows: list[Rows] = []
     for j, (x, z) in enumerate(element.stages):
-        where = f"stage {j + 1}"
+        where = Place(stage=j + 1)
         E, f = functions.dynamics(x, u, z, p)
         scale = element.h if options.form == "integral" else ca.SX(1)
-        rows.append((f"dynamics, {where}", ca.mtimes(E, element.slopes[j]) - scale * f))
+        rows.append(Rows(DYNAMICS, ca.mtimes(E, element.slopes[j]) - scale * f, names, where))
         if options.form == "lifted":
-            rows.append((f"state, {where}", x_left + element.h * _combination(tableau.A[j], element.slopes) - x))
-        rows.append((f"step functions, {where}", functions.residual(x, u, z, p)))
-        if functions.equations.size1_out(0):
-            rows.append((f"equations, {where}", functions.equations(x, u, z, p)))
+            stage = x_left + element.h * _combination(tableau.A[j], element.slopes)
+            rows.append(Rows("state", stage - x, names, where))
+        rows += _algebraic_rows(functions, (x, u, z, p), where)
     x, z = element.right
+    end = Place(name="right end")
     if layout.end_state:
         if options.form == "integral":
-            end = _combination(tableau.end, [x_left, *[stage for stage, _ in element.stages]])
+            state = _combination(tableau.end, [x_left, *[stage for stage, _ in element.stages]])
         else:
-            end = x_left + element.h * _combination(tableau.b, element.slopes)
-        rows.append(("continuity, right end", end - x))
+            state = x_left + element.h * _combination(tableau.b, element.slopes)
+        rows.append(Rows(CONTINUITY, state - x, names, end))
     if layout.end_algebraic:
-        rows.append(("step functions, right end", functions.residual(x, u, z, p)))
-        if functions.equations.size1_out(0):
-            rows.append(("equations, right end", functions.equations(x, u, z, p)))
+        rows += _algebraic_rows(functions, (x, u, z, p), end)
+    return rows
+
+
+def _algebraic_rows(functions: SystemFunctions, point: tuple[ca.SX, ca.SX, ca.SX, ca.SX], where: Place) -> list[Rows]:
+    """Return the rows of the algebraic equations at a point (x, u, z, p)."""
+    rows = [Rows("step functions", functions.residual(*point), place=where)]
+    if functions.equations.size1_out(0):
+        rows.append(Rows("equations", functions.equations(*point), place=where))
     return rows
 
 

@@ -1,138 +1,176 @@
-"""One control interval of finite elements as CasADi functions of its own variables."""
+"""One control interval of finite elements as expressions of its own variables."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd.cross import cross_pairs, excluded_pairs
-from fesd_robot.fesd.element import SystemFunctions, element_equations, read_elements
-from fesd_robot.fesd.equilibration import equilibrate, refuse_exclusions
+from fesd_robot.complementarity import Complementarity, Label, Place
+from fesd_robot.fesd.cross import cross_pairs, vanishing_pairs
+from fesd_robot.fesd.element import ElementPoints, Rows, SystemFunctions, element_equations, read_elements
+from fesd_robot.fesd.equilibration import Equilibration, equilibrate, refuse_vanishing
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.mpcc import Block
+
+REGULARISATION, EQUILIBRATION = "regularisation of the step functions", "step equilibration"
+"""Names of the cost terms that belong to the method."""
 
 
-@dataclass(frozen=True)
-class IntervalFunctions:
-    """The interval as functions of w = (point it starts from, own variables) and parameters p.
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """A control interval as expressions of w = (point it starts from, own variables) and parameters p.
 
     Attributes:
         layout: order of the own variables.
-        block: (w, p) -> (f, g, G, H).
-        lower, upper: bounds of g.
-        cost_terms: (w, p) -> terms of f.
+        variables, parameters: w and p, SX symbols.
+        cost: name -> term of the cost, SX scalar.
+        rows: SX (n_g); `lower`, `upper`, `labels`: their bounds and what they are.
+        complementarities: the conditions.
         auxiliary: w -> values of the auxiliary variables that fit the others.
-        cost_names, constraint_names, pair_names: what the rows are.
-        one_sided, ranks: of the pairs.
     """
 
     layout: IntervalLayout
-    block: ca.Function
+    variables: ca.SX
+    parameters: ca.SX
+    cost: dict[str, ca.SX]
+    rows: ca.SX
     lower: np.ndarray
     upper: np.ndarray
-    cost_terms: ca.Function
+    labels: list[Label]
+    complementarities: list[Complementarity]
     auxiliary: ca.Function
-    cost_names: list[str]
-    constraint_names: list[str]
-    pair_names: list[str]
-    one_sided: np.ndarray
-    ranks: np.ndarray
+
+    @cached_property
+    def cost_terms(self) -> ca.Function:
+        """(w, p) -> terms of the cost, in the order of `cost`."""
+        return ca.Function("cost_terms", [self.variables, self.parameters], [self._costs])
+
+    @property
+    def _costs(self) -> ca.SX:
+        return ca.vertcat(*self.cost.values(), ca.SX(0, 1))
+
+    def block(self, places: Sequence[Place], index: np.ndarray, values: np.ndarray) -> Block:
+        """Return the block of the intervals at given places.
+
+        Args:
+            places: of the copies, (K).
+            index: global index of each variable, (n_w, K).
+            values: of the parameters, (n_p, K).
+        """
+        return Block(
+            name="interval",
+            places=places,
+            variables=self.variables,
+            parameters=self.parameters,
+            cost=ca.sum1(self._costs),
+            rows=self.rows,
+            lower=self.lower,
+            upper=self.upper,
+            constraints=self.labels,
+            index=index,
+            values=values,
+            complementarities=self.complementarities,
+        )
 
 
-def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> IntervalFunctions:
+def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> Interval:
     """Return the equations of one control interval.
 
     Per element the scheme's equations (`element_equations`) and the pairs of cross complementarity; once per interval
     ``sum_n h_n = T/N`` and the step equilibration. The running cost is ``sum_n h_n sum_j b_j L(X_j, u, Z_j)``.
 
     A scheme whose last stage is not the right end has one more point there, with algebraic variables of its own, so
-    that the multipliers at the boundary can take part in the cross complementarity of both neighbours. Without switch
-    detection the steps are fixed and a pair is held at each stage by itself.
+    that G at the boundary can take part in the cross complementarity of both neighbours. Without switch detection the
+    steps are fixed and a pair is held at each stage by itself.
+
+    Args:
+        ocp: the problem; its constraints beyond single elements are not part of an interval.
+        options: scheme, form, cross complementarity and step equilibration.
+        elements: number of elements.
+
+    Raises:
+        ModelError: a step equilibration that would overlook vanishing constraints.
 
     Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(36).
     """
-    system, tableau = ocp.system, options.tableau
-    refuse_exclusions(options, len(system.exclusions))
+    system = ocp.system
+    refuse_vanishing(options, system)
     layout = layout_of(system, options, elements)
-    n_x, n_z = layout.n_x, layout.n_z
     functions = SystemFunctions.of(system)
-    selection = ca.Function("selection", [system.algebraic], [system.selection])
-    running = ca.Function("running", system.arguments, [ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))])
-    interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
-
-    left, own = ca.SX.sym("left", n_x + n_z), ca.SX.sym("own", layout.size)
+    left, own = ca.SX.sym("left", layout.n_x + layout.n_z), ca.SX.sym("own", layout.size)
     p = ca.SX.sym("p", system.parameters.sparsity())
-    u = own[: layout.n_u]
-    mean_step = ocp.duration / ocp.intervals / elements
-
-    equations: list[tuple[str, ca.SX]] = []
-    pairs: list[tuple[str, ca.SX, ca.SX]] = []
-    exclusions: list[tuple[str, ca.SX, ca.SX, int]] = []
-    sums: list[tuple[ca.SX, ca.SX]] = []
-    integral, chosen = ca.SX.zeros(len(ocp.running_cost), 1), ca.SX(0)
-    parts = read_elements(layout, tableau, left, own)
+    parts = read_elements(layout, options.tableau, left, own)
     steps = [part.h for part in parts]
-    for n, part in enumerate(parts):
-        rows = element_equations(part, functions, options, layout, u, p)
-        equations += [(where.replace(", ", f", element {n}, ", 1), row) for where, row in rows]
-        for j, (x, z) in enumerate(part.stages):
-            integral += part.h * tableau.b[j] * running(x, u, z, p)
-        chosen += sum((selection(z) for _, z in part.points[1:]), ca.SX(0))
-        sides = [functions.sides(z) for _, z in part.points]
-        multipliers, partners = [a for a, _ in sides], [b for _, b in sides[1:]]
-        mode = options.cross_complementarity if options.switch_detection else "plain"
-        pairs += [(f"element {n}, {where}", a, b) for where, a, b in cross_pairs(multipliers, partners, mode)]
-        exclusions += [
-            (f"element {n}, {where}", level, share, rank)
-            for where, level, share, rank in excluded_pairs(system, part.points, layout.stages, mode)
-        ]
-        sums.append((sum(multipliers[1:], multipliers[0]), sum(partners[1:], partners[0])))
-    end = parts[-1].right
-    equations.append(("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
-    equations.append(("end of interval", interval_end(end[0], p)))
-    equal = equilibrate(options, steps, sums, mean_step, own[layout.auxiliaries])
-    equations += equal.equations
-    exclusions += [(where, a, b, 0) for where, a, b in equal.one_sided]
-    bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
 
-    terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
-    if not system.selection.is_zero():
-        terms["regularisation of the step functions"] = chosen
-    if not equal.cost.is_zero():
-        terms["step equilibration"] = equal.cost
-    w = ca.vertcat(left, own)
-    cost = ca.vertcat(*terms.values(), ca.SX(0, 1))
-    G = [a for _, a, _ in pairs] + [a for _, a, _ in equal.pairs] + [a for _, a, _, _ in exclusions]
-    H = [b for _, _, b in pairs] + [b for _, _, b in equal.pairs] + [b for _, _, b, _ in exclusions]
-    two_sided = sum(a.numel() for _, a, _ in pairs + equal.pairs)
-    held = sum(row.numel() for _, row in equations)
-    return IntervalFunctions(
+    rows: list[Rows] = []
+    pairs: list[Complementarity] = []
+    vanishing: list[Complementarity] = []
+    sums: list[tuple[ca.SX, ca.SX]] = []
+    mode = options.cross_complementarity if options.switch_detection else "plain"
+    for n, part in enumerate(parts):
+        here = Place(element=n)
+        equations = element_equations(part, functions, options, layout, own[: layout.n_u], p)
+        rows += [replace(one, place=one.place.within(here)) for one in equations]
+        sides = [functions.sides(z) for _, z in part.points]
+        G, H = [G for G, _ in sides], [H for _, H in sides[1:]]
+        pairs += _at(here, cross_pairs(system.pairs, G, H, mode))
+        vanishing += _at(here, vanishing_pairs(system, part.points, layout.stages, mode))
+        sums.append((sum(G[1:], G[0]), sum(H[1:], H[0])))
+    interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
+    rows.append(Rows("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
+    rows.append(Rows("end of interval", interval_end(parts[-1].right[0], p), ocp.interval_end_names))
+    mean_step = ocp.duration / ocp.intervals / elements
+    equal = equilibrate(options, steps, sums, mean_step, own[layout.auxiliaries])
+    rows += equal.equations
+    bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
+    w, held = ca.vertcat(left, own), sum(one.expression.numel() for one in rows)
+    return Interval(
         layout=layout,
-        block=ca.Function(
-            "interval",
-            [w, p],
-            [
-                ca.sum1(cost),
-                ca.vertcat(*[row for _, row in equations], bounded.rows),
-                ca.vertcat(ca.SX(0, 1), *G),
-                ca.vertcat(ca.SX(0, 1), *H),
-            ],
-        ),
+        variables=w,
+        parameters=p,
+        cost=_cost_terms(ocp, options, parts, own[: layout.n_u], p) | _equilibration_cost(equal),
+        rows=ca.vertcat(*[one.expression for one in rows], bounded.rows),
         lower=np.concatenate([np.zeros(held), bounded.lower]),
         upper=np.concatenate([np.zeros(held), bounded.upper]),
-        cost_terms=ca.Function("cost_terms", [w, p], [cost]),
+        labels=[label for one in rows for label in one.labels] + bounded.labels,
+        complementarities=[
+            *pairs,
+            *(one for one in equal.complementarities if not one.vanishing),
+            *vanishing,
+            *(one for one in equal.complementarities if one.vanishing),
+        ],
         auxiliary=ca.Function("auxiliary", [w], [equal.guess]),
-        cost_names=list(terms),
-        constraint_names=_labels(ocp, equations) + bounded.names,
-        pair_names=[f"{name}, {where}" for where, a, _ in pairs for name in system.pair_names[: a.numel()]]
-        + [f"{where}, {i}" for where, a, _ in equal.pairs for i in range(a.numel())]
-        + [where for where, _, _, _ in exclusions],
-        one_sided=np.array([False] * two_sided + [True] * len(exclusions), dtype=bool),
-        ranks=np.array([0] * two_sided + [rank for _, _, _, rank in exclusions], dtype=int),
     )
+
+
+def _at(place: Place, conditions: list[Complementarity]) -> list[Complementarity]:
+    return [replace(one, label=one.label.at(place)) for one in conditions]
+
+
+def _cost_terms(
+    ocp: OptimalControlProblem, options: FesdOptions, parts: Sequence[ElementPoints], u: ca.SX, p: ca.SX
+) -> dict[str, ca.SX]:
+    """Return the running costs, integrated, and the regularisation."""
+    system, tableau = ocp.system, options.tableau
+    running = ca.Function("running", system.arguments, [ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))])
+    regularisation = ca.Function("regularisation", [system.algebraic], [system.regularisation])
+    integral, regularised = ca.SX.zeros(len(ocp.running_cost), 1), ca.SX(0)
+    for part in parts:
+        for j, (x, z) in enumerate(part.stages):
+            integral += part.h * tableau.b[j] * running(x, u, z, p)
+        regularised += sum((regularisation(z) for _, z in part.points[1:]), ca.SX(0))
+    terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
+    return terms if system.regularisation.is_zero() else {**terms, REGULARISATION: regularised}
+
+
+def _equilibration_cost(equal: Equilibration) -> dict[str, ca.SX]:
+    return {} if equal.cost.is_zero() else {EQUILIBRATION: equal.cost}
 
 
 @dataclass(frozen=True)
@@ -140,7 +178,7 @@ class _Bounded:
     rows: ca.SX
     lower: np.ndarray
     upper: np.ndarray
-    names: list[str]
+    labels: list[Label]
 
 
 def _stage_bounds(ocp: OptimalControlProblem, layout: IntervalLayout, stages: list[ca.SX]) -> _Bounded:
@@ -149,27 +187,18 @@ def _stage_bounds(ocp: OptimalControlProblem, layout: IntervalLayout, stages: li
     if layout.stage_states or not finite.any():
         return _Bounded(ca.SX(0, 1), np.zeros(0), np.zeros(0), [])
     where = np.flatnonzero(finite).tolist()
-    names = [
-        f"bound of {ocp.system.state_names[i]}, element {k // layout.stages}, stage {k % layout.stages + 1}"
+    labels = [
+        Label(
+            "bound",
+            ocp.system.state_names[i],
+            place=Place(element=k // layout.stages, stage=k % layout.stages + 1),
+        )
         for k in range(len(stages))
         for i in where
     ]
     rows = ca.vertcat(*[x[where] for x in stages])
     repeated = [np.tile(bound[finite], len(stages)) for bound in (ocp.state_lower, ocp.state_upper)]
-    return _Bounded(rows, repeated[0], repeated[1], names)
-
-
-def _labels(ocp: OptimalControlProblem, equations: list[tuple[str, ca.SX]]) -> list[str]:
-    labels = []
-    for where, rows in equations:
-        if where.startswith(("dynamics", "continuity", "state")):
-            names: list[str] = list(ocp.system.state_names)
-        elif where == "end of interval":
-            names = list(ocp.interval_end_names)
-        else:
-            names = [str(i) for i in range(rows.numel())]
-        labels += [f"{where}: {name}" for name in names] if len(names) > 1 or names[:1] != ["0"] else [where]
-    return labels
+    return _Bounded(rows, repeated[0], repeated[1], labels)
 
 
 def step_bounds(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> tuple[float, float]:

@@ -96,7 +96,7 @@ class IntervalLayout:
 def layout_of(system: ComplementaritySystem, options: FesdOptions, elements: int) -> IntervalLayout:
     """Return the layout of an interval with this many elements."""
     tableau = options.tableau
-    pairs = system.multiplier.numel()
+    pairs = len(system.pairs)
     lcc = options.switch_detection and options.step_equilibration == "linear_complementarity"
     return IntervalLayout(
         n_x=system.state.numel(),

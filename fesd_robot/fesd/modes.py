@@ -23,8 +23,8 @@ from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.schemes import lagrange
 
 Modes = np.ndarray
-"""(elements, n_pairs) booleans, or (elements * n_s, n_pairs) without switch detection: True where the partner b_i may
-be positive and the multiplier a_i is zero, False where it is the other way round."""
+"""(elements, n_pairs) booleans, or (elements * n_s, n_pairs) without switch detection: True where H_i may be positive
+and G_i is zero, False where it is the other way round."""
 
 DENSE = 400
 """Up to this number of unknowns a step is solved with dense matrices."""
@@ -52,13 +52,13 @@ class ModeEquations:
     """The square system of one control interval for prescribed modes.
 
     Unknowns are the steps and all points of the interval. Equations are the scheme's; in every element n and pair i
-    either a_i = 0 or b_i = 0 at its points; sum_n h_n = length; and at each inner boundary, if the modes of both sides
-    are the same ``h_{n+1} = h_n``, if pairs become active ``sum a_i = 0`` over those, at the boundary, and if pairs
-    only leave ``sum b_i = 0`` over those, extrapolated to the boundary. (Signs make each term of a sum vanish.)
+    either G_i = 0 or H_i = 0 at its points; sum_n h_n = length; and at each inner boundary, if the modes of both sides
+    are the same ``h_{n+1} = h_n``, if pairs become active ``sum G_i = 0`` over those, at the boundary, and if pairs
+    only leave ``sum H_i = 0`` over those, extrapolated to the boundary. (Signs make each term of a sum vanish.)
     Without switch detection the steps are fixed instead and every stage has a mode of its own.
 
     Args:
-        system: the dynamics; exclusions are not known here.
+        system: the dynamics; vanishing constraints are not known here.
         options: scheme and form.
         elements: number of elements.
     """
@@ -85,7 +85,7 @@ class ModeEquations:
     @property
     def pairs(self) -> int:
         """Number n_pairs of complementarity pairs."""
-        return int(self.system.multiplier.numel())
+        return len(self.system.pairs)
 
     @cached_property
     def fractions(self) -> np.ndarray:
@@ -94,7 +94,7 @@ class ModeEquations:
 
     @cached_property
     def sign_checked(self) -> np.ndarray:
-        """At which points the sign of a multiplier counts, (points,).
+        """At which points the sign of G counts, (points,).
 
         A stage that shares its node with a boundary without being the boundary's state is no second opinion on the
         sign there: its state is off by the stage order of the scheme, which is enough to fall on the wrong side.
@@ -114,21 +114,21 @@ class ModeEquations:
 
     @cached_property
     def _rows(self) -> ca.SX:
-        """All rows that a choice of modes selects from: scheme, steps, a, b by point, b at the right ends."""
+        """All rows that modes choose from: scheme, steps, G, H by point, H at the right ends."""
         _, own, p, parts = self._symbols
         functions = SystemFunctions.of(self.system)
         u = own[: self.layout.n_u]
-        scheme, multipliers, partners, ends = [], [], [], []
+        scheme, G, H, ends = [], [], [], []
         tableau = self.options.tableau
         distinct, first = np.unique(tableau.c, return_index=True)
         to_end = lagrange(distinct, np.array([1.0]))[0]
         for part in parts:
-            scheme += [row for _, row in element_equations(part, functions, self.options, self.layout, u, p)]
+            scheme += [rows.expression for rows in element_equations(part, functions, self.options, self.layout, u, p)]
             sides = [functions.sides(z) for _, z in part.points[1:]]
-            multipliers += [a for a, _ in sides]
-            partners += [b for _, b in sides]
+            G += [a for a, _ in sides]
+            H += [b for _, b in sides]
             ends.append(sum((w * sides[j][1] for w, j in zip(to_end, first, strict=True)), ca.SX.zeros(self.pairs)))
-        return ca.vertcat(*scheme, *[part.h for part in parts], *multipliers, *partners, *ends)
+        return ca.vertcat(*scheme, *[part.h for part in parts], *G, *H, *ends)
 
     @cached_property
     def _evaluate(self) -> ca.Function:
@@ -137,11 +137,11 @@ class ModeEquations:
 
     @cached_property
     def _sides(self) -> ca.Function:
-        """Multipliers and partners alone, without the derivative that Newton's method needs."""
+        """G and H alone, without the derivative that Newton's method needs."""
         left, own, p, _ = self._symbols
         first = self._first
-        a = self._rows[first["multiplier"] : first["partner"]]
-        return ca.Function("sides", [left, own, p], [a, self._rows[first["partner"] : first["end"]]])
+        G, H = self._rows[first["G"] : first["H"]], self._rows[first["H"] : first["end"]]
+        return ca.Function("sides", [left, own, p], [G, H])
 
     @cached_property
     def _outer(self) -> ca.Function:
@@ -161,45 +161,45 @@ class ModeEquations:
         ends = total - self.elements * self.pairs
         return {
             "steps": ends - 2 * side - self.elements,
-            "multiplier": ends - 2 * side,
-            "partner": ends - side,
+            "G": ends - 2 * side,
+            "H": ends - side,
             "end": ends,
             "all": total,
         }
 
     def values(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the multipliers a and the partners b at all points, (elements, points, n_pairs) each."""
-        a, b = self._sides(left, own, p)
+        """Return G and H at all points, (elements, points, n_pairs) each."""
+        G, H = self._sides(left, own, p)
         shape = (self.elements, self.points, self.pairs)
-        return np.asarray(a).reshape(shape), np.asarray(b).reshape(shape)
+        return np.asarray(G).reshape(shape), np.asarray(H).reshape(shape)
 
     def read_modes(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> Modes:
         """Return the modes of a relaxed solution: of each pair the larger side is taken for the positive one."""
-        a, b = self.values(own, left, p)
+        G, H = self.values(own, left, p)
         if self.options.switch_detection:
-            a, b = a.sum(axis=1), b[:, : self.layout.stages].sum(axis=1)
+            G, H = G.sum(axis=1), H[:, : self.layout.stages].sum(axis=1)
         else:
-            a, b = a.reshape(self.cells, -1), b.reshape(self.cells, -1)
-        return b > a
+            G, H = G.reshape(self.cells, -1), H.reshape(self.cells, -1)
+        return H > G
 
-    def selection(self, modes: Modes, length: float) -> tuple[sparse.csr_matrix, np.ndarray]:
+    def active_rows(self, modes: Modes, length: float) -> tuple[sparse.csr_matrix, np.ndarray]:
         """Return (C, d): the equations of these modes are C rows - d = 0."""
         key = modes.tobytes()
-        if key not in self._selections:
-            self._selections[key] = self._select(modes)
-        matrix, target = self._selections[key]
+        if key not in self._known_rows:
+            self._known_rows[key] = self._choose_rows(modes)
+        matrix, target = self._known_rows[key]
         return matrix, length * target
 
     @cached_property
-    def _selections(self) -> dict[bytes, tuple[sparse.csr_matrix, np.ndarray]]:
+    def _known_rows(self) -> dict[bytes, tuple[sparse.csr_matrix, np.ndarray]]:
         return {}
 
-    def _select(self, modes: Modes) -> tuple[sparse.csr_matrix, np.ndarray]:
+    def _choose_rows(self, modes: Modes) -> tuple[sparse.csr_matrix, np.ndarray]:
         """(C, d) for a length of 1."""
         first, n_pairs = self._first, self.pairs
         scheme = first["steps"]
         per_point = np.repeat(modes, self.points, axis=0) if self.options.switch_detection else modes
-        zero = np.where(per_point.ravel(), first["multiplier"], first["partner"]) + np.arange(per_point.size)
+        zero = np.where(per_point.ravel(), first["G"], first["H"]) + np.arange(per_point.size)
         count = scheme + per_point.size
         row, column = list(range(count)), list(range(scheme)) + zero.tolist()
         value, target = [1.0] * count, [0.0] * count
@@ -222,7 +222,7 @@ class ModeEquations:
                 entering = np.flatnonzero(modes[n + 1] & ~modes[n])
                 leaving = np.flatnonzero(modes[n] & ~modes[n + 1])
                 if entering.size:
-                    at = first["multiplier"] + ((n + 1) * self.points - 1) * n_pairs
+                    at = first["G"] + ((n + 1) * self.points - 1) * n_pairs
                     add((at + entering).tolist(), [1.0] * entering.size)
                 elif leaving.size:
                     add((first["end"] + n * n_pairs + leaving).tolist(), [1.0] * leaving.size)
@@ -262,7 +262,7 @@ class ModeEquations:
             tolerance: largest residual of a converged result.
             max_iterations: limit.
         """
-        matrix, target = self.selection(modes, length)
+        matrix, target = self.active_rows(modes, length)
         n_u = self.layout.n_u
         own, residual, iterations = start.copy(), np.inf, 0
         best = own
@@ -297,7 +297,7 @@ class ModeEquations:
 
         Source: Nurkanovic et al., arXiv 2205.05337, section 4.5, Theorem 19.
         """
-        matrix, _ = self.selection(modes, length)
+        matrix, _ = self.active_rows(modes, length)
         n_u = self.layout.n_u
         inner = matrix @ self._jacobian(self._evaluate(left, own, p)[1].nonzeros())
         by_left, by_p = (np.asarray(part.full()) for part in self._outer(left, own, p))

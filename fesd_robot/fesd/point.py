@@ -1,4 +1,4 @@
-"""One point of a trajectory by itself: multipliers, partners, and algebraic variables that fit a mode."""
+"""One point of a trajectory by itself: both sides of the pairs, and algebraic variables that fit a mode."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class PointFunctions:
 
     @cached_property
     def sides(self) -> ca.Function:
-        """Z -> (a, b)."""
-        return ca.Function("sides", [self.system.algebraic], [self.system.multiplier, self.system.partner])
+        """Z -> (G, H)."""
+        return ca.Function("sides", [self.system.algebraic], [self.system.G, self.system.H])
 
     @cached_property
     def rate(self) -> ca.Function:
@@ -52,13 +52,13 @@ class PointFunctions:
     @cached_property
     def _rows(self) -> ca.Function:
         system = self.system
-        rows = ca.vertcat(system.residual, system.equations, system.multiplier, system.partner)
+        rows = ca.vertcat(system.residual, system.equations, system.G, system.H)
         return ca.Function("point", system.arguments, [rows, ca.jacobian(rows, system.algebraic)])
 
     def misfit(
         self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, mode: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is not zero at a point in a mode, g, e and for every pair a_i or b_i, and its derivative by z."""
+        """Return what is not zero at a point in a mode, g, e and for every pair G_i or H_i, and its derivative by z."""
         rows, jacobian = (np.asarray(part.full()) for part in self._rows(x, u, z, p))
         fixed = len(rows) - 2 * len(mode)
         chosen = np.concatenate([np.arange(fixed), fixed + np.arange(len(mode)) + np.where(mode, 0, len(mode))])
@@ -72,7 +72,7 @@ class PointFunctions:
         return z
 
     def modes(self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
-        """Return the modes that fit the multipliers at a point, fewest active pairs first."""
+        """Return the modes that fit G at a point, fewest active pairs first."""
         found = []
         for mode in subsets(np.asarray(self.sides(z)[0]).ravel() <= 1e-9):
             fitted = self.fit(x, u, z, p, mode)

@@ -77,7 +77,7 @@ class ModeSearch:
 
     Args:
         equations: the interval.
-        tolerance: how negative a multiplier, partner or step may be.
+        tolerance: how negative G, H or a step may be.
         state_lower, state_upper: bounds of the states, (n_x).
 
     Attributes:

@@ -46,13 +46,13 @@ def end_sensitivity(transcription: Transcription, w: np.ndarray) -> Sensitivity:
         w: a solution, (n).
 
     Raises:
-        ModelError: the system has exclusions, which the active sides do not cover.
+        ModelError: the system has vanishing constraints, which the active sides do not cover.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.5, Theorem 19.
     """
     system = transcription.ocp.system
-    if system.exclusions:
-        raise ModelError("sensitivities need every condition in a complementarity pair; this system has exclusions")
+    if system.vanishing:
+        raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
     n_x, length = system.state.numel(), transcription.ocp.duration / transcription.ocp.intervals
     equations = {count: ModeEquations(system, transcription.options, count) for count in set(transcription.elements)}
     derivatives = []

@@ -38,8 +38,8 @@ def simulate(
 
     Each step is one control interval of finite elements whose lengths are free. Its modes are first looked for from
     those of the step before, each trial a square system that Newton's method solves to round-off (`ModeSearch`); the
-    complementarity products then vanish exactly. Where that finds nothing, and for systems with exclusions, the step
-    is solved as an MPCC by homotopy, from several starts, and its result is then solved exactly if possible.
+    complementarity products then vanish exactly. Where that finds nothing, and for systems with vanishing constraints,
+    the step is solved as an MPCC by homotopy, from several starts, and its result is then solved exactly if possible.
 
     Args:
         system: the dynamics.
@@ -48,8 +48,8 @@ def simulate(
         duration: numerical time of all steps.
         options: elements per step, scheme, form, equilibration; 2 elements of Radau IIA with 2 stages if omitted. Left
             out, the form is the differential one, whose round-off is the smallest.
-        tolerance: how negative a multiplier or partner may be.
-        solver: homotopy of a step; its first sigma, factor and rank ratio are those of `stepper.STARTS`.
+        tolerance: how negative G or H may be.
+        solver: homotopy of a step; its first sigma, factor and velocity level ratio are those of `stepper.STARTS`.
         state_lower, state_upper: bounds of the state, (n_x); none if omitted.
         parameters: values of the system's parameters, (n_p).
         sensitivities: also compute the derivatives of the end state.
@@ -57,20 +57,21 @@ def simulate(
 
     Raises:
         DimensionError: an argument of the wrong shape.
-        ModelError: an empty horizon, values that are not finite, or sensitivities of a system with exclusions.
+        ModelError: an empty horizon, values that are not finite, or sensitivities of a system with vanishing
+            constraints.
         SimulationError: a step was not solved; the message names its time, state and residual, the exception keeps
             what was computed.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.
     """
-    options = (options or FesdOptions(elements=2)).with_form("integral" if system.exclusions else "differential")
+    options = (options or FesdOptions(elements=2)).with_form("integral" if system.vanishing else "differential")
     controls, x, p = _checked(system, initial, controls, duration, parameters)
     if not isinstance(options.elements, int):
         raise DimensionError(f"a simulation needs one number of elements for all steps, found {options.elements}")
     if options.step_freedom is None:
         options = replace(options, step_freedom=max(options.elements - 1.0, 1.0))
-    if sensitivities and system.exclusions:
-        raise ModelError("sensitivities need every condition in a complementarity pair; this system has exclusions")
+    if sensitivities and system.vanishing:
+        raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
     free = np.full(system.state.numel(), np.inf)
     stepper = Stepper(
         system=system,

@@ -44,7 +44,7 @@ class Phase:
 
     Attributes:
         start, end: numerical time.
-        mode: (n_pairs) booleans, where the partner may be positive.
+        mode: (n_pairs) booleans, where H may be positive.
         regions: the mode in words.
     """
 
@@ -131,7 +131,7 @@ class Simulation:
     def _regions(self, mode: np.ndarray) -> str:
         if self.system.describe:
             return self.system.describe(mode)
-        return ", ".join(name for name, active in zip(self.system.pair_names, mode, strict=True) if active)
+        return ", ".join(str(pair.label) for pair, active in zip(self.system.pairs, mode, strict=True) if active)
 
 
 class SimulationError(FesdRobotError):

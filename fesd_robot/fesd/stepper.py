@@ -18,7 +18,7 @@ from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import relaxation_named
 
 STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
-"""First sigma, factor and rank ratio of a step's homotopy, and those that are tried when it fails."""
+"""First sigma, factor and velocity level ratio of a step's homotopy, and those that are tried when it fails."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Stepper:
     def direct(self) -> bool:
         """Whether steps of equal length between switches are what the options ask for, and pairs are all there is."""
         alike = self.options.step_equilibration != "difference" or self.equations.elements <= 2
-        return not self.system.exclusions and (alike or not self.options.switch_detection)
+        return not self.system.vanishing and (alike or not self.options.switch_detection)
 
     def last_of_elements(self, modes: Modes) -> Modes:
         """The mode of every element."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fesd_robot.errors import nearest
+from fesd_robot.errors import ModelError, OptionError, nearest
 from fesd_robot.fesd.schemes import (
     FAMILIES,
     MAX_STAGES,
@@ -35,7 +35,7 @@ class Tableau:
         order: classical order p of the scheme.
 
     Raises:
-        ValueError: if the order conditions of `order_defects` do not hold to 1e-11.
+        ModelError: if the order conditions of `order_defects` do not hold to 1e-11.
 
     Source: Hairer & Wanner, Solving ODEs II, IV.5 (simplifying assumptions B(p), C(eta), D(zeta)).
     """
@@ -49,7 +49,7 @@ class Tableau:
     def __post_init__(self) -> None:
         worst = max(self.order_defects().values())
         if not worst <= TOLERANCE:
-            raise ValueError(
+            raise ModelError(
                 f"tableau {self.scheme} with {self.stages} stages misses its order conditions by {worst:.1e}"
             )
 
@@ -157,10 +157,10 @@ class Tableau:
         """Return the collocation polynomial through `values`, (n_s + 1, n_x), at `fraction` of the step, (m, n_x).
 
         Raises:
-            ValueError: a scheme without `collocation`.
+            ModelError: a scheme without `collocation`.
         """
         if not self.collocation:
-            raise ValueError(
+            raise ModelError(
                 f"{self.scheme} is no collocation scheme with distinct nodes above zero: its states cannot be "
                 "interpolated (use continuous_weights)"
             )
@@ -177,17 +177,17 @@ def make_tableau(scheme: Scheme, stages: int | None = None) -> Tableau:
         stages: number of stages n_s, 1..9 (Lobatto 2..9); explicit schemes have one number only and may leave it out.
 
     Raises:
-        ValueError: unknown scheme, or a number of stages that it does not have.
+        OptionError: unknown scheme, or a number of stages that it does not have.
     """
     family = _family(scheme)
     if stages is None and family.fewest == family.most:
         stages = family.fewest
     if stages is None:
-        raise ValueError(f"{scheme} needs a number of stages (valid: {family.fewest} to {family.most})")
+        raise OptionError(f"{scheme} needs a number of stages (valid: {family.fewest} to {family.most})")
     if not family.fewest <= stages <= family.most:
         if family.fewest == family.most:
-            raise ValueError(f"{scheme} has {family.most} stage{'s' * (family.most > 1)}, found {stages}")
-        raise ValueError(f"stages of {scheme} must be between {family.fewest} and {family.most}, found {stages}")
+            raise OptionError(f"{scheme} has {family.most} stage{'s' * (family.most > 1)}, found {stages}")
+        raise OptionError(f"stages of {scheme} must be between {family.fewest} and {family.most}, found {stages}")
     A, b, c = family.coefficients(stages)
     return Tableau(scheme=scheme, A=A, b=b, c=c, order=family.order(stages))
 
@@ -195,5 +195,5 @@ def make_tableau(scheme: Scheme, stages: int | None = None) -> Tableau:
 def _family(scheme: str) -> Family:
     if scheme not in FAMILIES:
         suggestion, valid = nearest(scheme, FAMILIES), nearest("", FAMILIES)
-        raise ValueError(f"unknown scheme '{scheme}'{suggestion}" + valid * (suggestion != valid))
+        raise OptionError(f"unknown scheme '{scheme}'{suggestion}" + valid * (suggestion != valid))
     return FAMILIES[scheme]

@@ -9,11 +9,12 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.constraints import constraint_block, constraint_costs
-from fesd_robot.fesd.element import rate_function, states_function
+from fesd_robot.fesd.element import Rows, rate_function, states_function
 from fesd_robot.fesd.indices import TrajectoryIndices
-from fesd_robot.fesd.interval import IntervalFunctions, build_interval, step_bounds
+from fesd_robot.fesd.interval import REGULARISATION, Interval, build_interval, step_bounds
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
@@ -44,8 +45,8 @@ class Transcription:
         return elements
 
     @cached_property
-    def intervals(self) -> dict[int, IntervalFunctions]:
-        """The interval functions by number of elements."""
+    def intervals(self) -> dict[int, Interval]:
+        """The equations of an interval by number of elements."""
         return {count: build_interval(self.ocp, self.options, count) for count in sorted(set(self.elements))}
 
     @cached_property
@@ -63,25 +64,10 @@ class Transcription:
         """The MPCC."""
         lower, upper, start = self.bounds_and_start()
         blocks = [self._initial_block()]
-        for count, functions in self.intervals.items():
+        for count, interval in self.intervals.items():
             where = [k for k, c in enumerate(self.elements) if c == count]
-            own = np.arange(functions.layout.size)
-            blocks.append(
-                Block(
-                    copy_names=[f"interval {k}" for k in where],
-                    function=functions.block,
-                    index=np.array(
-                        [np.concatenate([self.indices.point(k), self.indices.offsets[k] + own]) for k in where]
-                    ).T,
-                    parameters=self.ocp.parameters[:, where],
-                    lower=functions.lower,
-                    upper=functions.upper,
-                    constraint_names=functions.constraint_names,
-                    pair_names=functions.pair_names,
-                    one_sided=functions.one_sided,
-                    ranks=functions.ranks,
-                )
-            )
+            index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
+            blocks.append(interval.block([Place(interval=k) for k in where], index, self.ocp.parameters[:, where]))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks)
 
@@ -91,38 +77,38 @@ class Transcription:
         return [constraint_block(constraint, self.indices) for constraint in self.ocp.constraints]
 
     def _initial_block(self) -> Block:
-        """The step functions at x(0) give the multipliers at the very first boundary."""
+        """The step functions at x(0) give G at the very first boundary."""
         system = self.ocp.system
-        own = ca.vertcat(system.state, system.algebraic, system.control)
-        function = ca.Function(
-            "initial", [own, system.parameters], [system.selection, system.residual, system.multiplier, system.partner]
-        )
-        n_g = function.size1_out(1)
-        index = np.concatenate([self.indices.point(0), self.indices.offsets[0] + np.arange(system.control.numel())])
+        rows = Rows("step functions", system.residual)
+        index = np.concatenate([self.indices.point(0), self.indices.control(0)])
         return Block(
-            copy_names=["the start"],
-            function=function,
+            name="initial",
+            places=[Place(name="the start")],
+            variables=ca.vertcat(system.state, system.algebraic, system.control),
+            parameters=system.parameters,
+            cost=system.regularisation,
+            rows=system.residual,
+            lower=np.zeros(system.residual.numel()),
+            upper=np.zeros(system.residual.numel()),
+            constraints=rows.labels,
             index=index.reshape(-1, 1),
-            parameters=self.ocp.parameters[:, :1],
-            lower=np.zeros(n_g),
-            upper=np.zeros(n_g),
-            constraint_names=[f"step functions: {i}" for i in range(n_g)],
-            pair_names=list(system.pair_names),
+            values=self.ocp.parameters[:, :1],
+            complementarities=system.pairs,
         )
 
     def _terminal_block(self) -> Block:
-        system = self.ocp.system
-        cost = sum(self.ocp.terminal_cost.values(), ca.SX(0))
-        empty = ca.SX(0, 1)
         return Block(
-            copy_names=["the end"],
-            function=ca.Function("end", [system.state, empty], [cost, empty, empty, empty]),
-            index=self.indices.state(self.ocp.intervals).reshape(-1, 1),
-            parameters=np.zeros((0, 1)),
+            name="end",
+            places=[Place(name="the end")],
+            variables=self.ocp.system.state,
+            parameters=ca.SX(0, 1),
+            cost=sum(self.ocp.terminal_cost.values(), ca.SX(0)),
+            rows=ca.SX(0, 1),
             lower=np.zeros(0),
             upper=np.zeros(0),
-            constraint_names=[],
-            pair_names=[],
+            constraints=[],
+            index=self.indices.state(self.ocp.intervals).reshape(-1, 1),
+            values=np.zeros((0, 1)),
         )
 
     def bounds_and_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -241,12 +227,12 @@ class Transcription:
     def cost_terms(self, w: np.ndarray) -> dict[str, float]:
         """Return every term of the objective at w by name."""
         totals: dict[str, float] = {}
-        for block, functions in zip(self.problem.blocks[1:], self.intervals.values(), strict=False):
-            values = functions.cost_terms.map(block.copies)(w[block.index], block.parameters)
-            for name, row in zip(functions.cost_names, np.asarray(ca.DM(values).full()), strict=True):
+        for block, interval in zip(self.problem.blocks[1:], self.intervals.values(), strict=False):
+            values = interval.cost_terms.map(block.copies)(w[block.index], block.values)
+            for name, row in zip(interval.cost, np.asarray(ca.DM(values).full()), strict=True):
                 totals[name] = totals.get(name, 0.0) + float(row.sum())
-        if "regularisation of the step functions" in totals:
-            totals["regularisation of the step functions"] += float(self.problem.blocks[0].evaluate(w)[0].sum())
+        if REGULARISATION in totals:
+            totals[REGULARISATION] += float(self.problem.blocks[0].evaluate(w)[0].sum())
         terminal = ca.Function("terminal", [self.ocp.system.state], list(self.ocp.terminal_cost.values()))
         values = terminal.call([w[self.indices.state(self.ocp.intervals)]])
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):

@@ -1,22 +1,27 @@
 """Mathematical programs with complementarity constraints: the value, its relaxation, its solution by homotopy."""
 
 from fesd_robot.mpcc.certificate import Certificate, certify
-from fesd_robot.mpcc.homotopy import HomotopyOptions, MpccSolution, NlpReport, solve
-from fesd_robot.mpcc.polishing import BranchNlp, Held, Polisher, PolishingReport
+from fesd_robot.mpcc.homotopy import solve
+from fesd_robot.mpcc.options import HomotopyOptions
+from fesd_robot.mpcc.pair_polisher import PairPolisher
+from fesd_robot.mpcc.polishing import BranchBounds, BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
-from fesd_robot.mpcc.sides import PairPolisher
+from fesd_robot.mpcc.solution import MpccSolution, NlpReport
+from fesd_robot.mpcc.status import NlpStatus
 
 __all__ = [
     "Block",
+    "BranchBounds",
     "BranchNlp",
     "Certificate",
-    "Held",
     "HomotopyOptions",
     "Mpcc",
     "MpccSolution",
     "NlpReport",
+    "NlpStatus",
     "PairPolisher",
     "Polisher",
+    "PolishingLimits",
     "PolishingReport",
     "Residuals",
     "certify",

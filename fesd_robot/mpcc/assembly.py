@@ -17,7 +17,7 @@ import numpy as np
 from fesd_robot.mpcc.blocks import BlockDerivatives, differentiate
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
-from fesd_robot.mpcc.steering import Slacks, Steering, check_one_sided, check_steering, slacks_of
+from fesd_robot.mpcc.steering import Slacks, Steering, check_steering, check_vanishing, slacks_of
 from fesd_robot.native import CompilationError, NlpBlock, Output, compile_nlp
 
 logger = logging.getLogger(__name__)
@@ -34,7 +34,7 @@ class RelaxedNlp:
     """The relaxed problem with its two sigmas as parameters: CasADi functions and constraint bounds.
 
     Attributes:
-        nlp: ``x, p -> f, g`` with p = (sigma of rank 0, sigma of rank 1).
+        nlp: ``x, p -> f, g`` with p = (sigma of the position level, of the velocity level).
         gradient, jacobian, hessian: derivative functions in CasADi's nlpsol signatures.
         lower, upper: bounds of g.
         relaxation, steering: what it was assembled with.
@@ -140,11 +140,11 @@ def assemble(
 
     Raises:
         CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
-        ModelError: the problem has one-sided pairs and the relaxation cannot hold them.
-        ValueError: there is no such steering.
+        ModelError: the problem has vanishing constraints and the relaxation cannot hold them.
+        OptionError: there is no such steering.
     """
     check_steering(steering)
-    check_one_sided(problem, relaxation)
+    check_vanishing(problem, relaxation)
     slacks = slacks_of(problem, steering, relaxation.power)
     blocks = problem.blocks
     derivatives = [
@@ -189,7 +189,7 @@ def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
     ):
         copies, count = block.copies, len(d.lower) * block.copies
         local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
-        arguments = (local, ca.DM(block.parameters), ca.repmat(sigma, 1, copies))
+        arguments = (local, ca.DM(block.values), ca.repmat(sigma, 1, copies))
         cost += ca.sum2(_mapped(d.cost, copies, *arguments))
         rows.append(ca.vec(_mapped(d.rows, copies, *arguments)))
         gradients.append(_mapped(d.gradient, copies, *arguments))
@@ -232,7 +232,7 @@ def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:
             "jacobian": Output(d.jacobian, jacobian.places[number], *_triplet(d.jacobian_sparsity)),
             "hessian": Output(d.hessian, hessian.places[number], *_triplet(d.hessian_sparsity)),
         }
-        blocks.append(NlpBlock(index, block.parameters, len(d.lower), first, outputs))
+        blocks.append(NlpBlock(index, block.values, len(d.lower), first, outputs))
     try:
         return compile_nlp(
             blocks,
@@ -240,7 +240,7 @@ def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:
             rows=layout.first_rows[-1],
             jacobian_nonzeros=len(jacobian.nonzeros),
             hessian_nonzeros=len(hessian.nonzeros),
-            slacks=layout.slacks.ranks,
+            slacks=layout.slacks.levels,
         )
     except CompilationError as error:
         if required:

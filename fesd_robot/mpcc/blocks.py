@@ -59,7 +59,7 @@ def differentiate(
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
         part[row]
-        for part, free in ((G, block.sign_free), (H, np.zeros(len(block.sign_free), bool)))
+        for part, free in ((G, block.vanishing), (H, np.zeros(block.pairs, bool)))
         for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
         if relaxation.signs and not implied
     ]

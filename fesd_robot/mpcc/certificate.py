@@ -44,7 +44,9 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
 
     Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
     """
-    from fesd_robot.mpcc.lpcc import b_stationary  # the linear programs take long to import and few runs need them
+    from fesd_robot.mpcc.b_stationarity import (
+        b_stationary,  # the linear programs take long to import and few runs need them
+    )
     from fesd_robot.mpcc.stationarity import stationarity
 
     activity = ACTIVITY * tolerance**0.5

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from fesd_robot.complementarity import Label
 from fesd_robot.errors import DimensionError, SolverError
 from fesd_robot.mpcc.problem import Block, Mpcc
 
@@ -21,8 +23,9 @@ class Linearisation:
         f, gradient: cost and its gradient, the latter of shape (n,).
         g, g_lower, g_upper, g_jacobian: constraint values and bounds (n_g,), Jacobian (n_g, n).
         G, H, G_jacobian, H_jacobian: sides of the pairs (n_pairs,), Jacobians (n_pairs, n).
-        one_sided: pairs that ask for H >= 0 and G H <= 0 only, (n_pairs,).
-        variable_names, constraint_names, pair_names: in words.
+        vanishing: which pairs are vanishing constraints, H >= 0 and G H <= 0 only, (n_pairs,).
+        variable_names: in words.
+        constraint_labels, pair_labels: what the rows and pairs are.
     """
 
     w: np.ndarray
@@ -38,10 +41,10 @@ class Linearisation:
     H: np.ndarray
     G_jacobian: sparse.csr_array
     H_jacobian: sparse.csr_array
-    one_sided: np.ndarray
+    vanishing: np.ndarray
     variable_names: list[str]
-    constraint_names: list[str]
-    pair_names: list[str]
+    constraint_labels: Sequence[Label]
+    pair_labels: Sequence[Label]
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class ActiveSet:
         lower, upper: bounds on variables, (n,).
         g_lower, g_upper: bounds on rows of g, (n_g,); both are set for an equality.
         G, H: sides of the pairs, (n_pairs,); in a pair whose sides are both positive the smaller one counts as zero.
-            In a one-sided pair, G < 0 is not zero, and `G` and `H` may both be unset.
+            In a vanishing constraint, G < 0 is not zero, and `G` and `H` may both be unset.
         unresolved: pairs whose sides are both positive, (n_pairs,).
         violation: largest violation of a bound, a row of g, G >= 0 or H >= 0, divided by max(1, max abs(a)).
     """
@@ -96,8 +99,7 @@ def linearise(problem: Mpcc, w: np.ndarray) -> Linearisation:
         for part, row in zip(parts, rows, strict=True):
             part.append(row)
     (g, g_jacobian), (G, G_jacobian), (H, H_jacobian) = (_stack(part, problem.size) for part in parts)
-    pair_names = [f"{name} in {copy}" for b in problem.blocks for copy in b.copy_names for name in b.pair_names]
-    found = Linearisation(
+    at = Linearisation(
         w=w,
         lower=problem.lower,
         upper=problem.upper,
@@ -111,15 +113,18 @@ def linearise(problem: Mpcc, w: np.ndarray) -> Linearisation:
         H=H,
         G_jacobian=G_jacobian,
         H_jacobian=H_jacobian,
-        one_sided=np.concatenate([np.zeros(0, bool), *(np.tile(b.sign_free, b.copies) for b in problem.blocks)]),
+        vanishing=np.concatenate([np.zeros(0, bool), *(np.tile(b.vanishing, b.copies) for b in problem.blocks)]),
         variable_names=list(problem.names) or [f"w[{i}]" for i in range(problem.size)],
-        constraint_names=[
-            f"{name} in {copy}" for b in problem.blocks for copy in b.copy_names for name in b.constraint_names
+        constraint_labels=[
+            b.constraint_label(row, copy)
+            for b in problem.blocks
+            for copy in range(b.copies)
+            for row in range(len(b.constraints))
         ],
-        pair_names=pair_names,
+        pair_labels=problem.pair_labels,
     )
-    _refuse_nonfinite(found)
-    return found
+    _refuse_nonfinite(at)
+    return at
 
 
 def active_set(at: Linearisation, activity: float) -> ActiveSet:
@@ -131,15 +136,15 @@ def active_set(at: Linearisation, activity: float) -> ActiveSet:
     """
     g_size, G_size, H_size = (np.maximum(1.0, row_sizes(J)) for J in (at.g_jacobian, at.G_jacobian, at.H_jacobian))
     G, H = at.G / G_size, at.H / H_size
-    G_zero, H_zero = (activity >= G) & ~(at.one_sided & (-activity > G)), activity >= H
+    G_zero, H_zero = (activity >= G) & ~(at.vanishing & (-activity > G)), activity >= H
     unresolved = (activity < G) & (activity < H)
-    two_sided = ~at.one_sided
+    pairs = ~at.vanishing
     excess = (
         at.lower - at.w,
         at.w - at.upper,
         (at.g_lower - at.g) / g_size,
         (at.g - at.g_upper) / g_size,
-        -G[two_sided],
+        -G[pairs],
         -H,
     )
     equality = at.g_upper <= at.g_lower
@@ -168,7 +173,7 @@ def repeated_bounds(at: Linearisation, active: ActiveSet) -> tuple[np.ndarray, n
     A side a w_i + b with a > 0 repeats the lower bound of w_i, one with a < 0 the upper bound.
     """
     lower, upper = np.zeros(len(at.w), bool), np.zeros(len(at.w), bool)
-    sides = ((at.G_jacobian, active.G & ~at.one_sided), (at.H_jacobian, active.H))
+    sides = ((at.G_jacobian, active.G & ~at.vanishing), (at.H_jacobian, active.H))
     for matrix, zero in sides:
         matrix = sparse.csr_array(matrix)
         matrix.eliminate_zeros()
@@ -189,16 +194,16 @@ def _block(
     jacobians = [ca.jacobian(part, local) for part in rows]
     entries = [ca.densify(J.nz[:]) if J.nnz() else ca.SX(0, 1) for J in jacobians]
     function = ca.Function("first_order", [local, p], [f, ca.densify(ca.gradient(f, local)), *rows, *entries])
-    values = function.map(block.copies)(w[block.index], block.parameters)
+    values = function.map(block.copies)(w[block.index], block.values)
     arrays = [np.asarray(ca.DM(value).full()).reshape(value.shape) for value in values]
-    found = []
+    sides = []
     for value, entry, J in zip(arrays[2:5], arrays[5:], jacobians, strict=True):
         row, column = (np.array(part, dtype=int) for part in J.sparsity().get_triplet())
         at_row = (row[:, None] + value.shape[0] * np.arange(block.copies)).ravel(order="F")
         at_column = block.index[column].ravel(order="F")
         matrix = sparse.coo_array((entry.ravel(order="F"), (at_row, at_column)), shape=(value.size, size))
-        found.append((value.ravel(order="F"), sparse.csr_array(matrix)))
-    return float(arrays[0].sum()), arrays[1].ravel(order="F"), found
+        sides.append((value.ravel(order="F"), sparse.csr_array(matrix)))
+    return float(arrays[0].sum()), arrays[1].ravel(order="F"), sides
 
 
 def _stack(parts: list[tuple[np.ndarray, sparse.csr_array]], size: int) -> tuple[np.ndarray, sparse.csr_array]:
@@ -211,12 +216,12 @@ def _refuse_nonfinite(at: Linearisation) -> None:
     if not np.isfinite([at.f, *at.gradient]).all():
         bad = [name for name, slope in zip(at.variable_names, at.gradient, strict=True) if not np.isfinite(slope)]
         raise SolverError(f"the cost is not finite or has no finite derivative by {bad[:3]}")
-    for value, matrix, names in (
-        (at.g, at.g_jacobian, at.constraint_names),
-        (at.G, at.G_jacobian, at.pair_names),
-        (at.H, at.H_jacobian, at.pair_names),
+    for value, matrix, labels in (
+        (at.g, at.g_jacobian, at.constraint_labels),
+        (at.G, at.G_jacobian, at.pair_labels),
+        (at.H, at.H_jacobian, at.pair_labels),
     ):
         wrong = ~np.isfinite(value)
         wrong[matrix.tocoo().row[~np.isfinite(matrix.tocoo().data)]] = True
         if wrong.any():
-            raise SolverError(f"'{names[int(np.argmax(wrong))]}' or its derivative is not finite")
+            raise SolverError(f"'{labels[int(np.argmax(wrong))]}' or its derivative is not finite")

@@ -12,18 +12,7 @@ import numpy as np
 
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp
-
-STATUS = {
-    "Solve_Succeeded": "converged",
-    "Solved_To_Acceptable_Level": "converged to the acceptable level",
-    "Maximum_Iterations_Exceeded": "iteration limit",
-    "Maximum_CpuTime_Exceeded": "time limit",
-    "Maximum_WallTime_Exceeded": "time limit",
-    "Infeasible_Problem_Detected": "infeasible",
-    "User_Requested_Stop": "interrupted",
-    "Restoration_Failed": "failed: restoration",
-    "Search_Direction_Becomes_Too_Small": "failed: search direction too small",
-}
+from fesd_robot.mpcc.status import NlpStatus
 
 
 @dataclass(frozen=True)
@@ -35,24 +24,19 @@ class NlpPoint:
     lam_g: np.ndarray
 
 
-def converged(status: str) -> bool:
-    """Whether a status in words says that IPOPT met its tolerance or its acceptable level."""
-    return status.startswith("converged")
-
-
 @dataclass(frozen=True)
 class NlpResult:
-    """What IPOPT returned: the point, its status in words, iterations and seconds."""
+    """What IPOPT returned: the point, how it ended, iterations and seconds."""
 
     point: NlpPoint
-    status: str
+    status: NlpStatus
     iterations: int
     seconds: float
 
     @property
     def converged(self) -> bool:
         """IPOPT met its tolerance or its acceptable level."""
-        return converged(self.status)
+        return self.status.converged
 
 
 class IterationCallback(ca.Callback):
@@ -93,7 +77,7 @@ def solve_nlp(
     options: dict[str, Any],
     stop: Callable[[int, float], bool] | None = None,
 ) -> NlpResult:
-    """Solve the relaxed NLP for one pair of sigmas (rank 0, rank 1).
+    """Solve the relaxed NLP for given sigmas of the position and the velocity level.
 
     Args:
         start: initial point; its multipliers are used when the options ask for a warm start.
@@ -128,10 +112,9 @@ def solve_nlp(
     except RuntimeError as error:
         raise SolverError(f"IPOPT could not be run: {str(error).strip().splitlines()[-1]}") from error
     statistics = solver.stats()
-    status = statistics["return_status"]
     return NlpResult(
         point=NlpPoint(*(np.asarray(result[key]).ravel() for key in ("x", "lam_x", "lam_g"))),
-        status=STATUS.get(status, f"failed: {status}"),
+        status=NlpStatus.of_ipopt(statistics["return_status"]),
         iterations=int(statistics["iter_count"]),
         seconds=time.perf_counter() - begin,
     )

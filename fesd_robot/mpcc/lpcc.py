@@ -1,162 +1,178 @@
-"""B-stationarity: is there a feasible direction of descent to first order, on any branch of the biactive pairs.
-
-The linear program with complementarity constraints at w, with d = D s and D the size of the trust region,
-
-    min grad f^T d   s.t.  lower <= w + d <= upper,  g_lower <= g + g' d <= g_upper,  abs(d) <= D,
-    G-active: G' d = 0, H + H' d >= 0;   H-active: H' d = 0, G + G' d >= 0;   biactive: 0 <= G' d _|_ H' d >= 0,
-
-has an optimum of zero if and only if w is B-stationary in the linearised sense, which is B-stationarity itself where
-the linearised cone is the tangent cone, e.g. under MPCC-MFCQ. One-sided pairs: G <= 0 <= H where H > 0 or G < 0, H = 0
-where G > 0, and either {H = 0} or {G <= 0 <= H} where both are zero.
-
-Sources: Luo, Pang, Ralph, Mathematical Programs with Equilibrium Constraints (1996); Leyffer, Munson, A globally
-convergent filter method for MPECs (2007); Nurkanovic, Leyffer, arXiv 2501.13835.
-"""
+"""The LPCC at a point: a linear program in which every biactive pair keeps one of its two sides at zero."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import partial
-from typing import Literal
 
 import numpy as np
+from scipy import sparse
+from scipy.optimize import Bounds, LinearConstraint, milp
 
-from fesd_robot.mpcc.branches import KEEPS_G, OPEN, Lpcc, lpcc_at
-from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
-from fesd_robot.mpcc.problem import Mpcc
+from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_sizes
 
-Verdict = Literal["B-stationary", "descent", "unknown"]
+_ENOUGH = 0.9
+"""Relative gap at which the mixed-integer program stops; any gap below 1 leaves a direction of descent."""
+
+_SIDE_NOISE = 1e-8
+"""A side that grows by less, relative to the trust region and its gradient, stays zero."""
+
+G_SIDE, H_SIDE = 0, 1
+"""Rows of arrays that have one entry for each side of a biactive pair."""
 
 
 @dataclass(frozen=True)
-class BCertificate:
-    """What the LPCC says about a point.
+class Lpcc:
+    """min cost^T s, low <= s <= high, row_low <= A s <= row_high, and G s <= 0 or H s <= 0 for biactive pairs.
 
     Attributes:
-        verdict: ``B-stationary``, ``descent`` (with a direction), or ``unknown``.
-        reason: how that was decided, or why not, in words.
-        slope: grad f^T d / (radius max(1, max abs(grad f))) of the best direction that was found, <= 0.
-        bound: lower bound on that slope over all branches, minus infinity if none was found.
-        direction: d, shape (n,), in the units of the variables; zero unless the verdict is ``descent``.
-        G_side: which side of every pair the direction keeps, (n_pairs,): True for G = 0 (one-sided: G <= 0 <= H), False
-            for H = 0.
-        leaving: names of the biactive pairs that d leaves, and to where.
-        biactive, unresolved: pairs with both sides zero; with both above the activity, the smaller was taken as zero.
-        seconds: time spent.
+        cost, low, high: of s = d / D, (n,).
+        matrix, row_low, row_high: of g, then all G, then all H; rows divided by their largest entry.
+        sides: rows of G and H of the k biactive pairs, shape (2, k).
     """
 
-    verdict: Verdict
-    reason: str
-    slope: float
-    bound: float
-    direction: np.ndarray
-    G_side: np.ndarray
-    leaving: tuple[str, ...]
-    biactive: int
-    unresolved: int
-    seconds: float
+    cost: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    matrix: sparse.csr_array
+    row_low: np.ndarray
+    row_high: np.ndarray
+    sides: np.ndarray
+
+    def growth(self, s: np.ndarray) -> np.ndarray:
+        """Return by how much the sides G and H of the biactive pairs grow, shape (2, k)."""
+        return (self.matrix[self.sides.ravel()] @ s).reshape(self.sides.shape)
+
+    @property
+    def undecided(self) -> np.ndarray:
+        """No side of a biactive pair has to stay at zero, (2, k)."""
+        return np.zeros(self.sides.shape, dtype=bool)
+
+    def keeping(self, side: np.ndarray) -> np.ndarray:
+        """Return the booleans (2, k) in which every biactive pair keeps the given side, (k,), at zero."""
+        return np.array([side == G_SIDE, side == H_SIDE])
+
+    def solve(self, zero: np.ndarray, deadline: float) -> tuple[float, np.ndarray] | None:
+        """Return optimum and s of the linear program in which some sides stay at zero; None on failure.
+
+        Args:
+            zero: which sides of the biactive pairs may not grow (of a vanishing constraint: G <= 0), (2, k); of a pair
+                with none both may.
+            deadline: in the time of `time.perf_counter`.
+        """
+        row_high = self.row_high.copy()
+        row_high[self.sides[zero]] = 0.0
+        remaining = deadline - time.perf_counter()
+        if remaining <= 0:
+            return None
+        result = milp(
+            self.cost,
+            bounds=Bounds(self.low, self.high),
+            constraints=LinearConstraint(self.matrix, self.row_low, row_high),
+            options={"time_limit": remaining},
+        )
+        return (float(result.fun), result.x) if result.status == 0 else None
+
+    def mixed_integer(self, deadline: float) -> tuple[float, np.ndarray | None]:
+        """Return a lower bound over all branches and the zero sides of a good one, None if there is none.
+
+        Binaries z with G s <= z max(G s) and H s <= (1 - z) max(H s), maxima over the box of s: no constant is guessed.
+        HiGHS's tolerance of 1e-6 in z lets both sides grow a little, so that the bound may be too low, never too high.
+        """
+        n, k = len(self.cost), self.sides.shape[1]
+        rows = self.matrix[self.sides.ravel()]
+        reach = np.maximum(rows.maximum(0.0) @ self.high + rows.minimum(0.0) @ self.low, 0.0)
+        choice = sparse.diags_array(reach) @ sparse.vstack([-sparse.eye_array(k), sparse.eye_array(k)])
+        plain = sparse.hstack([self.matrix, sparse.csr_array((len(self.row_low), k))])
+        remaining = deadline - time.perf_counter()
+        if remaining <= 0:
+            return -np.inf, None
+        result = milp(
+            np.append(self.cost, np.zeros(k)),
+            integrality=np.append(np.zeros(n), np.ones(k)),
+            bounds=Bounds(np.append(self.low, np.zeros(k)), np.append(self.high, np.ones(k))),
+            constraints=[
+                LinearConstraint(sparse.csr_array(plain), self.row_low, self.row_high),
+                LinearConstraint(
+                    sparse.csr_array(sparse.hstack([rows, choice])), -np.inf, np.append(np.zeros(k), reach[k:])
+                ),
+            ],
+            options={"time_limit": remaining, "mip_rel_gap": _ENOUGH},
+        )
+        bound = -np.inf if result.mip_dual_bound is None else float(result.mip_dual_bound)
+        return bound, None if result.x is None else self.keeping(np.where(result.x[n:] < 0.5, G_SIDE, H_SIDE))
+
+    def depth_first(self, threshold: float, deadline: float) -> tuple[float, np.ndarray | None]:
+        """Return the zero sides of a branch below the threshold, or else a lower bound over all branches.
+
+        Every node is a linear program without binaries, so that nothing leaks; it is dropped above the threshold.
+        """
+        nodes, bound = [self.undecided], 0.0
+        while nodes:
+            zero = nodes.pop()
+            solved = self.solve(zero, deadline)
+            if solved is None:
+                return -np.inf, None
+            if solved[0] >= threshold:
+                bound = min(bound, solved[0])
+                continue
+            undecided = ~zero.any(axis=0)
+            if not undecided.any():
+                return -np.inf, zero
+            growth = self.growth(solved[1])
+            smaller = np.where(undecided, growth.min(axis=0), -np.inf)
+            at = int(np.argmax(smaller))
+            if smaller[at] <= _SIDE_NOISE:
+                nearest = np.where(undecided, self.keeping(np.argmin(growth, axis=0)), zero)
+                leaf = self.solve(nearest, deadline)
+                if leaf is None or leaf[0] < threshold:
+                    return -np.inf, None if leaf is None else nearest
+            # The side that grows less is kept first.
+            for side in (int(np.argmax(growth[:, at])), int(np.argmin(growth[:, at]))):
+                child = zero.copy()
+                child[side, at] = True
+                nodes.append(child)
+        return bound, None
 
 
-def b_stationary(
-    problem: Mpcc,
-    w: np.ndarray,
-    *,
-    radius: float = 1e-2,
-    activity: float = 1e-6,
-    tolerance: float = 1e-5,
-    time_limit: float = 60.0,
-) -> BCertificate:
-    """Decide by the LPCC at w (head of this module) whether w is B-stationary.
-
-    First the linear program without complementarity (if it has no descent, w is S-stationary and that suffices), then
-    the branch nearest to its solution, then a mixed-integer program over all branches. A direction of descent is always
-    the solution of the linear program of its branch; where the mixed-integer program claims one that is not, a search
-    over linear programs decides.
+def lpcc_at(at: Linearisation, active: ActiveSet, size: np.ndarray, radius: float) -> Lpcc:
+    """Return the LPCC in s = d / D, active constraints moved to exactly zero.
 
     Args:
-        problem: the MPCC.
-        w: a feasible point, shape (n,), in the units of the problem's variables.
-        radius: size of the trust region, abs(d_i) <= radius max(1, abs(w_i)).
-        activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit; keep
-            it above tolerance radius, as constraints at a smaller distance can hide a descent.
-        tolerance: slopes above -tolerance are no descent; see `BCertificate.slope`. HiGHS resolves about 1e-6.
-        time_limit: seconds.
-
-    Returns:
-        Verdict, direction and branch; ``unknown`` if w violates a constraint by more than `activity`, if time is up, or
-        if HiGHS gives out.
-
-    Raises:
-        DimensionError, SolverError: w of another shape, derivatives that are not finite.
+        at: expansion at the point.
+        active: what counts as zero there.
+        size: D, the trust region, in the units of the variables, (n,).
+        radius: by which, and by max(1, max abs(grad f)), the cost is divided.
     """
-    begin = time.perf_counter()
-    at = linearise(problem, w)
-    active = active_set(at, activity)
-    size = radius * np.maximum(1.0, abs(w))
-    found = _Finding("unknown", f"the point violates a constraint by {active.violation:.1e}")
-    if active.violation <= activity:
-        found = _decide(lpcc_at(at, active, size, radius), tolerance, begin + time_limit)
-    biactive = np.flatnonzero(active.biactive)
-    direction, G_side = np.zeros(problem.size), active.G | (at.one_sided & (at.G < 0))
-    if found.state is not None and found.s is not None:
-        direction, G_side[biactive] = found.s * size, found.state == KEEPS_G
-    return BCertificate(
-        verdict=found.verdict,
-        reason=found.reason,
-        slope=found.slope,
-        bound=min(found.bound, found.slope),
-        direction=direction,
-        G_side=G_side,
-        leaving=_leaving(at, biactive, direction, activity * radius),
-        biactive=len(biactive),
-        unresolved=int(active.unresolved.sum()),
-        seconds=time.perf_counter() - begin,
-    )
-
-
-@dataclass(frozen=True)
-class _Finding:
-    verdict: Verdict
-    reason: str
-    bound: float = -np.inf
-    slope: float = 0.0
-    s: np.ndarray | None = None
-    state: np.ndarray | None = None
-
-
-def _decide(lpcc: Lpcc, tolerance: float, deadline: float) -> _Finding:
-    """Return whether any branch has a slope below -tolerance."""
-    everything_open = np.full(lpcc.sides.shape[1], OPEN)
-    relaxed = lpcc.solve(everything_open, deadline)
-    bound = -np.inf
-    if relaxed is not None:
-        bound, s = relaxed
-        if bound >= -tolerance:
-            return _Finding("B-stationary", "no descent even without complementarity", bound)
-        state = np.argmin(lpcc.growth(s), axis=0)
-        nearest = lpcc.solve(state, deadline)
-        if nearest is not None and nearest[0] < -tolerance:
-            return _Finding("descent", "on the branch nearest to the relaxed solution", bound, *nearest, state)
-    for search in (lpcc.mixed_integer, partial(lpcc.depth_first, -tolerance)):
-        proven, branch = search(deadline)
-        bound = max(bound, proven)
-        if bound >= -tolerance:
-            return _Finding("B-stationary", "no descent on any branch", bound)
-        solved = None if branch is None else lpcc.solve(branch, deadline)
-        if solved is not None and solved[0] < -tolerance:
-            return _Finding("descent", "found in the search over all branches", bound, *solved, branch)
-    late = time.perf_counter() >= deadline
-    return _Finding("unknown", "time limit" if late else "HiGHS could not solve a linear program", bound)
-
-
-def _leaving(at: Linearisation, biactive: np.ndarray, direction: np.ndarray, least: float) -> tuple[str, ...]:
-    """Return the names of the biactive pairs of which a side changes by more than `least`, and that side."""
-    changes = np.array([at.G_jacobian[biactive] @ direction, at.H_jacobian[biactive] @ direction])
-    side = np.argmax(abs(changes), axis=0)
-    change = changes[side, np.arange(len(biactive))]
-    return tuple(
-        f"{at.pair_names[pair]}: {'GH'[which]} {'>' if value > 0 else '<'} 0"
-        for pair, which, value in zip(biactive, side, change, strict=True)
-        if abs(value) > least
+    blocks, lows, highs = [], [], []
+    vanishing, free = at.vanishing, np.inf
+    G_low = np.where(vanishing, -free, np.where(active.G, 0.0, -at.G))
+    G_high = np.where(active.G, 0.0, np.where(vanishing & (at.G < 0), -at.G, free))
+    H_low = np.where(active.H, 0.0, -at.H)
+    H_high = np.where(active.H & (~vanishing | (at.G > 0)), 0.0, free)
+    G_high[active.biactive] = H_high[active.biactive] = free
+    for jacobian, low, high in (
+        (
+            at.g_jacobian,
+            np.where(active.g_lower, 0.0, at.g_lower - at.g),
+            np.where(active.g_upper, 0.0, at.g_upper - at.g),
+        ),
+        (at.G_jacobian, G_low, G_high),
+        (at.H_jacobian, H_low, H_high),
+    ):
+        matrix = sparse.csr_array(jacobian @ sparse.diags_array(size))
+        scale = row_sizes(matrix)
+        scale[scale == 0.0] = 1.0
+        blocks.append(sparse.diags_array(1.0 / scale) @ matrix)
+        lows.append(low / scale)
+        highs.append(high / scale)
+    where, first = np.flatnonzero(active.biactive), len(at.g)
+    return Lpcc(
+        cost=at.gradient * size / (radius * max(1.0, float(abs(at.gradient).max(initial=0.0)))),
+        low=np.maximum(-1.0, np.where(active.lower, 0.0, (at.lower - at.w) / size)),
+        high=np.minimum(1.0, np.where(active.upper, 0.0, (at.upper - at.w) / size)),
+        matrix=sparse.csr_array(sparse.vstack(blocks)),
+        row_low=np.concatenate(lows),
+        row_high=np.concatenate(highs),
+        sides=np.array([first + where, first + len(at.G) + where]),
     )

@@ -112,7 +112,7 @@ def stationarity_equation(at: Linearisation, active: ActiveSet) -> StationarityE
     )
     scale = row_sizes(rows)
     scale[scale == 0.0] = 1.0
-    free_xi = ~at.one_sided | (at.G > 0) | active.G
+    free_xi = ~at.vanishing | (at.G > 0) | active.G
     low = [
         np.zeros(len(where[0]) + len(where[1])),
         np.where(active.g_lower, -np.inf, 0.0)[where[2]],
@@ -122,7 +122,7 @@ def stationarity_equation(at: Linearisation, active: ActiveSet) -> StationarityE
     high = [
         np.full(len(where[0]) + len(where[1]), np.inf),
         np.where(active.g_upper, np.inf, 0.0)[where[2]],
-        np.where(at.one_sided, 0.0, np.inf)[where[3]],
+        np.where(at.vanishing, 0.0, np.inf)[where[3]],
         np.full(len(where[4]), np.inf),
     ]
     ends = np.cumsum([len(part) for part in where])

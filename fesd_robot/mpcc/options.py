@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from fesd_robot.errors import OptionError
 from fesd_robot.mpcc.assembly import Compile
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.schedule import USUAL, Rule, Schedule, Sigmas, check_rule
@@ -16,7 +17,7 @@ class HomotopyOptions:
     """How sigma is driven to zero.
 
     Args:
-        tolerance: product a b asked for in every pair; the last sigma (of most relaxations).
+        tolerance: product G H asked for in every pair; the last sigma (of most relaxations).
         sigma_start, sigma_factor: first sigma (None: `schedule.chosen_start`) and the factor from one NLP to the next.
         velocity_level_ratio: how much larger sigma is for pairs at velocity level, if there are any, until those at
             position level have reached the tolerance.
@@ -33,12 +34,12 @@ class HomotopyOptions:
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
         schedule: how sigma shrinks, ``linear``, ``superlinear`` or ``adaptive`` (`schedule.Rule`).
         sigma_power: power of the superlinear schedule.
-        finish: whether a polisher that is given to `solve` is used.
-        polish_at: sigma of rank 0 at which the finish is first tried; the NLPs down to it are sketches.
-        loose_iterations: IPOPT iterations of a sketch.
+        polish: whether a polisher that is given to `solve` is used.
+        polish_at: sigma of the position level at which polishing is first tried; the homotopy down to it is loose.
+        loose_iterations: IPOPT iterations of an NLP of the loose homotopy.
 
     Raises:
-        ValueError: a tolerance, factor, power or ratio outside its range, or an unknown name.
+        OptionError: a tolerance, factor, power or ratio outside its range, or an unknown name.
     """
 
     tolerance: float = 1e-8
@@ -47,7 +48,7 @@ class HomotopyOptions:
     velocity_level_ratio: float = 1000.0
     max_iterations: int = 1000
     time_limit: float | None = None
-    linear_solver: str = "mumps"
+    linear_solver: str = "auto"
     compile: Compile = "auto"
     feasibility: float = 1e-8
     ipopt: dict[str, Any] = field(default_factory=dict)
@@ -55,7 +56,7 @@ class HomotopyOptions:
     steering: Steering = "direct"
     schedule: Rule = "linear"
     sigma_power: float = 1.5
-    finish: bool = True
+    polish: bool = True
     polish_at: float = 1e-5
     loose_iterations: int = 200
 
@@ -65,13 +66,13 @@ class HomotopyOptions:
         check_rule(self.schedule)
         if not 0 < self.tolerance <= (1.0 if self.sigma_start is None else self.sigma_start):
             first = "chosen" if self.sigma_start is None else f"{self.sigma_start:g}"
-            raise ValueError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {first}")
+            raise OptionError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {first}")
         if not 0 < self.sigma_factor < 1:
-            raise ValueError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
+            raise OptionError(f"sigma_factor must be between 0 and 1, found {self.sigma_factor:g}")
         if not self.sigma_power > 1:
-            raise ValueError(f"sigma_power must be greater than 1, found {self.sigma_power:g}")
+            raise OptionError(f"sigma_power must be greater than 1, found {self.sigma_power:g}")
         if not self.velocity_level_ratio >= 1:
-            raise ValueError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
+            raise OptionError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
 
     def steps(self, sigma_start: float, last: float) -> Schedule:
         """Return the schedule from one sigma to another."""
@@ -80,7 +81,7 @@ class HomotopyOptions:
         )
 
     def sigmas(self) -> list[Sigmas]:
-        """The sequence of sigma for pairs of rank 0 and 1; both end at the tolerance exactly.
+        """The sequence of sigma of the position and the velocity level; both end at the tolerance exactly.
 
         A first sigma that a problem would choose is 1 here, and every NLP takes `schedule.USUAL` iterations.
         """

@@ -1,24 +1,26 @@
-"""The finish: from a point with small products to one whose pairs are exact, by smooth NLPs on what it means."""
+"""Polishing: from a point with small products to one whose pairs are exact, by smooth NLPs on its branch."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 
+from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
+from fesd_robot.mpcc.status import NlpStatus
 
 ITERATIONS = 40
-"""IPOPT iterations for one structure before it is revised; one that fits needs 15 to 50."""
+"""IPOPT iterations on one branch before it is updated; the right one needs 15 to 50."""
 
-REVISIONS = 4
-"""How often a structure is revised before the next reading."""
+UPDATES = 4
+"""How often a branch is updated before the next candidate."""
 
 EXACT = 1e-12
 """Largest product of a pair at an exact point."""
@@ -26,12 +28,10 @@ EXACT = 1e-12
 TOLERANCE, VIOLATION = 1e-9, 1e-10
 """Of IPOPT, for its scaled optimality and for the constraints."""
 
-S = TypeVar("S")
-
 
 @dataclass(frozen=True)
-class Held:
-    """Bounds on the variables (n) and on the rows of g of a smooth problem."""
+class BranchBounds:
+    """Bounds on the variables (n) and on the rows of g of a branch NLP."""
 
     lower: np.ndarray
     upper: np.ndarray
@@ -39,115 +39,121 @@ class Held:
     g_upper: np.ndarray
 
 
-class Polisher(Protocol[S]):
-    """What knows the meaning of a point: which factors of the pairs vanish, a structure."""
+class Polisher(Protocol):
+    """What knows on which branch of its problem a point lies."""
 
     @property
     def problem(self) -> Mpcc:
         """The problem without pairs."""
         ...
 
-    def readings(self, w: np.ndarray) -> Iterator[S]:
-        """Structures that a point may mean, the likelier first."""
+    def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
+        """Branches on which a point may lie, the likelier first."""
         ...
 
-    def revised(self, structure: S, w: np.ndarray) -> S | None:
-        """The structure after an NLP that has not converged at w; None if it has nothing to change."""
+    def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
+        """The branch after an NLP that has not converged at w; None if nothing is to be changed."""
         ...
 
-    def held(self, structure: S) -> Held:
-        """The bounds that hold a structure."""
+    def bounds(self, branch: Branch) -> BranchBounds:
+        """The bounds that keep the active factors of a branch at zero."""
         ...
 
 
 @dataclass(frozen=True)
 class PolishingReport:
-    """One smooth NLP.
+    """One branch NLP.
 
     Attributes:
-        status: IPOPT's, in words.
+        status: how IPOPT ended.
         iterations, seconds: of the NLP.
         residuals: of the problem with pairs, at the NLP's end.
         w: the NLP's end.
+        branch: on which it was solved.
         exact: the NLP converged, its constraints hold, and all products are below `EXACT`.
     """
 
-    status: str
+    status: NlpStatus
     iterations: int
     seconds: float
     residuals: Residuals
     w: np.ndarray
+    branch: Branch
     exact: bool
 
 
 @dataclass(frozen=True)
-class BranchNlp:
-    """A polisher with the functions of its smooth problem."""
+class PolishingLimits:
+    """How long polishing may take, and who is told.
 
-    polisher: Polisher[Any]
+    Attributes:
+        iterations: of IPOPT, for each NLP.
+        feasibility: largest constraint violation of an exact end.
+        remaining: seconds left, None for no limit.
+        report: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
+    """
+
+    feasibility: float
+    remaining: Callable[[], float | None]
+    report: Callable[[PolishingReport], None]
+    iterations: int = ITERATIONS
+    stop: Callable[[int, float], bool] | None = None
+
+
+@dataclass(frozen=True)
+class BranchNlp:
+    """A polisher with the functions of its branch NLP."""
+
+    polisher: Polisher
     nlp: RelaxedNlp
 
     @classmethod
-    def of(cls, polisher: Polisher[Any], compiled: Compile) -> BranchNlp:
-        """Return the smooth problem with derivatives; they are made once for all structures."""
+    def of(cls, polisher: Polisher, compiled: Compile) -> BranchNlp:
+        """Return the branch NLP with derivatives; they are made once for all branches."""
         return cls(polisher, assemble(polisher.problem, relaxation_named("scholtes"), compiled))
 
     def solve(
-        self,
-        problem: Mpcc,
-        w: np.ndarray,
-        *,
-        options: dict[str, Any],
-        iterations: int = ITERATIONS,
-        feasibility: float,
-        remaining: Callable[[], float | None],
-        report: Callable[[PolishingReport], None],
-        stop: Callable[[int, float], bool] | None = None,
+        self, problem: Mpcc, w: np.ndarray, *, options: dict[str, Any], limits: PolishingLimits
     ) -> PolishingReport | None:
-        """Return the first exact end of a smooth NLP, None if no structure that w may mean leads to one.
+        """Return the first exact end of a branch NLP, None if no branch on which w may lie leads to one.
 
-        A structure whose NLP does not converge within `iterations` is revised and continued from where it ended, at
-        most `REVISIONS` times; then comes the next reading of w.
+        A branch whose NLP does not converge within the iterations is updated and continued from where it ended, at
+        most `UPDATES` times; then comes the next candidate of w.
 
         Args:
             problem: the problem with pairs, which every end is checked against.
+            w: a point with small products, (n).
             options: of IPOPT, beside those set here: the linear solver.
-            iterations: of IPOPT, for each NLP.
-            feasibility: largest constraint violation of an exact end.
-            remaining: seconds left, None for no limit.
-            report: called after every NLP.
-            stop: called once an IPOPT iteration with (iteration, objective); True ends the finish.
+            limits: iterations, time and accuracy.
         """
-        for structure in self.polisher.readings(w):
+        for branch in self.polisher.candidate_branches(w):
             point = w
-            for _ in range(1 + REVISIONS):
-                seconds = remaining()
+            for _ in range(1 + UPDATES):
+                seconds = limits.remaining()
                 if seconds is not None and seconds <= 0:
                     return None
-                found = self._solve_on(
-                    structure, problem, point, {"max_iter": iterations, **options}, feasibility, seconds, stop
-                )
-                report(found)
-                if found.exact or found.status == "interrupted":
-                    return found if found.exact else None
-                point = found.w
-                changed = self.polisher.revised(structure, point)
-                if changed is None or not np.isfinite(point).all():
+                end = self._solve_on(branch, problem, point, options, limits, seconds)
+                limits.report(end)
+                if end.exact or end.status is NlpStatus.INTERRUPTED:
+                    return end if end.exact else None
+                point = end.w
+                updated = self.polisher.updated_branch(branch, point)
+                if updated is None or not np.isfinite(point).all():
                     break
-                structure = changed
+                branch = updated
         return None
 
     def _solve_on(
         self,
-        structure: Any,
+        branch: Branch,
         problem: Mpcc,
         w: np.ndarray,
         options: dict[str, Any],
-        feasibility: float,
+        limits: PolishingLimits,
         seconds: float | None,
-        stop: Callable[[int, float], bool] | None,
     ) -> PolishingReport:
-        held = self.polisher.held(structure)
+        bounds = self.polisher.bounds(branch)
         settings = {
             "tol": TOLERANCE,
             "constr_viol_tol": VIOLATION,
@@ -156,23 +162,32 @@ class BranchNlp:
             "mu_init": 1e-4,
             "bound_relax_factor": 0.0,
             "honor_original_bounds": "no",
+            "max_iter": limits.iterations,
             **({} if seconds is None else {"max_wall_time": seconds}),
             **options,
         }
         begin = time.perf_counter()
         result = solve_nlp(
-            replace(self.nlp, lower=held.g_lower, upper=held.g_upper),
+            replace(self.nlp, lower=bounds.g_lower, upper=bounds.g_upper),
             sigma=(0.0, 0.0),
-            start=NlpPoint(np.clip(w, held.lower, held.upper), np.zeros(len(w)), np.zeros(len(held.g_lower))),
-            lower=held.lower,
-            upper=held.upper,
+            start=NlpPoint(np.clip(w, bounds.lower, bounds.upper), np.zeros(len(w)), np.zeros(len(bounds.g_lower))),
+            lower=bounds.lower,
+            upper=bounds.upper,
             options=settings,
-            stop=stop,
+            stop=limits.stop,
         )
         residuals = problem.residuals(result.point.x)
         exact = (
-            result.converged and residuals.complementarity <= EXACT and residuals.constraint_violation <= feasibility
+            result.converged
+            and residuals.complementarity <= EXACT
+            and residuals.constraint_violation <= limits.feasibility
         )
         return PolishingReport(
-            result.status, result.iterations, time.perf_counter() - begin, residuals, result.point.x, exact
+            status=result.status,
+            iterations=result.iterations,
+            seconds=time.perf_counter() - begin,
+            residuals=residuals,
+            w=result.point.x,
+            branch=branch,
+            exact=exact,
         )

@@ -9,72 +9,91 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import DimensionError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
-    """K copies of one small problem, each reading its own selection of the variables.
+    """K copies of one small problem, each reading its own choice of the variables.
 
     Args:
-        copy_names: what each copy is, e.g. ``interval 7``, length K.
-        function: CasADi function (w, p) -> (f, g, G, H) of local variables and parameters.
-        index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
-        parameters: values of p, shape (n_p, K).
+        name: of the small problem.
+        places: where each copy is, length K.
+        variables, parameters: SX symbols w (n_w) and p (n_p) of one copy.
+        cost: f(w, p), SX scalar.
+        rows: g(w, p), SX (n_g).
         lower, upper: bounds of g, shape (n_g,).
-        constraint_names, pair_names: one name per row of g and per pair.
-        one_sided: which pairs ask for H >= 0 and G H <= 0 only, with G of any sign (vanishing constraints); none if
-            omitted.
-        ranks: rank of each pair, 0 or 1; a homotopy may relax pairs of rank 1 further. All 0 if omitted.
+        constraints: label of every row of g within its copy.
+        complementarities: conditions whose factors G and H are SX scalars in w and p.
+        index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
+        values: values of p, shape (n_p, K).
 
     Raises:
-        DimensionError: a shape does not fit the function's.
+        DimensionError: shapes that do not fit each other.
     """
 
-    copy_names: Sequence[str]
-    function: ca.Function
-    index: np.ndarray
-    parameters: np.ndarray
+    name: str
+    places: Sequence[Place]
+    variables: ca.SX
+    parameters: ca.SX
+    cost: ca.SX
+    rows: ca.SX
     lower: np.ndarray
     upper: np.ndarray
-    constraint_names: Sequence[str]
-    pair_names: Sequence[str]
-    one_sided: np.ndarray | None = None
-    ranks: np.ndarray | None = None
+    constraints: Sequence[Label]
+    index: np.ndarray
+    values: np.ndarray
+    complementarities: Sequence[Complementarity] = ()
 
     def __post_init__(self) -> None:
-        n_w, n_p = self.function.size1_in(0), self.function.size1_in(1)
-        n_g, n_pairs = self.function.size1_out(1), self.function.size1_out(2)
+        n_w, n_p, n_g = self.variables.numel(), self.parameters.numel(), self.rows.numel()
         copies = self.index.shape[1]
-        for what, found, expected in (
+        for what, shape, expected in (
             ("index", self.index.shape, (n_w, copies)),
-            ("copy_names", (len(self.copy_names),), (copies,)),
-            ("parameters", self.parameters.shape, (n_p, copies)),
+            ("places", (len(self.places),), (copies,)),
+            ("values", self.values.shape, (n_p, copies)),
             ("lower", self.lower.shape, (n_g,)),
             ("upper", self.upper.shape, (n_g,)),
-            ("constraint_names", (len(self.constraint_names),), (n_g,)),
-            ("pair_names", (len(self.pair_names),), (n_pairs,)),
-            ("one_sided", self.sign_free.shape, (n_pairs,)),
-            ("ranks", self.pair_ranks.shape, (n_pairs,)),
-            ("H", (self.function.size1_out(3),), (n_pairs,)),
+            ("constraints", (len(self.constraints),), (n_g,)),
         ):
-            if found != expected:
-                raise DimensionError(f"block '{self.function.name()}': {what} has shape {found}, expected {expected}")
+            if shape != expected:
+                raise DimensionError(f"block '{self.name}': {what} has shape {shape}, expected {expected}")
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """(w, p) -> (f, g, G, H)."""
+        sides = ([getattr(condition, side) for condition in self.complementarities] for side in "GH")
+        G, H = (ca.vertcat(ca.SX(0, 1), *factors) for factors in sides)
+        return ca.Function(self.name, [self.variables, self.parameters], [self.cost, self.rows, G, H])
+
+    @cached_property
+    def vanishing(self) -> np.ndarray:
+        """Which conditions are vanishing constraints, (n_pairs,)."""
+        return np.array([condition.vanishing for condition in self.complementarities], dtype=bool)
+
+    @cached_property
+    def velocity_level(self) -> np.ndarray:
+        """Which conditions are of the velocity level, (n_pairs,)."""
+        return np.array([condition.level == "velocity" for condition in self.complementarities], dtype=bool)
 
     @property
-    def sign_free(self) -> np.ndarray:
-        """Which pairs are one-sided, (n_pairs,)."""
-        return np.zeros(len(self.pair_names), dtype=bool) if self.one_sided is None else self.one_sided
-
-    @property
-    def pair_ranks(self) -> np.ndarray:
-        """Rank of each pair, (n_pairs,)."""
-        return np.zeros(len(self.pair_names), dtype=int) if self.ranks is None else self.ranks
+    def pairs(self) -> int:
+        """Number of complementarity conditions of one copy."""
+        return len(self.complementarities)
 
     @property
     def copies(self) -> int:
         """Number of copies K."""
         return self.index.shape[1]
+
+    def constraint_label(self, row: int, copy: int) -> Label:
+        """Return the label of a row of g in a copy."""
+        return self.constraints[row].at(self.places[copy])
+
+    def pair_label(self, row: int, copy: int) -> Label:
+        """Return the label of a complementarity condition in a copy."""
+        return self.complementarities[row].label.at(self.places[copy])
 
     @cached_property
     def mapped(self) -> ca.Function:
@@ -83,8 +102,12 @@ class Block:
 
     def evaluate(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (f, g, G, H) with shapes (1, K), (n_g, K), (n_pairs, K), (n_pairs, K) at the global point w."""
-        outputs = self.mapped(w[self.index], self.parameters)
+        outputs = self.mapped(w[self.index], self.values)
         return tuple(np.asarray(ca.DM(out)).reshape(out.shape) for out in outputs)
+
+
+Bounds = tuple[np.ndarray | float | None, np.ndarray | float | None]
+"""Lower and upper bounds."""
 
 
 @dataclass(frozen=True)
@@ -96,15 +119,15 @@ class Residuals:
         constraint_violation: largest violation of a bound on w or g, or of G, H >= 0.
         complementarity: largest product G H over all pairs.
         natural_residual: largest min(G, H) over all pairs.
-        worst_constraint, worst_pair: where these maxima sit, in words.
+        worst_constraint, worst_pair: where these maxima sit; None if everything holds exactly.
     """
 
     objective: float
     constraint_violation: float
     complementarity: float
     natural_residual: float
-    worst_constraint: str
-    worst_pair: str
+    worst_constraint: Label | None
+    worst_pair: Label | None
 
 
 @dataclass(frozen=True)
@@ -138,40 +161,56 @@ class Mpcc:
     @classmethod
     def from_expressions(
         cls,
-        *,
         w: ca.SX,
         f: ca.SX,
+        *,
+        start: np.ndarray,
         g: ca.SX | None = None,
         G: ca.SX | None = None,
         H: ca.SX | None = None,
-        start: np.ndarray,
-        lower: np.ndarray | None = None,
-        upper: np.ndarray | None = None,
-        g_lower: np.ndarray | None = None,
-        g_upper: np.ndarray | None = None,
+        bounds: Bounds = (None, None),
+        g_bounds: Bounds = (0.0, 0.0),
     ) -> Mpcc:
-        """Return the MPCC given by CasADi SX expressions of w; g is an equality g = 0 unless bounds are given."""
+        """Return the MPCC given by CasADi SX expressions of w.
+
+        Args:
+            w: variables, SX symbols (n).
+            f: cost, SX scalar.
+            start: initial point, (n).
+            g: constraints, SX (n_g); none if omitted.
+            G, H: the two sides of the pairs, SX (n_pairs) each; none if omitted.
+            bounds: lower and upper bounds of w, (n) or one number each; None is unbounded.
+            g_bounds: of g; an equality g = 0 if omitted.
+
+        Raises:
+            DimensionError: G and H of different shape.
+        """
         g, G, H = (ca.SX(0, 1) if part is None else ca.vec(part) for part in (g, G, H))
         if G.shape != H.shape:
             raise DimensionError(f"G has shape {G.shape}, H has shape {H.shape}: they form pairs")
         n, n_g = w.numel(), g.numel()
 
-        def filled(value: np.ndarray | None, default: float, size: int) -> np.ndarray:
-            return np.full(size, default) if value is None else np.asarray(value, dtype=float).reshape(size)
+        def filled(value: np.ndarray | float | None, default: float, size: int) -> np.ndarray:
+            array = np.asarray(default if value is None else value, dtype=float)
+            return np.full(size, array) if array.ndim == 0 else array.reshape(size)
 
         block = Block(
-            copy_names=["problem"],
-            function=ca.Function("problem", [w, ca.SX(0, 1)], [f, g, G, H]),
+            name="problem",
+            places=[Place()],
+            variables=w,
+            parameters=ca.SX(0, 1),
+            cost=f,
+            rows=g,
+            lower=filled(g_bounds[0], -np.inf, n_g),
+            upper=filled(g_bounds[1], np.inf, n_g),
+            constraints=[Label(f"g[{i}]") for i in range(n_g)],
             index=np.arange(n).reshape(n, 1),
-            parameters=np.zeros((0, 1)),
-            lower=filled(g_lower, 0.0, n_g),
-            upper=filled(g_upper, 0.0, n_g),
-            constraint_names=[f"g[{i}]" for i in range(n_g)],
-            pair_names=[f"pair {i}" for i in range(G.numel())],
+            values=np.zeros((0, 1)),
+            complementarities=[Complementarity(Label(f"pair {i}"), G[i], H[i]) for i in range(G.numel())],
         )
         return cls(
-            lower=filled(lower, -np.inf, n),
-            upper=filled(upper, np.inf, n),
+            lower=filled(bounds[0], -np.inf, n),
+            upper=filled(bounds[1], np.inf, n),
             start=filled(start, 0.0, n),
             blocks=[block],
             names=[f"w[{i}]" for i in range(n)],
@@ -190,35 +229,44 @@ class Mpcc:
     @property
     def pairs(self) -> int:
         """Number of complementarity pairs."""
-        return sum(len(block.pair_names) * block.copies for block in self.blocks)
+        return sum(block.pairs * block.copies for block in self.blocks)
+
+    @cached_property
+    def pair_labels(self) -> tuple[Label, ...]:
+        """Label of every pair, block by block and copy by copy."""
+        return tuple(b.pair_label(row, copy) for b in self.blocks for copy in range(b.copies) for row in range(b.pairs))
 
     def residuals(self, w: np.ndarray) -> Residuals:
         """Recompute cost, feasibility and complementarity at w without any solver; NaN counts as infinitely wrong."""
-        objective, product, natural, worst_pair = 0.0, 0.0, 0.0, "none"
+        objective, product, natural, worst_pair = 0.0, 0.0, 0.0, None
         bounds = np.where(np.isnan(w), np.inf, np.maximum(self.lower - w, w - self.upper))
         at = int(np.argmax(bounds)) if self.size else 0
         violation = max(0.0, float(bounds[at])) if self.size else 0.0
-        worst = "none" if violation == 0.0 else f"bound of {self.names[at] if self.names else f'w[{at}]'}"
+        worst = Label(f"bound of {self.names[at] if self.names else f'w[{at}]'}") if violation > 0.0 else None
         for block in self.blocks:
             f, g, G, H = block.evaluate(w)
             objective += float(f.sum())
-            rows = (
-                (np.maximum(block.lower[:, None] - g, g - block.upper[:, None]), block.constraint_names),
-                (np.where(block.sign_free[:, None], -np.inf, -G), block.pair_names),
-                (-H, block.pair_names),
-            )
-            for excess, labels in rows:
-                excess = np.where(np.isnan(excess), np.inf, excess)
-                if excess.size and excess.max() > violation:
-                    row, copy = np.unravel_index(int(np.argmax(excess)), excess.shape)
-                    violation = float(excess.max())
-                    worst = f"{labels[int(row)]} in {block.copy_names[int(copy)]}"
+            for excess, label in (
+                (np.maximum(block.lower[:, None] - g, g - block.upper[:, None]), block.constraint_label),
+                (np.where(block.vanishing[:, None], -np.inf, -G), block.pair_label),
+                (-H, block.pair_label),
+            ):
+                largest, row, copy = _largest(excess)
+                if largest > violation:
+                    violation, worst = largest, label(row, copy)
             if G.size:
-                smaller, products = np.minimum(G, H), np.maximum(G, 0.0) * H
-                smaller, products = (np.where(np.isnan(part), np.inf, part) for part in (smaller, products))
-                natural = max(natural, float(smaller.max()))
-                if products.max() > product:
-                    row, copy = np.unravel_index(int(np.argmax(products)), products.shape)
-                    product = float(products.max())
-                    worst_pair = f"{block.pair_names[int(row)]} in {block.copy_names[int(copy)]}"
+                smaller = np.minimum(G, H)
+                natural = max(natural, _largest(smaller)[0])
+                largest, row, copy = _largest(np.maximum(G, 0.0) * H)
+                if largest > product:
+                    product, worst_pair = largest, block.pair_label(row, copy)
         return Residuals(objective, violation, product, natural, worst, worst_pair)
+
+
+def _largest(values: np.ndarray) -> tuple[float, int, int]:
+    """Return the largest entry, NaN as infinity, with its row and column; minus infinity if there is none."""
+    if not values.size:
+        return -np.inf, 0, 0
+    values = np.where(np.isnan(values), np.inf, values)
+    row, column = np.unravel_index(int(np.argmax(values)), values.shape)
+    return float(values[row, column]), int(row), int(column)

@@ -7,21 +7,21 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from fesd_robot.errors import nearest
+from fesd_robot.errors import OptionError, nearest
 from fesd_robot.mpcc.problem import Mpcc
 
 Rule = Literal["linear", "superlinear", "adaptive"]
 """How sigma shrinks from NLP to NLP.
 
-- linear: times the factor; times its square once sigma of rank 1 is at most `SETTLED`.
-- superlinear: min(factor sigma, sigma^power); both ranks shrink by the factor that this gives for rank 1.
+- linear: times the factor; times its square once sigma of the velocity level is at most `SETTLED`.
+- superlinear: min(factor sigma, sigma^power); both levels shrink by the factor that this gives for the velocity level.
 - adaptive: times factor^e with e = `USUAL` / iterations of the last NLP, within 1/2 and 2.
 """
 
 RULES: tuple[Rule, ...] = get_args(Rule)
 
 SETTLED = 5e-3
-"""Below this sigma of rank 1 the active set hardly changes: NLPs start warm, sigma falls by its factor squared."""
+"""Below this sigma of the velocity level the active set hardly changes: NLPs start warm, the factor is squared."""
 
 USUAL = 50
 """Iterations of an NLP after which the adaptive schedule keeps the factor as it is."""
@@ -30,17 +30,17 @@ START_RANGE = (0.1, 10.0)
 """Where a first sigma that is chosen from the problem lies; far smaller ones lose a third of the published problems."""
 
 Sigmas = tuple[float, float]
-"""Sigma for pairs of rank 0 and 1."""
+"""Sigma of the position and of the velocity level."""
 
 
 def check_rule(rule: str) -> None:
     """Refuse a name that is no schedule.
 
     Raises:
-        ValueError: the message has the nearest name.
+        OptionError: the message has the nearest name.
     """
     if rule not in RULES:
-        raise ValueError(f"unknown schedule '{rule}'{nearest(rule, RULES)}")
+        raise OptionError(f"unknown schedule '{rule}'{nearest(rule, RULES)}")
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ class Schedule:
 
     Args:
         rule: how they shrink.
-        first: sigma of rank 0 in the first NLP.
-        last: sigma of both ranks in the last NLP.
+        first: sigma of the position level in the first NLP.
+        last: sigma of both levels in the last NLP.
         factor, power: of the rule.
-        ratio: how much larger sigma of rank 1 is until rank 0 has reached the last.
+        velocity_level_ratio: how much larger sigma of the velocity level is until the position level is at the last.
     """
 
     rule: Rule
@@ -60,11 +60,11 @@ class Schedule:
     last: float
     factor: float
     power: float
-    ratio: float
+    velocity_level_ratio: float
 
     def start(self) -> Sigmas:
         """The first sigmas."""
-        return self.first, self.first * self.ratio
+        return self.first, self.first * self.velocity_level_ratio
 
     def is_last(self, sigmas: Sigmas) -> bool:
         """Whether no smaller sigmas follow."""
@@ -85,16 +85,16 @@ class Schedule:
         return self.factor if sigma > SETTLED else self.factor**2
 
 
-def chosen_start(problem: Mpcc, ratio: float) -> float:
+def chosen_start(problem: Mpcc, velocity_level_ratio: float) -> float:
     """Return a first sigma chosen from the problem: the largest product G H at its start point, within `START_RANGE`.
 
-    Products of rank 1 count by 1/ratio. So no pair is outside its first relaxation at the start, unless its product is
-    above 10.
+    Products of the velocity level count by 1/ratio. So no pair is outside its first relaxation at the start, unless its
+    product is above 10.
     """
     largest = 0.0
     for block in problem.blocks:
         _, _, G, H = block.evaluate(problem.start)
-        scale = np.where(block.pair_ranks == 1, ratio, 1.0)[:, None]
+        scale = np.where(block.velocity_level, velocity_level_ratio, 1.0)[:, None]
         products = np.maximum(G, 0.0) * np.maximum(H, 0.0) / scale
         largest = max(largest, float(np.nan_to_num(products).max(initial=0.0)))
     return float(np.clip(largest, *START_RANGE))

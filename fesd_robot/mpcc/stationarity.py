@@ -15,8 +15,9 @@ these signs C, M and S read as for the other pairs. What is C here is known as T
 S and W do not depend on how a feasible set is written in pairs. M and C do: a pair that is stated twice, or whose side
 is also a constraint, can only weaken them.
 
-Sources: Scheel, Scholtes, Math. Oper. Res. 25 (2000); for one-sided pairs Achtziger, Kanzow, Math. Program. 114 (2008)
-(S), Hoheisel, Kanzow, J. Math. Anal. Appl. 337 (2008) (M, W), Dorsch, Shikhman, Stein, J. Global Optim. 52 (2012) (T).
+Sources: Scheel, Scholtes, Math. Oper. Res. 25 (2000); for vanishing constraints Achtziger, Kanzow, Math. Program. 114
+(2008) (S), Hoheisel, Kanzow, J. Math. Anal. Appl. 337 (2008) (M, W), Dorsch, Shikhman, Stein, J. Global Optim. 52
+(2012) (T).
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ def stationarity(
         unresolved=int(active.unresolved.sum()),
         violation=active.violation,
         multipliers=equation.unpack(y),
-        worst_pairs=tuple(at.pair_names[equation.pair_rows[i]] for i in order if against[i] > _SIGN_NOISE),
+        worst_pairs=tuple(str(at.pair_labels[equation.pair_rows[i]]) for i in order if against[i] > _SIGN_NOISE),
         undecided=undecided,
     )
 

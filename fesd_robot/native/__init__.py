@@ -2,7 +2,7 @@
 
 from fesd_robot.native.compiler import CompilationError, shared_library
 from fesd_robot.native.linear_solver import ipopt_options, kkt_library
-from fesd_robot.native.nlp import NlpBlock, Output, compile_nlp
+from fesd_robot.native.nlp_compiler import NlpBlock, Output, compile_nlp
 
 __all__ = [
     "CompilationError",

@@ -1,4 +1,4 @@
-"""Compiling a few source files into a shared library, once a machine."""
+"""Compile a few source files into a shared library, once per machine."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from fesd_robot.errors import FesdRobotError
 logger = logging.getLogger(__name__)
 
 TIME_LIMIT = 600.0
-"""Seconds after which a compilation is given up."""
+"""Time limit of one compilation, s."""
 
 
 class CompilationError(FesdRobotError):
-    """A source file that could not be compiled, or no compiler at all; the message has the compiler's last words."""
+    """A source file that could not be compiled, or no compiler; the message quotes the compiler's first error."""
 
 
 def cache_folder() -> Path:

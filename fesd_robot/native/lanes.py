@@ -37,14 +37,14 @@ OPERATIONS: dict[int, str] = {
 """C of every operation between operands {0} and {1}, with the helpers of lanes.h."""
 
 LANES_VERSION = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-"""Another one may write other C for the same function."""
+"""Hash of this file; another version may write other C for the same function."""
 
 
 def lanes_source(name: str, function: ca.Function) -> str:
     """Return C of ``void NAME(const lanes *in, lanes *out, lanes *work)``, to be included after lanes.h.
 
     Inputs and outputs are the nonzeros of the function's, one after the other; `work` holds ``function.sz_w()``.
-    Straight-line code is cut into pieces, between which intermediate values rest in `work`, at CasADi's own places.
+    Straight-line code is cut into pieces, between which intermediate values are kept in `work`, at CasADi's own places.
 
     Args:
         name: of the C function.
@@ -80,10 +80,10 @@ class _Program:
         self._last_use = [-1] * self.count
         made: dict[int, int] = {}
         for k, operation in enumerate(self._operations):
-            found = [] if operation in (ca.OP_CONST, ca.OP_INPUT) else [made[place] for place in self._inputs[k]]
-            for value in found:
+            operands = [] if operation in (ca.OP_CONST, ca.OP_INPUT) else [made[place] for place in self._inputs[k]]
+            for value in operands:
                 self._last_use[value] = k
-            self._sources.append(found)
+            self._sources.append(operands)
             if operation != ca.OP_OUTPUT:
                 made[self._targets[k][0]] = k
 
@@ -93,15 +93,15 @@ class _Program:
         loaded: set[int] = set()
         for k in range(begin, end):
             for value in self._sources[k]:
-                if value < begin and value not in loaded and self._rests(value):
+                if value < begin and value not in loaded and self._is_variable(value):
                     lines.append(f"const lanes a{value} = work[{self._targets[value][0]}];")
                     loaded.add(value)
             lines += self._line(k)
-        kept = (k for k in range(begin, end) if self._last_use[k] >= end and self._rests(k))
+        kept = (k for k in range(begin, end) if self._last_use[k] >= end and self._is_variable(k))
         return "\n".join([*lines, *(f"work[{self._targets[k][0]}] = a{k};" for k in kept)])
 
-    def _rests(self, k: int) -> bool:
-        """Whether a result is a variable, which can rest in `work`; constants and inputs are written out instead."""
+    def _is_variable(self, k: int) -> bool:
+        """Whether a result is a variable, which `work` keeps between pieces; constants and inputs are written out."""
         return self._operations[k] not in (ca.OP_CONST, ca.OP_INPUT)
 
     def _line(self, k: int) -> list[str]:

@@ -11,8 +11,8 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact import ContactSystem, Ground, PlanarContact
-from fesd_robot.dcs import Exclusion
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES, Points
@@ -169,7 +169,7 @@ def add_forbidden_zones(
     """Return the contact system in which no contact pushes inside its forbidden zones.
 
     max(depth, 0) * (theta_+ + theta_-) = 0 with depth = (x - from)(to - x) / (to - from), or the distance from the only
-    end there is: one more exclusion, held like those of the contact logic.
+    end there is: one more vanishing constraint, held like those of the contact logic.
 
     Raises:
         TaskError: a contact touches inside a zone at the start.
@@ -178,7 +178,7 @@ def add_forbidden_zones(
     if not zones:
         return contact_system
     indices = {contact.name: i for i, contact in enumerate(contacts)}
-    exclusions = []
+    conditions = []
     for name, zone in zones.items():
         i = indices[zone.contact]
         position, _ = points.frame(task.contacts[zone.contact].frame)
@@ -193,8 +193,10 @@ def add_forbidden_zones(
                     "expected a zone where it does not touch at the start",
                 )
         plus, minus = contact_system.theta_auxiliary[i]
-        exclusions.append(Exclusion(f"contact in zone '{name}' [{zone.contact}]", depth, plus + minus))
-    system = replace(contact_system.system, exclusions=[*contact_system.system.exclusions, *exclusions])
+        label = Label(f"contact in zone '{name}'", zone.contact, contact=zone.contact)
+        conditions.append(Complementarity(label, depth, plus + minus, vanishing=True))
+    system = contact_system.system
+    system = replace(system, complementarities=[*system.complementarities, *conditions])
     return replace(contact_system, system=system)
 
 

@@ -2,20 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.plan import Audit, Status
-
-_HELP = {
-    "iteration limit": "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",
-    "time limit": "try a longer solver.time_limit",
-    "infeasible": "try a longer horizon.duration, more method.elements, wider limits or another reference",
-    "slack left": "try solver.steering: direct",
-    "interrupted": "this is the best iterate so far",
-}
-_DEFAULT_HELP = "try another reference, solver.sigma_start or more method.elements"
 
 
 def status_of(
@@ -54,12 +44,12 @@ def status_of(
             else f"complementarity is {residuals.complementarity:.1e} (asked for {tolerance:.0e}), "
             f"worst at {residuals.worst_pair}"
         )
-        help_text = _HELP.get(solution.status, _DEFAULT_HELP)
         at = f"sigma = {sigma:.0e}" if sigma else "the exact problem"
-        message = f"Not solved: {solution.status} at {at}; {where}; {_elements(residuals, out_of_elements)}{help_text}."
+        hint = _elements(residuals, out_of_elements)
+        message = f"Not solved: {solution.status} at {at}; {where}; {hint}{solution.status.advice}."
     return Status(
         solved=solution.solved and audit_passed,
-        nlp=solution.status,
+        nlp=solution.status.value,
         complementarity=residuals.complementarity,
         exact=solution.exact,
         natural_residual=residuals.natural_residual,
@@ -76,7 +66,7 @@ def status_of(
 def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:
     """Say that an interval ran out of elements, if the worst place is in one of them."""
     worst = residuals.worst_constraint if residuals.constraint_violation > 1e-8 else residuals.worst_pair
-    match = re.search(r"interval (\d+)$", worst)
-    if match is None or int(match[1]) not in out_of_elements:
+    interval = worst.place.interval if worst else None
+    if interval is None or interval not in out_of_elements:
         return ""
-    return f"interval {match[1]} ran out of finite elements, all lie between two switches: more method.elements; "
+    return f"interval {interval} ran out of finite elements, all lie between two switches: more method.elements; "

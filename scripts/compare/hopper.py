@@ -170,12 +170,12 @@ def nosnoc(name: str, settings: Settings) -> Outcome:
     course = COURSES[name]
     opts, (model, ocp) = options(course), build(course, settings.multipliers)
     clock = np.linspace(0, course.duration, course.intervals + 1)
-    found = nosnoc_tool.run(opts, model, ocp, begin, np.column_stack([course.reference(), clock])[1:])
-    problem, w = found.solver.problem, found.w
+    solution = nosnoc_tool.run(opts, model, ocp, begin, np.column_stack([course.reference(), clock])[1:])
+    problem, w = solution.solver.problem, solution.w
     elements = [stages for interval in problem.ind_x for stages in interval]
     per_interval = opts.N_finite_elements * opts.n_s
     stages = w[np.array(elements).reshape(-1, 9)]
-    states = np.vstack([found.solver.model.x0, stages])
+    states = np.vstack([solution.solver.model.x0, stages])
     algebraic = np.array([stages for interval in problem.ind_z for stages in interval]).reshape(-1, 4)
     ends = stages[per_interval - 1 :: per_interval, 8]
     cost = tracking_cost(
@@ -185,7 +185,7 @@ def nosnoc(name: str, settings: Settings) -> Outcome:
         w[np.array(problem.ind_u)][:, :2],
         np.repeat(np.arange(course.intervals), per_interval),
     )
-    return found.outcome(
+    return solution.outcome(
         cost,
         further(
             float(states[-1, 0]),

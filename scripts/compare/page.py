@@ -49,7 +49,7 @@ class Comparison:
     def title(self) -> str:
         """Name of the problem, with how nosnoc weighs the fields where that can be chosen."""
         problem = PROBLEMS[self.task]
-        if not problem.weighed or "nosnoc" not in self.runs:
+        if not problem.weighted or "nosnoc" not in self.runs:
             return problem.title
         return f"{problem.title}, {self.settings.multipliers} weights in nosnoc"
 
@@ -75,9 +75,9 @@ def typical(runs: Sequence[Outcome]) -> Outcome:
 
 def table(one: Comparison, versions: dict[str, str]) -> str:
     """Return a comparison in full, one column per tool, under a heading."""
-    shown = {tool: typical(found) for tool, found in one.runs.items()}
+    shown = {tool: typical(outcomes) for tool, outcomes in one.runs.items()}
     fastest = min(one.seconds(tool) for tool in one.runs)
-    repeat = max(len(found) for found in one.runs.values())
+    repeat = max(len(outcomes) for outcomes in one.runs.values())
     wall = "wall time [s]" if repeat == 1 else f"wall time [s], median of {repeat}"
     lines = [
         ["", *(f"{PACKAGES[tool]} {versions[PACKAGES[tool]]}" for tool in one.runs)],
@@ -110,7 +110,7 @@ def _objective_at(run: Outcome, complementarity: float) -> str:
     return f"{steps[0]['objective']:.6g}" if steps else ""
 
 
-def summary(found: Sequence[Comparison]) -> str:
+def summary(comparisons: Sequence[Comparison]) -> str:
     """Return one table of all comparisons, a row a tool."""
     header = [
         "problem",
@@ -124,7 +124,7 @@ def summary(found: Sequence[Comparison]) -> str:
         "target",
     ]
     rows = []
-    for one in found:
+    for one in comparisons:
         costs = {tool: typical(runs).cost for tool, runs in one.runs.items()}
         for tool, runs in one.runs.items():
             run, mine = typical(runs), tool == "ours"
@@ -144,18 +144,18 @@ def summary(found: Sequence[Comparison]) -> str:
     return markdown(header, rows)
 
 
-def page(found: Sequence[Comparison], versions: dict[str, str], command: str) -> str:
+def page(comparisons: Sequence[Comparison], versions: dict[str, str], command: str) -> str:
     """Return the page docs/results/compare_nosnoc.md."""
     packages = ", ".join(f"{name} {number}" for name, number in versions.items() if name != "python")
-    tolerance, margin = found[0].settings.tolerance, 100 * (COST_MARGIN - 1)
-    tables = "\n\n".join(f"```\n{table(one, versions)}\n```" for one in found)
+    tolerance, margin = comparisons[0].settings.tolerance, 100 * (COST_MARGIN - 1)
+    tables = "\n\n".join(f"```\n{table(one, versions)}\n```" for one in comparisons)
     return f"""# Optimal control problems beside nosnoc {versions["nosnoc"]}
 
 Made by `{command}` on {machine()},
 one process with one thread a run, one after the other, Python {versions["python"]}, {packages}.
 Times are wall times from the description of a problem to its result.
 
-{summary(found)}
+{summary(comparisons)}
 
 Targets: fesd-robot solves the problem with complementarity of at most {tolerance:g}, at a cost at most {margin:.0f} %
 above that of nosnoc. Time ratio: nosnoc's over fesd-robot's; cost ratio: fesd-robot's over nosnoc's. Costs are those of

@@ -18,16 +18,16 @@ class Problem:
     Attributes:
         title: for tables.
         run: tool -> settings -> outcome.
-        weighed: whether `Settings.multipliers` matters.
+        weighted: whether `Settings.multipliers` applies to the problem.
     """
 
     title: str
     run: Mapping[str, Callable[[Settings], Outcome]]
-    weighed: bool = False
+    weighted: bool = False
 
 
 def _hopper(title: str, name: str) -> Problem:
-    return Problem(title, {"ours": partial(hopper.ours, name), "nosnoc": partial(hopper.nosnoc, name)}, weighed=True)
+    return Problem(title, {"ours": partial(hopper.ours, name), "nosnoc": partial(hopper.nosnoc, name)}, weighted=True)
 
 
 def _switched(title: str, describe: Callable[[], SwitchedProblem]) -> Problem:

@@ -210,5 +210,5 @@ def nosnoc(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outco
         f_terminal=problem.terminal,
         g_terminal=problem.state[fixed] - ca.DM(problem.target[fixed]),
     )
-    found = nosnoc_tool.run(opts, model, ocp, begin)
-    return found.outcome(*problem.judge(found.samples(TABLEAU)))
+    solution = nosnoc_tool.run(opts, model, ocp, begin)
+    return solution.outcome(*problem.judge(solution.samples(TABLEAU)))

@@ -210,5 +210,5 @@ def nosnoc(settings: Settings) -> Outcome:
     opts.sigma_0, opts.homotopy_update_slope, opts.max_iter_homotopy = 1.0, 0.1, 7
     opts.nlp_max_iter = 1000
     ends = DURATION * np.arange(1, INTERVALS + 1) / INTERVALS
-    found = nosnoc_tool.run(opts, model, ocp, begin, np.array([guess(end) for end in ends]))
-    return found.outcome(*discs.judge(found.samples(switched.TABLEAU)))
+    solution = nosnoc_tool.run(opts, model, ocp, begin, np.array([guess(end) for end in ends]))
+    return solution.outcome(*discs.judge(solution.samples(switched.TABLEAU)))

@@ -49,8 +49,8 @@ class Arc:
 
     def end(self, longest: float) -> tuple[float, int | None]:
         """Return when the arc ends, and the index of the switching function that ends it, if any does."""
-        found = [(_first_negative(margin, longest), i) for margin, i in zip(self.margins, self.ends, strict=True)]
-        time, index = min(found, key=lambda event: event[0])
+        events = [(_first_negative(margin, longest), i) for margin, i in zip(self.margins, self.ends, strict=True)]
+        time, index = min(events, key=lambda event: event[0])
         return (time, index) if time < longest else (longest, None)
 
 

@@ -161,29 +161,29 @@ def optimise(variant: Variant, scheme: str, stages: int, elements: int, detectio
     nlp = assemble(problem, scholtes, "never")
     begin = time.process_time()
     first = solve(problem, HOMOTOPY, nlp=nlp)
-    found = solve(replace(problem, start=first.w), LAST, nlp=nlp)
+    solution = solve(replace(problem, start=first.w), LAST, nlp=nlp)
     seconds = time.process_time() - begin
-    controls = transcription.controls(found.w)
+    controls = transcription.controls(solution.w)
     try:
         truth = replay(START, controls, DURATION, variant.gain)
         error, times = float(np.linalg.norm(truth.end - TARGET)), truth.times
     except ArithmeticError:  # an optimisation that failed may leave anything
         error, times = math.nan, []
-    path = [e.at(tableau, np.linspace(e.start, e.end, 9))[:, :2] for e in transcription.unpack(found.w)]
+    path = [e.at(tableau, np.linspace(e.start, e.end, 9))[:, :2] for e in transcription.unpack(solution.w)]
     return Run(
         scheme=scheme,
         stages=stages,
         elements=elements,
         detection=detection,
-        solved=found.solved,
-        objective=transcription.cost_terms(found.w)["cost"],
+        solved=solution.solved,
+        objective=transcription.cost_terms(solution.w)["cost"],
         cost=variant.cost(controls),
         error=error,
         times=times,
         controls=controls,
         path=np.vstack(path),
-        iterations=first.iterations + found.iterations,
-        complementarity=found.residuals.complementarity,
-        status=found.status,
+        iterations=first.iterations + solution.iterations,
+        complementarity=solution.residuals.complementarity,
+        status=solution.status,
         seconds=seconds,
     )

@@ -81,7 +81,13 @@ class Form:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "ipopt.txt"
             ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
-            options = HomotopyOptions(tolerance=0.99, velocity_level_ratio=1.0, max_iterations=ITERATIONS, ipopt=ipopt)
+            options = HomotopyOptions(
+                tolerance=0.99,
+                velocity_level_ratio=1.0,
+                max_iterations=ITERATIONS,
+                linear_solver="mumps",
+                ipopt=ipopt,
+            )
             solve(self.problem, options, nlp=self.nlp)
             text = file.read_text(encoding="utf-8")
         values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}
@@ -190,18 +196,18 @@ def whole_table(counts: Sequence[int]) -> str:
                 tolerance=LAST_SIGMA, time_limit=TIME_LIMIT, linear_solver="auto", compile="never"
             )
             begin = time.process_time()
-            found = solve(problem, options)
-            seconds, iterations = time.process_time() - begin, max(found.iterations, 1)
+            solution = solve(problem, options)
+            seconds, iterations = time.process_time() - begin, max(solution.iterations, 1)
             rows.append(
                 [
                     f"{count}",
                     TITLES[form],
                     f"{seconds:.1f}",
-                    f"{found.iterations}",
+                    f"{solution.iterations}",
                     f"{1e3 * seconds / iterations:.1f}",
-                    f"{found.reports[-1].sigma:.1e}",
-                    f"{found.residuals.objective:.2f}",
-                    "solved" if found.solved else found.status,
+                    f"{solution.reports[-1].sigma:.1e}",
+                    f"{solution.residuals.objective:.2f}",
+                    "solved" if solution.solved else solution.status,
                 ]
             )
             print("  ".join(rows[-1]), flush=True)
@@ -228,9 +234,9 @@ def main() -> None:
         f"{ITERATIONS} iterations, median of {REPEAT} runs in which the forms took turns. An iteration whose matrix "
         "has the wrong inertia factorises it more than once.\n\n" + times
     )
-    found, known = [1 - ratio for ratio in ratios.values()], reference("hopper_forms")["saving"]
+    savings, known = [1 - ratio for ratio in ratios.values()], reference("hopper_forms")["saving"]
     report.add(
-        f"The published step functions save {100 * min(found):.0f} to {100 * max(found):.0f} % of an iteration of "
+        f"The published step functions save {100 * min(savings):.0f} to {100 * max(savings):.0f} % of an iteration of "
         f"Stewart's form. In nosnoc 0.2.0, whose step functions have four further variables a stage, they save "
         f"{100 * min(known):.0f} to {100 * max(known):.0f} % on the same grid."
     )

@@ -112,26 +112,28 @@ class Experiment:
         """Simulate; None where a step was not solved."""
         name = f"{title(scheme)}, N = {steps}, {form}, {'switch detection' if detection else 'fixed steps'}"
         try:
-            found = simulate(self.systems[form], START, steps, DURATION, options=tableau_options(scheme, detection))
+            simulation = simulate(
+                self.systems[form], START, steps, DURATION, options=tableau_options(scheme, detection)
+            )
         except SimulationError as error:
             known = not detection or self.ideal[scheme].get(str(steps), [0.0])[0] is not None
             (self.failures if known else self.unsolvable).append(f"{name}: {error}")
             return None
-        count = sum(report.method != "modes" for report in found.reports)
+        count = sum(report.method != "modes" for report in simulation.reports)
         if count:
             self.indirect.append(f"{name}: {count}")
-        self.ends[form, scheme, steps, detection] = found.states[-1]
-        return found
+        self.ends[form, scheme, steps, detection] = simulation.states[-1]
+        return simulation
 
     def errors(self, scheme: str, grid: Sequence[int], detection: bool) -> Errors:
         """Run the Stewart form over a grid."""
         result = Errors()
         for steps in grid:
-            found = self.run(scheme, steps, detection)
-            if found is not None:
-                result.end[steps] = float(np.abs(found.states[-1] - self.exact).max())
-                if len(found.switch_times):
-                    result.switch[steps] = float(np.abs(found.switch_times - 1.0).min())
+            simulation = self.run(scheme, steps, detection)
+            if simulation is not None:
+                result.end[steps] = float(np.abs(simulation.states[-1] - self.exact).max())
+                if len(simulation.switch_times):
+                    result.switch[steps] = float(np.abs(simulation.switch_times - 1.0).min())
         return result
 
     def form_difference(self, schemes: Sequence[str], grid: Sequence[int]) -> float:
@@ -154,10 +156,10 @@ def ratio(ours: float | None, other: float | None, smallest: float = 0.0) -> str
     return f"{ours / other:.3f}" if other > smallest else "round-off"
 
 
-def detection_table(found: dict[str, Errors], known: dict) -> str:
+def detection_table(by_scheme: dict[str, Errors], known: dict) -> str:
     """With switch detection: errors of the end and of the switch time, beside ideal and published ones."""
     rows = []
-    for scheme, errors in found.items():
+    for scheme, errors in by_scheme.items():
         for i, (steps, ours) in enumerate(errors.end.items()):
             ideal, ideal_switch = known["ideal"][scheme].get(str(steps), [None, None])
             published = known["published"]["fesd"].get(scheme, {}).get(str(steps))
@@ -180,11 +182,11 @@ def detection_table(found: dict[str, Errors], known: dict) -> str:
     )
 
 
-def fixed_table(found: dict[str, Errors], known: dict) -> str:
+def fixed_table(by_scheme: dict[str, Errors], known: dict) -> str:
     """With fixed steps: error beside the published one for every number of steps."""
-    grid = [steps for steps in next(iter(found.values())).end if steps != FINE]
+    grid = [steps for steps in next(iter(by_scheme.values())).end if steps != FINE]
     rows = []
-    for scheme, errors in found.items():
+    for scheme, errors in by_scheme.items():
         published = known["published"]["fixed"].get(scheme, {})
         row = [title(scheme)]
         for steps in grid:
@@ -193,10 +195,10 @@ def fixed_table(found: dict[str, Errors], known: dict) -> str:
     return markdown_table(["scheme, stages", *(w for n in grid for w in (f"N = {n}", "published"))], rows)
 
 
-def cdc_table(found: dict[str, Errors], known: dict) -> str:
+def cdc_table(by_scheme: dict[str, Errors], known: dict) -> str:
     """The second grid: ours and the ratio to the ideal error."""
     rows = []
-    for scheme, errors in found.items():
+    for scheme, errors in by_scheme.items():
         row = [title(scheme), str(order(scheme))]
         for steps, ours in errors.end.items():
             row += [number(ours), ratio(ours, known["cdc"][scheme].get(str(steps)), REPRESENTABLE)]
@@ -217,10 +219,10 @@ def fitted(scheme: str, errors: dict[int, float]) -> tuple[float, str]:
     return slope(chosen), f"{min(chosen)} to {max(chosen)}"
 
 
-def slope_table(found: dict[str, Errors], fixed: dict[str, Errors]) -> tuple[str, float]:
+def slope_table(by_scheme: dict[str, Errors], fixed: dict[str, Errors]) -> tuple[str, float]:
     """Fitted orders, and the smallest excess over p."""
     rows, worst = [], np.inf
-    for scheme, errors in found.items():
+    for scheme, errors in by_scheme.items():
         value, span = fitted(scheme, errors.end)
         plain = slope({steps: error for steps, error in fixed[scheme].end.items() if 34 <= steps <= 324})
         worst = min(worst, value - order(scheme))
@@ -228,10 +230,10 @@ def slope_table(found: dict[str, Errors], fixed: dict[str, Errors]) -> tuple[str
     return markdown_table(["scheme, stages", "p", "slope", "over N", "slope with fixed steps"], rows), worst
 
 
-def worst_ratio(found: dict[str, Errors], ideal: dict, what: str) -> tuple[float, int]:
+def worst_ratio(by_scheme: dict[str, Errors], ideal: dict, what: str) -> tuple[float, int]:
     """Largest relative distance from the ideal errors, and how many were compared."""
     distances = []
-    for scheme, errors in found.items():
+    for scheme, errors in by_scheme.items():
         for steps, ours in getattr(errors, what).items():
             entry = ideal[scheme].get(str(steps))
             if isinstance(entry, list):
@@ -241,14 +243,14 @@ def worst_ratio(found: dict[str, Errors], ideal: dict, what: str) -> tuple[float
     return max(distances), len(distances)
 
 
-def draw(found: dict[str, Errors], fixed: dict[str, Errors], families: dict, known: dict) -> Figure:
+def draw(with_detection: dict[str, Errors], fixed: dict[str, Errors], families: dict, known: dict) -> Figure:
     """Errors over the step, one column a family, with switch detection above, with fixed steps below."""
     names = list(families)[:5]
     figure, axes = plt.subplots(
         2, len(names), figsize=(2.5 * len(names), 6.2), sharex=True, sharey="row", layout="constrained", squeeze=False
     )
     for column, name in enumerate(names):
-        for axis, results, key in zip(axes[:, column], (found, fixed), ("fesd", "fixed"), strict=True):
+        for axis, results, key in zip(axes[:, column], (with_detection, fixed), ("fesd", "fixed"), strict=True):
             for i, scheme in enumerate(families[name]):
                 ours, published = results[scheme].end, known["published"][key].get(scheme, {})
                 label = f"{scheme[-1]}, p = {order(scheme)}"
@@ -280,7 +282,7 @@ def main() -> None:
     def steps_of(scheme: str) -> Sequence[int]:
         return (*grid, FINE) if options.full or order(scheme) == 1 else grid
 
-    found = {scheme: experiment.errors(scheme, steps_of(scheme), True) for scheme in schemes}
+    with_detection = {scheme: experiment.errors(scheme, steps_of(scheme), True) for scheme in schemes}
     fixed = {scheme: experiment.errors(scheme, steps_of(scheme), False) for scheme in schemes}
     on_cdc = [s for s in schemes if s.startswith(("radau_iia", "gauss_legendre"))]
     cdc = {scheme: experiment.errors(scheme, CDC_STEPS, True) for scheme in on_cdc}
@@ -297,22 +299,22 @@ def main() -> None:
         f"from their asymptotic order on the published grid; their slope is fitted up to N = {FINE}."
     )
     report.figure(
-        draw(found, fixed, families, known),
+        draw(with_detection, fixed, families, known),
         "Error of x(T) over the step: switch detection above, fixed steps below; crosses are the published values.",
     )
     report.add("## With switch detection")
-    report.add(detection_table(found, known))
+    report.add(detection_table(with_detection, known))
     report.add("## With fixed steps")
     report.add(fixed_table(fixed, known))
     report.add("## Fitted order")
-    slopes, excess = slope_table(found, fixed)
+    slopes, excess = slope_table(with_detection, fixed)
     report.add(slopes)
     report.add("## The grid of the step function paper")
     report.add(cdc_table(cdc, known))
     report.add("## Summary")
 
-    end, compared_ends = worst_ratio(found, known["ideal"], "end")
-    switch, compared_switches = worst_ratio(found, known["ideal"], "switch")
+    end, compared_ends = worst_ratio(with_detection, known["ideal"], "end")
+    switch, compared_switches = worst_ratio(with_detection, known["ideal"], "switch")
     on_grid, compared_cdc = worst_ratio(cdc, known["cdc"], "end")
     fixed_least = min(errors.end[324] for errors in fixed.values())
     published = {
@@ -324,7 +326,7 @@ def main() -> None:
     far = [name for name, distance in published.items() if distance > 0.02]
     tiny = [
         error
-        for scheme, errors in found.items()
+        for scheme, errors in with_detection.items()
         for n, error in errors.end.items()
         if (known["ideal"][scheme].get(str(n)) or [None])[0] is not None and known["ideal"][scheme][str(n)][0] < 1e-13
     ]

@@ -1,4 +1,4 @@
-"""Derivatives of the end state by the initial state converge to the true ones, jump of the switch included.
+"""Derivatives of the end state by the initial state converge to the exact ones, the switch's jump included.
 
     python scripts/reproduce/sensitivities.py
 
@@ -14,9 +14,9 @@ from _common import Report, legend_below, markdown_table, number, plt, reference
 
 # isort: split
 import numpy as np
+from _objective import LEFT, RIGHT, Objective
 from integration_order import DURATION, FAMILIES, FINE, START, order, oscillator, ratio, slope, tableau_options, title
 from matplotlib.figure import Figure
-from objective_curve import LEFT, RIGHT, Objective
 
 from fesd_robot.fesd import SimulationError, make_tableau, simulate
 
@@ -37,7 +37,7 @@ class Experiment:
 
     def errors(self, scheme: str, grid: Sequence[int], detection: bool) -> dict[int, float]:
         """Largest absolute entry of the error by number of steps."""
-        found = {}
+        errors = {}
         options = tableau_options(scheme, detection)
         for steps in grid:
             try:
@@ -45,8 +45,8 @@ class Experiment:
             except SimulationError as error:
                 self.failures.append(f"{title(scheme)}, N = {steps}: {error}")
                 continue
-            found[steps] = float(np.abs(simulation.sensitivity.initial - self.exact).max())
-        return found
+            errors[steps] = float(np.abs(simulation.sensitivity.initial - self.exact).max())
+        return errors
 
 
 def last_node_is_one(scheme: str) -> bool:
@@ -63,10 +63,10 @@ def fitted(scheme: str, errors: dict[int, float]) -> float:
     return slope({steps: errors[steps] for steps in grid if steps in errors}, ROUND_OFF)
 
 
-def oscillator_table(found: dict, fixed: dict, ideal: dict) -> str:
+def oscillator_table(with_detection: dict, fixed: dict, ideal: dict) -> str:
     """Errors with switch detection beside the ideal ones, slopes, and errors with fixed steps."""
     rows = []
-    for scheme, errors in found.items():
+    for scheme, errors in with_detection.items():
         known = ideal.get(scheme, {})
         row = [title(scheme), str(order(scheme)), "1" if last_node_is_one(scheme) else "< 1"]
         for steps in STEPS:
@@ -98,7 +98,7 @@ def crossing_table(points: np.ndarray) -> tuple[str, float, np.ndarray]:
     return table, worst, euler
 
 
-def draw(found: dict, fixed: dict, families: dict, ideal: dict) -> Figure:
+def draw(with_detection: dict, fixed: dict, families: dict, ideal: dict) -> Figure:
     """Errors over the step, one column a family, with switch detection above, with fixed steps below."""
     names = [name for name in SHOWN if name in families]
     figure, axes = plt.subplots(
@@ -106,11 +106,11 @@ def draw(found: dict, fixed: dict, families: dict, ideal: dict) -> Figure:
         layout="constrained", squeeze=False,
     )  # fmt: skip
     for column, name in enumerate(names):
-        for axis, results in zip(axes[:, column], (found, fixed), strict=True):
+        for axis, results in zip(axes[:, column], (with_detection, fixed), strict=True):
             for i, scheme in enumerate(families[name]):
                 errors, label = results[scheme], f"{scheme[-1]}, p = {order(scheme)}"
                 axis.loglog([DURATION / n for n in errors], list(errors.values()), f"C{i}o-", label=label)
-                known = ideal.get(scheme, {}) if results is found else {}
+                known = ideal.get(scheme, {}) if results is with_detection else {}
                 axis.loglog([DURATION / int(n) for n in known], list(known.values()), "kx", markersize=5, zorder=5)
         axes[1, column].plot([], [], "kx", markersize=5, label="ideal")
         axes[0, column].set_title(name)
@@ -137,7 +137,7 @@ def main() -> None:
     schemes = [scheme for members in families.values() for scheme in members]
     experiment = Experiment()
     grids = {scheme: (*STEPS, FINE) if order(scheme) == 1 else STEPS for scheme in schemes}
-    found = {scheme: experiment.errors(scheme, grids[scheme], True) for scheme in schemes}
+    with_detection = {scheme: experiment.errors(scheme, grids[scheme], True) for scheme in schemes}
     fixed = {scheme: experiment.errors(scheme, grids[scheme], False) for scheme in schemes}
     points = np.linspace(LEFT, RIGHT, 13 if options.quick else 50)
     crossing, worst, euler = crossing_table(points)
@@ -150,11 +150,11 @@ def main() -> None:
         "detection, are in the same norm."
     )
     report.figure(
-        draw(found, fixed, families, ideal),
+        draw(with_detection, fixed, families, ideal),
         "Error of dx(T)/dx(0) over the step: switch detection above, fixed steps below; crosses are the ideal values.",
     )
     report.add("## Oscillator")
-    report.add(oscillator_table(found, fixed, ideal))
+    report.add(oscillator_table(with_detection, fixed, ideal))
     report.add(
         f"Ratios and slopes leave out errors below {ROUND_OFF:g}, near round-off: the derivatives themselves are up to "
         "57. Slopes are those from N = 34 to 324; between, the errors fluctuate with the place of the switch in its "
@@ -173,13 +173,13 @@ def main() -> None:
 
     distances = [
         abs(ours / ideal[scheme][str(steps)] - 1)
-        for scheme, errors in found.items()
+        for scheme, errors in with_detection.items()
         for steps, ours in errors.items()
         if ideal.get(scheme, {}).get(str(steps), 0.0) > ROUND_OFF
     ]
-    all_excess = {s: fitted(s, errors) - order(s) for s, errors in found.items() if last_node_is_one(s)}
+    all_excess = {s: fitted(s, errors) - order(s) for s, errors in with_detection.items() if last_node_is_one(s)}
     excess = {s: value for s, value in all_excess.items() if np.isfinite(value)}
-    exhausted = [found[s][STEPS[-1]] for s in all_excess if s not in excess]
+    exhausted = [with_detection[s][STEPS[-1]] for s in all_excess if s not in excess]
     least = min(excess, key=excess.get)
     fixed_least = min(min(errors.values()) for errors in fixed.values())
     report.check(

@@ -144,11 +144,11 @@ def sweep_table(runs: Sequence[Run]) -> str:
 
 def front(runs: Sequence[Run]) -> list[Run]:
     """Return the runs that are more accurate than all faster ones."""
-    found = list[Run]()
+    best = list[Run]()
     for run in sorted(runs, key=lambda run: run.seconds):
-        if not found or run.error < found[-1].error:
-            found.append(run)
-    return found
+        if not best or run.error < best[-1].error:
+            best.append(run)
+    return best
 
 
 def compare(report: Report, runs: Sequence[Run]) -> None:
@@ -241,8 +241,8 @@ def _remarks(variant: Variant) -> str:
             continue
         options = FesdOptions(tableau=make_tableau(scheme, stages), elements=3)
         try:
-            found = simulate(system_of(variant), np.append(START, [0, 0]), exact, DURATION, options=options)
-            end = number(float(np.linalg.norm(found.states[-1, :2] - TARGET)), 2)
+            simulation = simulate(system_of(variant), np.append(START, [0, 0]), exact, DURATION, options=options)
+            end = number(float(np.linalg.norm(simulation.states[-1, :2] - TARGET)), 2)
         except SimulationError as error:
             end = f"no solution ({error})"
         ends.append(f"{TITLES[scheme]} {stages}: {end}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -79,9 +79,11 @@ def calls() -> list[str]:
 
 
 @pytest.fixture
-def interrupts(calls: list[str]) -> Interrupts:
-    """An object that notes its calls."""
-    return Interrupts(on_request=lambda: calls.append("request"), on_abort=lambda: calls.append("abort"))
+def interrupts(calls: list[str]) -> Iterator[Interrupts]:
+    """An object that notes its calls, where SIGINT has Python's own handler: a shell may have it ignored."""
+    inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield Interrupts(on_request=lambda: calls.append("request"), on_abort=lambda: calls.append("abort"))
+    signal.signal(signal.SIGINT, inherited)
 
 
 def test_the_handler_is_given_back(interrupts: Interrupts) -> None:
@@ -91,6 +93,17 @@ def test_the_handler_is_given_back(interrupts: Interrupts) -> None:
         assert signal.getsignal(signal.SIGINT) != before
     assert signal.getsignal(signal.SIGINT) == before
     assert signal.set_wakeup_fd(-1) == -1
+
+
+def test_an_ignored_interrupt_stays_ignored(interrupts: Interrupts, calls: list[str]) -> None:
+    """A program started with nohup or in the background of a script runs to its end."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with interrupts:
+        interrupts.solving()
+        signal.raise_signal(signal.SIGINT)
+        assert not interrupts.stop and not interrupts.received
+    assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    assert not calls
 
 
 def test_outside_the_solve_an_interrupt_raises(interrupts: Interrupts, calls: list[str]) -> None:

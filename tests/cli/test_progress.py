@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from fesd_robot.cli.progress import REFRESH_SECONDS, LiveProgress, PlainProgress, Progress, progress_for
+from fesd_robot.mpcc import NlpStatus
 
 
 class Residuals(NamedTuple):
@@ -24,7 +25,7 @@ class Report(NamedTuple):
 
     sigma: float = 1e-3
     velocity_level_sigma: float = 0.5
-    status: str = "converged"
+    status: NlpStatus = NlpStatus.CONVERGED
     iterations: int = 57
     seconds: float = 4.2
     residuals: Residuals = Residuals()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.contact import ContactOptions, ContactSystem, contact_system
+from fesd_robot.errors import OptionError
 
 from .motions import FORMS, FRICTION, GRAVITY, STRENGTH, point_mass, two_contacts
 
@@ -176,5 +177,5 @@ def test_without_friction_there_is_no_tangential_logic() -> None:
 
 def test_shares_need_the_integrated_gap() -> None:
     """Only the step functions can switch on the true gap."""
-    with pytest.raises(ValueError, match="'multipliers' needs gap='integrated', found gap='true'"):
+    with pytest.raises(OptionError, match="'multipliers' needs gap='integrated', found gap='true'"):
         contact_system(*point_mass(), replace(FORMS["multipliers"], gap="true"))

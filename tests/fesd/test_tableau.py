@@ -11,6 +11,7 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.optimize import fsolve
 
+from fesd_robot.errors import ModelError, OptionError
 from fesd_robot.fesd.schemes import FAMILIES
 from fesd_robot.fesd.tableau import MAX_STAGES, Scheme, Tableau, make_tableau
 
@@ -247,7 +248,7 @@ def test_polynomials_of_degree_n_s_are_exact(collocation: Tableau) -> None:
 def test_other_schemes_are_not_interpolated(pair: tuple[Scheme, int]) -> None:
     """A scheme that is no collocation scheme refuses to interpolate its states and says what to use."""
     tableau = make_tableau(*pair)
-    with pytest.raises(ValueError, match=rf"{pair[0]} is no collocation scheme .*continuous_weights"):
+    with pytest.raises(ModelError, match=rf"{pair[0]} is no collocation scheme .*continuous_weights"):
         tableau.interpolate(np.zeros((tableau.stages + 1, 1)), np.zeros(1))
 
 
@@ -260,15 +261,15 @@ def test_a_perturbed_tableau_is_refused(pair: tuple[Scheme, int]) -> None:
             for change in (1e-6, -1e-6):
                 wrong = getattr(good, part).copy()
                 wrong.flat[entry] += change
-                with pytest.raises(ValueError, match=f"tableau {pair[0]} with {pair[1]} stages misses its order"):
+                with pytest.raises(ModelError, match=f"tableau {pair[0]} with {pair[1]} stages misses its order"):
                     replace(good, **{part: wrong})
 
 
 def test_wrong_orders_and_undefined_numbers_are_refused(tableau: Tableau) -> None:
     """A tableau that claims one order more than it has, or has no number as a coefficient, does not pass."""
-    with pytest.raises(ValueError, match="misses its order conditions"):
+    with pytest.raises(ModelError, match="misses its order conditions"):
         replace(tableau, order=tableau.order + 1)
-    with pytest.raises(ValueError, match="misses its order conditions"):
+    with pytest.raises(ModelError, match="misses its order conditions"):
         replace(tableau, b=tableau.b * np.nan)
 
 
@@ -287,7 +288,7 @@ def test_wrong_orders_and_undefined_numbers_are_refused(tableau: Tableau) -> Non
 )
 def test_what_does_not_exist_is_refused(scheme: Scheme, stages: int | None, message: str) -> None:
     """The error names what was found and what there is."""
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(OptionError, match=message):
         make_tableau(scheme, stages)
 
 

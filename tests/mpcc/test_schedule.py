@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.mpcc.schedule import RULES, SETTLED, USUAL, Rule, Schedule, chosen_start
 
@@ -124,5 +125,5 @@ def test_the_first_sigma_is_not_below_the_tolerance() -> None:
 )
 def test_options_outside_their_range(options: dict[str, Any], message: str) -> None:
     """The error says what was found."""
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(OptionError, match=message):
         HomotopyOptions(**options)

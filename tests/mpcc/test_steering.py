@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
@@ -153,5 +154,5 @@ def test_an_assembled_nlp_keeps_its_steering() -> None:
 )
 def test_an_unknown_steering_is_refused(make: Any) -> None:
     """The error has the nearest name."""
-    with pytest.raises(ValueError, match=r"unknown steering 'lnf' \(did you mean 'linf'\?\)"):
+    with pytest.raises(OptionError, match=r"unknown steering 'lnf' \(did you mean 'linf'\?\)"):
         make(steering="lnf")

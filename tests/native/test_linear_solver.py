@@ -68,8 +68,8 @@ def test_solutions_and_inertia(kind: str) -> None:
         if smallest < 1e-10:
             continue  # too near to a singular matrix for a sign to mean anything
         system, values = _system(matrix, generator)
-        rank, found = system.factorize(values, threshold=1e-6)
-        assert (rank, found) == (len(matrix), negative), seed
+        rank, counted = system.factorize(values, threshold=1e-6)
+        assert (rank, counted) == (len(matrix), negative), seed
         right = generator.normal(size=len(matrix)) * np.abs(matrix).max(axis=1)
         x = system.solve(right)
         for _ in range(2):
@@ -82,7 +82,7 @@ def test_solutions_and_inertia(kind: str) -> None:
 
 @pytest.mark.parametrize("copies", [1, 3])
 def test_singular_matrices_are_noticed(copies: int) -> None:
-    """Constraints that stand twice leave exactly that many pivots out, or tiny ones that spoil the solution."""
+    """Repeated constraints leave exactly that many pivots out, or tiny ones that spoil the solution."""
     generator = np.random.default_rng(5)
     n, m = 30, 8
     coupling = generator.integers(-2, 3, size=(m, n)).astype(float)

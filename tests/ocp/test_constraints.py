@@ -74,8 +74,8 @@ def test_constraints_are_held_at_every_stage(short: str, load: Load) -> None:
     problem = Transcription(motion.ocp, motion.fesd).problem
     plain = formulate(load(short + ALL.splitlines(keepends=True)[0]))
     block = problem.blocks[-1]
-    assert (block.copies, len(block.constraint_names)) == (24, 6)
-    assert block.copy_names[3] == "interval 0, element 1, stage 2"
+    assert (block.copies, len(block.constraints)) == (24, 6)
+    assert str(block.places[3]) == "interval 0, element 1, stage 2"
     assert problem.size == Transcription(plain.ocp, plain.fesd).problem.size
     w = np.random.default_rng(1).normal(size=problem.size)
     values = block.evaluate(w)[1]
@@ -106,9 +106,10 @@ def test_a_forbidden_zone_is_one_more_vanishing_constraint(short: str, load: Loa
     text = short + "constraints: {ditch: {type: forbidden_zone, contact: foot, x: [0.4, 0.6]}}\n"
     motion, plain = formulate(load(text)), formulate(load(short))
     system = motion.contact_system.system
-    assert len(system.exclusions) == len(plain.contact_system.system.exclusions) + 1
-    added = system.exclusions[-1]
-    values = ca.Function("added", [system.state, system.algebraic], [added.level, added.share])
+    assert len(system.vanishing) == len(plain.contact_system.system.vanishing) + 1
+    added = system.complementarities[-1]
+    assert added.vanishing
+    values = ca.Function("added", [system.state, system.algebraic], [added.G, added.H])
     for x in np.linspace(0.2, 0.8, 13):
         state = np.array([x, 0.6, 0, 0.5, 0, 0, 0, 0, 0, 0.1])
         depth, multipliers = (float(value) for value in values(state, [0.3, 0.2, 0.5]))

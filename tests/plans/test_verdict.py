@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport
+from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport, NlpStatus
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
 from fesd_robot.plans.plan import Audit
 from fesd_robot.plans.verdict import status_of
 
 
-def solution(status: str, *, solved: bool = False, violation: float = 0.0, steps: int = 1) -> MpccSolution:
+def solution(words: str, *, solved: bool = False, violation: float = 0.0, steps: int = 1) -> MpccSolution:
+    status = NlpStatus(words)
     residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, "clock, interval 7", "gap, interval 3")
     report = NlpReport(
         sigma=1e-2, velocity_level_sigma=10.0, status=status, iterations=5, seconds=0.1, residuals=residuals

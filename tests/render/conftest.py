@@ -20,7 +20,7 @@ from fesd_robot.plans.plan import (
     Units,
 )
 
-from .browser import Browser
+from .browser import INSTALL, NOT_FOUND, Browser
 
 URDF = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
 NAMES = ["root_x", "root_z", "root_pitch", "leg"]
@@ -110,6 +110,13 @@ def plan(hop: Hop) -> Plan:
         ],
         task={"ground": {"friction": FRICTION}, "contacts": {"foot": {}}},
     )
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say in one line how many tests were skipped for want of a browser."""
+    skipped = [report for report in terminalreporter.stats.get("skipped", []) if NOT_FOUND in str(report.longrepr)]
+    if skipped:
+        terminalreporter.write_line(f"{NOT_FOUND}: {len(skipped)} tests of pages skipped; {INSTALL}")
 
 
 @pytest.fixture(scope="module")

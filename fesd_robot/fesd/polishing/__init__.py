@@ -1,15 +1,7 @@
-"""From a nearly complementary trajectory to an exact one: read what vanishes where, solve the smooth problem."""
+"""Polishing: from a nearly complementary trajectory to an exact one, by the smooth problem on its branch."""
 
-from fesd_robot.fesd.polishing.conditions import Alternative, Alternatives, Choice, alternatives_of
-from fesd_robot.fesd.polishing.reading import Structure, read_structure
+from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions, conditions_of
+from fesd_robot.fesd.polishing.reading import read_branch
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 
-__all__ = [
-    "Alternative",
-    "Alternatives",
-    "BranchTranscription",
-    "Choice",
-    "Structure",
-    "alternatives_of",
-    "read_structure",
-]
+__all__ = ["BranchTranscription", "ConditionFactors", "ElementConditions", "conditions_of", "read_branch"]

@@ -1,25 +1,15 @@
-"""Every complementarity of a system as a choice: which of its factors vanishes in a finite element."""
+"""The factors of a system's complementarity conditions, in a form that bounds can hold at zero."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import ActiveFactor, Complementarity, Label
 from fesd_robot.dcs import ComplementaritySystem
-
-
-class Choice(Enum):
-    """The factor of a complementarity that vanishes in an element."""
-
-    SHARE = "share"
-    """The partner b of a pair, or the share of an exclusion, is zero at every stage."""
-    LEVEL = "level"
-    """The multiplier a of a pair is zero, or the level of an exclusion is at most zero, at every point."""
-    REST = "rest"
-    """The rest of an exclusion is zero at every stage."""
 
 
 @dataclass(frozen=True)
@@ -30,112 +20,124 @@ class Quantity:
         expression: SX in x and z.
         variables: those of which it is a sum, as indices into (x, z); empty if it needs a row of its own.
         sign, offset: of a quantity that is sign * variable + offset.
-        row: which of the rows it is, -1 if it is made of variables.
+        row: which of the rows it is; None if it is made of variables.
     """
 
     expression: ca.SX
     variables: tuple[int, ...]
     sign: float
     offset: float
-    row: int
+    row: int | None
 
 
 @dataclass(frozen=True)
-class Alternative:
-    """max(level, 0) share rest = 0, or a b = 0 with level a and share b.
+class ConditionFactors:
+    """A complementarity condition and the quantities that its factors are.
 
     Attributes:
-        name: for messages.
-        rank: 0 decides where contact is, 1 what happens there.
-        level, share, rest: indices of quantities; no rest: -1.
-        direction: the level is this times its quantity, +1 or -1.
-        one_sided: the level may be negative.
-        kept: index of the state that stays at zero by itself while the share is not zero, -1 if there is none.
+        condition: of the system.
+        G, H: indices of quantities; G is `direction`, +1 or -1, times its quantity.
+        complement: index of a quantity; None if there is none.
+        invariant_state: index of the state that stays at zero by itself while H is not zero; None if there is none.
     """
 
-    name: str
-    rank: int
-    level: int
-    share: int
-    rest: int
+    condition: Complementarity
+    G: int
     direction: int
-    one_sided: bool
-    kept: int
+    H: int
+    complement: int | None
+    invariant_state: int | None
+
+    def quantity(self, factor: ActiveFactor) -> int:
+        """Return the index of the quantity that a factor is."""
+        if factor is ActiveFactor.COMPLEMENT:
+            assert self.complement is not None, self.condition.label
+            return self.complement
+        return self.G if factor is ActiveFactor.G else self.H
 
 
 @dataclass(frozen=True)
-class Alternatives:
-    """All complementarities of a system and the quantities they are made of.
+class ElementConditions:
+    """All complementarity conditions of a system and the quantities they are made of.
 
     Attributes:
-        members: in the order of the system, pairs first.
-        quantities: each once; two levels of opposite sign are one quantity.
+        members: pairs first, then vanishing constraints, each in the order of the system.
+        quantities: each once; two switching functions of opposite sign are one quantity.
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
     """
 
-    members: tuple[Alternative, ...]
+    members: tuple[ConditionFactors, ...]
     quantities: tuple[Quantity, ...]
     values: ca.Function
     rows: ca.Function
     row_count: int
 
+    @cached_property
+    def labels(self) -> tuple[Label, ...]:
+        """One a member."""
+        return tuple(member.condition.label for member in self.members)
 
-def alternatives_of(system: ComplementaritySystem) -> Alternatives:
-    """Return the alternatives that a system leaves an element.
+    def variables(self, quantity: int) -> set[int]:
+        """Return the variables of which a quantity is a sum, empty if it is none."""
+        return set(self.quantities[quantity].variables)
 
-    A share is a sum of variables that are not negative: to hold it at zero fixes them one by one, which leaves an
+
+def conditions_of(system: ComplementaritySystem) -> ElementConditions:
+    """Return the conditions that a system puts on an element.
+
+    An H is a sum of variables that are not negative: to hold it at zero fixes them one by one, which leaves an
     interior-point method more room than one row would.
     """
-    arguments = ca.vertcat(system.state, system.algebraic)
-    n_x = system.state.numel()
-    nonnegative = np.concatenate([np.zeros(n_x, bool), system.algebraic_lower >= 0])
-    found: list[Quantity] = []
-    rows: list[ca.SX] = []
+    quantities = _Quantities(system)
+    members = []
+    for condition in (*system.pairs, *system.vanishing):
+        G, direction = quantities.index(condition.G, either_sign=condition.vanishing)
+        invariant = quantities.known[G].variables if condition.invariant else ()
+        members.append(
+            ConditionFactors(
+                condition=condition,
+                G=G,
+                direction=direction,
+                H=quantities.index(condition.H)[0],
+                complement=None if condition.complement is None else quantities.index(condition.complement)[0],
+                invariant_state=invariant[0] if invariant else None,
+            )
+        )
+    x_z = [system.state, system.algebraic]
+    return ElementConditions(
+        members=tuple(members),
+        quantities=tuple(quantities.known),
+        values=ca.Function("quantities", x_z, [ca.vertcat(*[one.expression for one in quantities.known])]),
+        rows=ca.Function("rows", x_z, [ca.densify(ca.vertcat(ca.SX(0, 1), *quantities.rows))]),
+        row_count=len(quantities.rows),
+    )
 
-    def index_of(expression: ca.SX, *, either_sign: bool = False) -> tuple[int, int]:
-        for i, known in enumerate(found):
+
+class _Quantities:
+    """Collects quantities, each once."""
+
+    def __init__(self, system: ComplementaritySystem) -> None:
+        self.known: list[Quantity] = []
+        self.rows: list[ca.SX] = []
+        self._arguments = ca.vertcat(system.state, system.algebraic)
+        self._nonnegative = np.concatenate([np.zeros(system.state.numel(), bool), system.algebraic_lower >= 0])
+
+    def index(self, expression: ca.SX, *, either_sign: bool = False) -> tuple[int, int]:
+        """Return the index of the quantity that is the expression, and 1, or -1 if it is its negative."""
+        for i, known in enumerate(self.known):
             if ca.is_equal(known.expression, expression, 10):
                 return i, 1
             if either_sign and ca.is_equal(known.expression, ca.simplify(-expression), 10):
                 return i, -1
             if either_sign and (known.expression + expression).is_zero():
                 return i, -1
-        variables, sign, offset = _affine(expression, arguments, nonnegative)
+        variables, sign, offset = _affine(expression, self._arguments, self._nonnegative)
+        row = None if variables else len(self.rows)
         if not variables:
-            rows.append(expression)
-        found.append(Quantity(expression, variables, sign, offset, -1 if variables else len(rows) - 1))
-        return len(found) - 1, 1
-
-    members = [
-        Alternative(name, 0, index_of(a)[0], index_of(b)[0], -1, 1, False, -1)
-        for name, a, b in zip(
-            system.pair_names, ca.vertsplit(system.multiplier), ca.vertsplit(system.partner), strict=True
-        )
-    ]
-    for exclusion in system.exclusions:
-        level, direction = index_of(exclusion.level, either_sign=True)
-        quantity = found[level]
-        members.append(
-            Alternative(
-                name=exclusion.name,
-                rank=exclusion.rank,
-                level=level,
-                share=index_of(exclusion.share)[0],
-                rest=-1 if exclusion.rest is None else index_of(exclusion.rest)[0],
-                direction=direction,
-                one_sided=True,
-                kept=quantity.variables[0] if exclusion.kept and quantity.variables else -1,
-            )
-        )
-    x_z = [system.state, system.algebraic]
-    return Alternatives(
-        members=tuple(members),
-        quantities=tuple(found),
-        values=ca.Function("quantities", x_z, [ca.vertcat(*[one.expression for one in found])]),
-        rows=ca.Function("rows", x_z, [ca.densify(ca.vertcat(ca.SX(0, 1), *rows))]),
-        row_count=len(rows),
-    )
+            self.rows.append(expression)
+        self.known.append(Quantity(expression, variables, sign, offset, row))
+        return len(self.known) - 1, 1
 
 
 def _affine(expression: ca.SX, arguments: ca.SX, nonnegative: np.ndarray) -> tuple[tuple[int, ...], float, float]:

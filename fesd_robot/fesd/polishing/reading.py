@@ -1,4 +1,4 @@
-"""From a nearly complementary trajectory to the choice that every element makes in every alternative."""
+"""From a nearly complementary trajectory to its branch: the active factor of every condition in every element."""
 
 from __future__ import annotations
 
@@ -9,155 +9,160 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd.polishing.conditions import Alternative, Alternatives, Choice
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions
 from fesd_robot.fesd.trajectory import Element
 
-COLLAPSED = 0.03
-"""An element shorter than this times its equal share has no length: it holds one point, and nothing happens in it."""
+WITHOUT_LENGTH = 0.03
+"""An element shorter than this times its equal part of the interval has no length: nothing happens in it."""
 
 GRAZING_FLIGHT = 2e-3
 """A flight that stays this low (m) between two elements with contact is one with contact."""
 
 
-@dataclass(frozen=True)
-class Structure:
-    """What every finite element holds at zero.
+def read_branch(
+    conditions: ElementConditions, elements: Sequence[Element], steps: np.ndarray, grazing: float
+) -> Branch:
+    """Return the branch of a trajectory whose products are small but not zero.
 
-    Attributes:
-        choices: per element, per alternative.
-        collapsed: per element.
-    """
-
-    choices: tuple[tuple[Choice, ...], ...]
-    collapsed: tuple[bool, ...]
-
-
-def read_structure(
-    alternatives: Alternatives, elements: Sequence[Element], steps: np.ndarray, hover: float
-) -> Structure:
-    """Return the structure of a trajectory whose products are small but not zero.
-
-    The decision is one an element, from all its points together: of a alternative's factors the smaller one vanishes.
-    Alternatives of rank 0 are decided first; those of rank 1 only where their share is left.
+    The decision is one an element, from all its points together: of a condition's factors the smaller one vanishes.
+    Conditions of the position level are decided first; those of the velocity level only where their H is left.
 
     Args:
+        conditions: of the system.
         elements: of the trajectory, in time order.
-        steps: equal share of the interval of every element, numerical time.
-        hover: see `GRAZING_FLIGHT`; 0 takes every flight as it is.
+        steps: equal part of the interval of every element, numerical time.
+        grazing: see `GRAZING_FLIGHT`; 0 takes every flight as it is.
     """
-    values = [_values(alternatives, element) for element in elements]
-    collapsed = tuple(bool(e.step < COLLAPSED * h) for e, h in zip(elements, steps, strict=True))
-    first = [[_choice(c, v) if c.rank == 0 else None for c in alternatives.members] for v in values]
-    if hover > 0:
-        for at, alternative in enumerate(alternatives.members):
-            if alternative.kept >= 0:
-                _lower_hovers(first, at, [v[0][:, alternative.level].max() for v in values], collapsed, hover)
-    choices = [tuple(_complete(alternatives, v, own)) for v, own in zip(values, first, strict=True)]
-    return Structure(tuple(choices), collapsed)
+    sizes = [ElementSizes.of(conditions, element) for element in elements]
+    without_length = tuple(bool(e.step < WITHOUT_LENGTH * h) for e, h in zip(elements, steps, strict=True))
+    position = [
+        [size.smallest(member) if member.condition.level == "position" else None for member in conditions.members]
+        for size in sizes
+    ]
+    if grazing > 0:
+        for at, member in enumerate(conditions.members):
+            if member.invariant_state is not None:
+                heights = [size.points[:, member.G].max() for size in sizes]
+                _close_grazing_flights(position, at, heights, without_length, grazing)
+    factors = [tuple(_velocity_level(size, own)) for size, own in zip(sizes, position, strict=True)]
+    return Branch(conditions.labels, tuple(factors), without_length)
 
 
-def collapse(structure: Structure, elements: Sequence[Element], steps: np.ndarray) -> Structure | None:
-    """Return the structure without the elements that have shrunk to nothing; None if there are none."""
-    short = [e.step < COLLAPSED * h for e, h in zip(elements, steps, strict=True)]
-    collapsed = tuple(bool(old or new) for old, new in zip(structure.collapsed, short, strict=True))
-    return None if collapsed == structure.collapsed else replace(structure, collapsed=collapsed)
+def drop_elements(branch: Branch, elements: Sequence[Element], steps: np.ndarray) -> Branch | None:
+    """Return the branch with the elements that have shrunk to nothing; None if there are none."""
+    short = [e.step < WITHOUT_LENGTH * h for e, h in zip(elements, steps, strict=True)]
+    without_length = tuple(bool(old or new) for old, new in zip(branch.without_length, short, strict=True))
+    return None if without_length == branch.without_length else replace(branch, without_length=without_length)
 
 
-def out_of_elements(structure: Structure, elements: Sequence[Element]) -> list[int]:
+def out_of_elements(branch: Branch, elements: Sequence[Element]) -> list[int]:
     """Return the intervals that have no element to spare: each of theirs has a length and differs from its neighbours.
 
     One switch more, and such an interval cannot hold its motion.
     """
-    found = []
+    intervals = []
     for interval in sorted({element.interval for element in elements}):
         own = [e for e, element in enumerate(elements) if element.interval == interval]
-        switches = all(structure.choices[a] != structure.choices[b] for a, b in pairwise(own))
-        if len(own) > 1 and switches and not any(structure.collapsed[e] for e in own):
-            found.append(interval)
-    return found
+        switches = all(branch.factors[before] != branch.factors[after] for before, after in pairwise(own))
+        if len(own) > 1 and switches and not any(branch.without_length[e] for e in own):
+            intervals.append(interval)
+    return intervals
 
 
-def _values(alternatives: Alternatives, element: Element) -> tuple[np.ndarray, np.ndarray]:
-    """Quantities at all points, left boundary first, and at the stages only: (points, n), (stages, n)."""
-    x = np.vstack([element.x_left, element.x])
-    own = element.z if len(element.z) == len(element.x) else np.vstack([element.z, element.z[-1:]])
-    z = np.vstack([element.z_left, own])
-    values = np.asarray(ca.DM(alternatives.values.map(len(x))(x.T, z.T)).full()).T
-    return values, values[1 : len(element.slopes) + 1]
+@dataclass(frozen=True)
+class ElementSizes:
+    """The quantities of an element.
+
+    Attributes:
+        conditions: of the system.
+        points: at all points, left boundary first, (points, n).
+        stages: at the stages only, (n_s, n).
+    """
+
+    conditions: ElementConditions
+    points: np.ndarray
+    stages: np.ndarray
+
+    @classmethod
+    def of(cls, conditions: ElementConditions, element: Element) -> ElementSizes:
+        """Return the quantities of an element."""
+        x = np.vstack([element.x_left, element.x])
+        own = element.z if len(element.z) == len(element.x) else np.vstack([element.z, element.z[-1:]])
+        z = np.vstack([element.z_left, own])
+        points = np.asarray(ca.DM(conditions.values.map(len(x))(x.T, z.T)).full()).T
+        return cls(conditions, points, points[1 : len(element.slopes) + 1])
+
+    def G(self, member: ConditionFactors) -> float:
+        """Largest G of a condition."""
+        return float((member.direction * self.points[:, member.G]).max())
+
+    def complement(self, member: ConditionFactors) -> float:
+        """Mean complement of a condition; infinite where there is none."""
+        return np.inf if member.complement is None else float(self.stages[:, member.complement].mean())
+
+    def smallest(self, member: ConditionFactors) -> ActiveFactor:
+        """Return the factor of a condition that is the smallest."""
+        G, H, complement = self.G(member), float(self.stages[:, member.H].mean()), self.complement(member)
+        if max(G, 0.0) >= H and complement >= H:
+            return ActiveFactor.H
+        return ActiveFactor.COMPLEMENT if complement < max(G, 0.0) else ActiveFactor.G
 
 
-def _factors(alternative: Alternative, values: tuple[np.ndarray, np.ndarray]) -> tuple[float, float, float]:
-    """Sizes of level, share and rest in an element; the rest is infinite where there is none."""
-    points, stages = values
-    level = alternative.direction * points[:, alternative.level]
-    rest = np.inf if alternative.rest < 0 else float(stages[:, alternative.rest].mean())
-    return float(level.max()), float(stages[:, alternative.share].mean()), rest
-
-
-def _choice(alternative: Alternative, values: tuple[np.ndarray, np.ndarray]) -> Choice:
-    level, share, rest = _factors(alternative, values)
-    if share <= max(level, 0.0) and share <= rest:
-        return Choice.SHARE
-    return Choice.REST if rest < max(level, 0.0) else Choice.LEVEL
-
-
-def _lower_hovers(
-    choices: list[list[Choice | None]], at: int, heights: list[float], collapsed: tuple[bool, ...], hover: float
+def _close_grazing_flights(
+    factors: list[list[ActiveFactor | None]],
+    at: int,
+    heights: list[float],
+    without_length: tuple[bool, ...],
+    grazing: float,
 ) -> None:
     """Turn low flights between two contacts into contact."""
-    whole = [e for e in range(len(choices)) if not collapsed[e]]
-    flying = [choices[e][at] is Choice.SHARE for e in whole]
+    whole = [e for e in range(len(factors)) if not without_length[e]]
+    flying = [factors[e][at] is ActiveFactor.H for e in whole]
     begin = 0
     while begin < len(whole):
         end = begin
         while end < len(whole) and flying[end]:
             end += 1
-        if 0 < begin < end < len(whole) and max(heights[e] for e in whole[begin:end]) < hover:
+        if 0 < begin < end < len(whole) and max(heights[e] for e in whole[begin:end]) < grazing:
             for e in whole[begin:end]:
-                choices[e][at] = Choice.LEVEL
+                factors[e][at] = ActiveFactor.G
         begin = max(end, begin + 1)
 
 
-def _complete(
-    alternatives: Alternatives, values: tuple[np.ndarray, np.ndarray], own: Sequence[Choice | None]
-) -> list[Choice]:
-    """Decide the alternatives of rank 1 of an element, given those of rank 0."""
-    decided = list(zip(alternatives.members, own, strict=True))
-    shares = [set(alternatives.quantities[alternative.share].variables) for alternative, _ in decided]
-    gone = {v for share, (_, choice) in zip(shares, decided, strict=True) if choice is Choice.SHARE for v in share}
-    kept = [share for share, (_, choice) in zip(shares, decided, strict=True) if choice in (Choice.LEVEL, Choice.REST)]
-    chosen: list[Choice] = []
-    for share, (alternative, choice) in zip(shares, decided, strict=True):
-        if choice is None:
-            choice = Choice.SHARE if share and share <= gone else _secondary(alternative, values, whole=share in kept)
-        chosen.append(choice)
-    for share in kept:
-        _release(alternatives, values, chosen, shares, share)
-    return chosen
+def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]) -> list[ActiveFactor]:
+    """Decide the conditions of the velocity level of an element, given those of the position level."""
+    conditions = sizes.conditions
+    multipliers = [conditions.variables(member.H) for member in conditions.members]
+    decided = list(zip(multipliers, position, strict=True))
+    zero = {v for multiplier, factor in decided if factor is ActiveFactor.H for v in multiplier}
+    positive = [multiplier for multiplier, factor in decided if factor in (ActiveFactor.G, ActiveFactor.COMPLEMENT)]
+    factors: list[ActiveFactor] = []
+    for multiplier, member, factor in zip(multipliers, conditions.members, position, strict=True):
+        if factor is None and multiplier and multiplier <= zero:
+            factor = ActiveFactor.H
+        factors.append(factor or _in_contact(sizes, member, whole=multiplier in positive))
+    for contact in positive:
+        _release(sizes, factors, multipliers, contact)
+    return factors
 
 
-def _secondary(alternative: Alternative, values: tuple[np.ndarray, np.ndarray], *, whole: bool) -> Choice:
-    """A alternative of rank 1 in an element with contact; one on the whole of the contact's share cannot end it."""
-    level, _, rest = _factors(alternative, values)
-    if alternative.rest >= 0 and rest < float(np.abs(values[0][:, alternative.level]).max()):
-        return Choice.REST
-    if whole or values[1][:, alternative.share].max() > max(level, 0.0):
-        return Choice.LEVEL
-    return Choice.SHARE
+def _in_contact(sizes: ElementSizes, member: ConditionFactors, *, whole: bool) -> ActiveFactor:
+    """A condition of the velocity level in an element with contact; one on the contact's whole H cannot end it."""
+    if sizes.complement(member) < float(np.abs(sizes.points[:, member.G]).max()):
+        return ActiveFactor.COMPLEMENT
+    if whole or sizes.stages[:, member.H].max() > max(sizes.G(member), 0.0):
+        return ActiveFactor.G
+    return ActiveFactor.H
 
 
-def _release(
-    alternatives: Alternatives,
-    values: tuple[np.ndarray, np.ndarray],
-    chosen: list[Choice],
-    shares: list[set[int]],
-    contact: set[int],
-) -> None:
-    """Where a contact would have no force left to act with, give back the part whose level is smallest."""
+def _release(sizes: ElementSizes, factors: list[ActiveFactor], multipliers: list[set[int]], contact: set[int]) -> None:
+    """Where a contact would have no force left to act with, give back the part whose G is smallest."""
+    members = sizes.conditions.members
     parts = [
         i
-        for i, alternative in enumerate(alternatives.members)
-        if alternative.rank == 1 and chosen[i] is Choice.SHARE and shares[i] & contact
+        for i, member in enumerate(members)
+        if member.condition.level == "velocity" and factors[i] is ActiveFactor.H and multipliers[i] & contact
     ]
-    if contact and contact <= {v for i in parts for v in shares[i]}:
-        chosen[min(parts, key=lambda i: _factors(alternatives.members[i], values)[0])] = Choice.LEVEL
+    if contact and contact <= {v for i in parts for v in multipliers[i]}:
+        factors[min(parts, key=lambda i: sizes.G(members[i]))] = ActiveFactor.G

@@ -1,75 +1,85 @@
-"""The smooth problem on a structure: every alternative's chosen factor is held at zero, nothing is relaxed."""
+"""The branch NLP of a trajectory: every condition's active factor is held at zero, nothing is relaxed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Branch, Label
 from fesd_robot.fesd.element import read_elements
-from fesd_robot.fesd.interval import IntervalFunctions
-from fesd_robot.fesd.polishing.bounds import Holding
-from fesd_robot.fesd.polishing.conditions import Alternatives, alternatives_of
-from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, Structure, collapse, out_of_elements, read_structure
+from fesd_robot.fesd.polishing.bounds import BoundsBuilder
+from fesd_robot.fesd.polishing.conditions import ElementConditions, conditions_of
+from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, drop_elements, out_of_elements, read_branch
 from fesd_robot.fesd.transcription import Transcription
-from fesd_robot.mpcc import Block, Held, Mpcc
+from fesd_robot.mpcc import Block, BranchBounds, Mpcc
 
 
 @dataclass(frozen=True)
 class BranchTranscription:
-    """A transcription whose alternatives are choices instead of pairs, to finish a homotopy with.
+    """A transcription whose conditions have an active factor instead of being pairs, to polish a homotopy's end.
 
-    One problem serves all structures: a structure sets bounds on variables and on rows, so functions and derivatives
-    are made once. What a structure repeats is left out, or an interior-point method finds no interior: a level at a
-    boundary belongs to the element before it; a gap is held where contact begins and then kept by the velocities; an
-    element without length has no bounds on its states, for they are those of its left boundary.
+    One problem serves all branches: a branch sets bounds on variables and on rows, so functions and derivatives are
+    made once. What a branch repeats is left out, or an interior-point method finds no interior: G at a boundary belongs
+    to the element before it; an invariant is held where contact begins and then kept by the velocities (index
+    reduction); an element without length has no bounds on its states, for they are those of its left boundary.
     """
 
     transcription: Transcription
 
     @cached_property
-    def alternatives(self) -> Alternatives:
-        """What can vanish."""
-        return alternatives_of(self.transcription.ocp.system)
+    def conditions(self) -> ElementConditions:
+        """What can vanish in an element."""
+        return conditions_of(self.transcription.ocp.system)
 
     @cached_property
     def problem(self) -> Mpcc:
         """The problem without pairs, and with a row for every quantity that needs one at every point."""
         full = self.transcription.problem
-        kinds = list(self.transcription.intervals.values())
-        first, intervals, rest = full.blocks[0], full.blocks[1 : 1 + len(kinds)], full.blocks[1 + len(kinds) :]
-        pieces = zip(intervals, kinds, strict=True)
-        blocks = [self._initial_rows(first), *(self._interval_rows(block, own) for block, own in pieces), *rest]
+        kinds = len(self.transcription.intervals)
+        first, intervals, rest = full.blocks[0], full.blocks[1 : 1 + kinds], full.blocks[1 + kinds :]
+        blocks = [
+            _without_pairs(first, self._initial_rows(first)),
+            *(
+                _without_pairs(block, self._interval_rows(block, count))
+                for block, count in zip(intervals, self.transcription.intervals, strict=True)
+            ),
+            *rest,
+        ]
         return Mpcc(lower=full.lower, upper=full.upper, start=full.start, blocks=blocks)
 
-    def readings(self, w: np.ndarray) -> Iterator[Structure]:
-        """Return the structures that a point may mean, the likelier one first."""
+    def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
+        """Return the branches on which a point may lie, the likelier one first."""
         elements = self.transcription.unpack(w)
-        found: list[Structure] = []
-        for hover in (GRAZING_FLIGHT, 0.0):
-            structure = read_structure(self.alternatives, elements, self._shares, hover)
-            if structure not in found:
-                found.append(structure)
-                yield structure
+        branches: list[Branch] = []
+        for grazing in (GRAZING_FLIGHT, 0.0):
+            branch = read_branch(self.conditions, elements, self._equal_steps, grazing)
+            if branch not in branches:
+                branches.append(branch)
+                yield branch
+
+    def branch(self, w: np.ndarray) -> Branch:
+        """Return the likeliest branch on which a point lies."""
+        return next(self.candidate_branches(w))
 
     def out_of_elements(self, w: np.ndarray) -> list[int]:
-        """Return the intervals of which no element is to spare at w, see `reading.out_of_elements`."""
-        return out_of_elements(next(self.readings(w)), self.transcription.unpack(w))
+        """Return the intervals that have no element to spare at w, see `reading.out_of_elements`."""
+        return out_of_elements(self.branch(w), self.transcription.unpack(w))
 
-    def revised(self, structure: Structure, w: np.ndarray) -> Structure | None:
-        """Return the structure without elements that have shrunk to nothing at w; None if there are none."""
-        return collapse(structure, self.transcription.unpack(w), self._shares)
+    def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
+        """Return the branch with the elements that have shrunk to nothing at w; None if there are none."""
+        return drop_elements(branch, self.transcription.unpack(w), self._equal_steps)
 
-    def held(self, structure: Structure) -> Held:
-        """Return the bounds on variables and rows of `problem` that hold a structure."""
-        return Holding(self).held(structure)
+    def bounds(self, branch: Branch) -> BranchBounds:
+        """Return the bounds on variables and rows of `problem` that keep the active factors of a branch at zero."""
+        return BoundsBuilder(self).bounds(branch)
 
     @cached_property
-    def _shares(self) -> np.ndarray:
-        """Equal share of the interval of every element, numerical time."""
+    def _equal_steps(self) -> np.ndarray:
+        """Equal part of the interval of every element, numerical time."""
         ocp = self.transcription.ocp
         return np.concatenate([np.full(n, ocp.duration / ocp.intervals / n) for n in self.transcription.elements])
 
@@ -79,33 +89,27 @@ class BranchTranscription:
         layout = next(iter(self.transcription.layouts.values()))
         return layout.stages + layout.own_end
 
-    def _initial_rows(self, block: Block) -> Block:
-        n_x, n_z = self.transcription.ocp.system.state.numel(), self.transcription.ocp.system.algebraic.numel()
-        w = ca.SX.sym("w", block.function.sparsity_in(0))
-        return _with_rows(block, w, self.alternatives.rows(w[:n_x], w[n_x : n_x + n_z]))
+    def _initial_rows(self, block: Block) -> ca.SX:
+        system = self.transcription.ocp.system
+        n_x, n_z = system.state.numel(), system.algebraic.numel()
+        return self.conditions.rows(block.variables[:n_x], block.variables[n_x : n_x + n_z])
 
-    def _interval_rows(self, block: Block, functions: IntervalFunctions) -> Block:
-        layout = functions.layout
-        w = ca.SX.sym("w", block.function.sparsity_in(0))
+    def _interval_rows(self, block: Block, elements: int) -> ca.SX:
+        layout, w = self.transcription.layouts[elements], block.variables
         left = layout.n_x + layout.n_z
         parts = read_elements(layout, self.transcription.options.tableau, w[:left], w[left:])
-        rows = [
-            self.alternatives.rows(x, z) for part in parts for x, z in [*part.stages, *[part.right] * layout.own_end]
-        ]
-        return _with_rows(block, w, ca.vertcat(ca.SX(0, 1), *rows))
+        points = [point for part in parts for point in [*part.stages, *[part.right] * layout.own_end]]
+        return ca.vertcat(ca.SX(0, 1), *[self.conditions.rows(x, z) for x, z in points])
 
 
-def _with_rows(block: Block, w: ca.SX, rows: ca.SX) -> Block:
-    """Return the block without its pairs, and with further rows that no structure holds yet."""
-    p, nothing, count = ca.SX.sym("p", block.function.sparsity_in(1)), ca.SX(0, 1), rows.numel()
-    f, g, _, _ = block.function(w, p)
-    return Block(
-        copy_names=block.copy_names,
-        function=ca.Function(block.function.name(), [w, p], [f, ca.vertcat(g, rows), nothing, nothing]),
-        index=block.index,
-        parameters=block.parameters,
-        lower=np.append(block.lower, np.full(count, -np.inf)),
-        upper=np.append(block.upper, np.full(count, np.inf)),
-        constraint_names=[*block.constraint_names, *[f"alternative {i}" for i in range(count)]],
-        pair_names=[],
+def _without_pairs(block: Block, rows: ca.SX) -> Block:
+    """Return the block without its pairs, and with further rows that no branch holds yet."""
+    free = np.full(rows.numel(), np.inf)
+    return replace(
+        block,
+        rows=ca.vertcat(block.rows, rows),
+        lower=np.append(block.lower, -free),
+        upper=np.append(block.upper, free),
+        constraints=[*block.constraints, *[Label("active factor", str(i)) for i in range(rows.numel())]],
+        complementarities=(),
     )

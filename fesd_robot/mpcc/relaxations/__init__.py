@@ -6,7 +6,7 @@ Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022.
 
 from __future__ import annotations
 
-from fesd_robot.errors import nearest
+from fesd_robot.errors import OptionError, nearest
 from fesd_robot.mpcc.relaxations.chen_chen_kanzow import chen_chen_kanzow
 from fesd_robot.mpcc.relaxations.fischer_burmeister import fischer_burmeister, fischer_burmeister_equality
 from fesd_robot.mpcc.relaxations.kadrani import kadrani
@@ -44,8 +44,8 @@ def relaxation_named(name: str) -> Relaxation:
     """Return the relaxation of that name.
 
     Raises:
-        ValueError: there is none; the message has the nearest one.
+        OptionError: there is none; the message has the nearest one.
     """
     if name not in RELAXATIONS:
-        raise ValueError(f"unknown relaxation '{name}'{nearest(name, RELAXATIONS)}")
+        raise OptionError(f"unknown relaxation '{name}'{nearest(name, RELAXATIONS)}")
     return RELAXATIONS[name]

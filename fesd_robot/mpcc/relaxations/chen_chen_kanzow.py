@@ -21,5 +21,5 @@ def penalized_fischer_burmeister(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
     return PART * norm_against_sum(a, b, sigma) + (1 - PART) * product(a, b, sigma)
 
 
-chen_chen_kanzow = Relaxation("chen_chen_kanzow", penalized_fischer_burmeister, one_sided=True)
+chen_chen_kanzow = Relaxation("chen_chen_kanzow", penalized_fischer_burmeister, vanishing=True)
 """(a + b - sqrt(a² + b² + 2 sigma)) / 2 + (a b - sigma) / 2 <= 0."""

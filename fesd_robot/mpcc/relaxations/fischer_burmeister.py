@@ -15,7 +15,7 @@ def norm_against_sum(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
     return a + b - ca.sqrt(a**2 + b**2 + 2 * sigma)
 
 
-fischer_burmeister = Relaxation("fischer_burmeister", norm_against_sum, one_sided=True)
+fischer_burmeister = Relaxation("fischer_burmeister", norm_against_sum, vanishing=True)
 """a + b <= sqrt(a² + b² + 2 sigma)."""
 
 fischer_burmeister_equality = Relaxation("fischer_burmeister_equality", norm_against_sum, equality=True)

@@ -16,5 +16,5 @@ def shifted_corner(a: ca.SX, b: ca.SX, root: ca.SX) -> ca.SX:
     return ca.if_else(c + d >= 0, c * d, -0.5 * (c**2 + d**2))
 
 
-kanzow_schwartz = Relaxation("kanzow_schwartz", shifted_corner, power=2, one_sided=True, bounds_product=False)
+kanzow_schwartz = Relaxation("kanzow_schwartz", shifted_corner, power=2, vanishing=True, bounds_product=False)
 """min(a, b) <= sqrt(sigma)."""

@@ -15,7 +15,7 @@ def smoothed_minimum(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
     return 0.5 * (a + b - ca.sqrt((a - b) ** 2 + 4 * sigma))
 
 
-natural_residual = Relaxation("natural_residual", smoothed_minimum, one_sided=True)
+natural_residual = Relaxation("natural_residual", smoothed_minimum, vanishing=True)
 """(a + b - sqrt((a - b)² + 4 sigma)) / 2 <= 0."""
 
 natural_residual_equality = Relaxation("natural_residual_equality", smoothed_minimum, equality=True)

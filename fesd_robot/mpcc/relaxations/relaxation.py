@@ -20,7 +20,7 @@ class Relaxation:
         power: 1 where the rows are smooth in sigma itself, 2 where they are smooth in its root.
         equality: rows are held at 0 instead of below.
         signs: a, b >= 0 are held beside the rows.
-        one_sided: with b >= 0 alone the rows become a b <= 0 for a of any sign.
+        vanishing: the rows hold vanishing constraints: with H >= 0 alone they become G H <= 0 for G of any sign.
         bounds_product: the rows keep a b within sigma; otherwise only the smaller side is within sqrt(sigma).
     """
 
@@ -29,7 +29,7 @@ class Relaxation:
     power: int = 1
     equality: bool = False
     signs: bool = True
-    one_sided: bool = False
+    vanishing: bool = False
     bounds_product: bool = True
 
     def rows(self, a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:

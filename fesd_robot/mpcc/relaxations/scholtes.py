@@ -15,7 +15,7 @@ def product(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
     return a * b - sigma
 
 
-scholtes = Relaxation("scholtes", product, one_sided=True)
+scholtes = Relaxation("scholtes", product, vanishing=True)
 """a b <= sigma."""
 
 scholtes_equality = Relaxation("scholtes_equality", product, equality=True)

@@ -21,5 +21,5 @@ def rounded_corner(a: ca.SX, b: ca.SX, root: ca.SX) -> ca.SX:
     return a + b - ca.if_else(ca.fabs(difference) >= width, ca.fabs(difference), polynomial)
 
 
-steffensen_ulbrich_polynomial = Relaxation("steffensen_ulbrich_polynomial", rounded_corner, power=2, one_sided=True)
+steffensen_ulbrich_polynomial = Relaxation("steffensen_ulbrich_polynomial", rounded_corner, power=2, vanishing=True)
 """a + b - |a - b| <= 0 with the corner rounded by a polynomial."""

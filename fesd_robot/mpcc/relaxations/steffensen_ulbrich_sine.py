@@ -21,5 +21,5 @@ def rounded_corner(a: ca.SX, b: ca.SX, root: ca.SX) -> ca.SX:
     return a + b - ca.if_else(ca.fabs(difference) >= width, ca.fabs(difference), sine)
 
 
-steffensen_ulbrich_sine = Relaxation("steffensen_ulbrich_sine", rounded_corner, power=2, one_sided=True)
+steffensen_ulbrich_sine = Relaxation("steffensen_ulbrich_sine", rounded_corner, power=2, vanishing=True)
 """a + b - |a - b| <= 0 with the corner rounded by a sine."""

@@ -9,14 +9,15 @@ namespace fesd {
 
 namespace {
 
-constexpr double STRONG = 0.1;      // a diagonal entry this large beside its possible partners is taken as it is
-constexpr double NO_PIVOT = 1e-20;  // of the scaled matrix: below this a column counts as zero
-constexpr double CERTAIN = 1e-8;    // of the largest entry: a pivot this negative is so in spite of round-off
+constexpr double DIAGONAL_PREFERENCE = 0.1;  // a diagonal entry this large beside its row is a pivot of order 1
+constexpr double NO_PIVOT = 1e-20;           // of the scaled matrix: below this a column counts as zero
+constexpr double NEGATIVE_PIVOT = 1e-8;      // of the largest entry: a pivot this negative is so in spite of round-off
 
 }  // namespace
 
-// Eliminates what can be among the first `summed` columns of a front; the others are moved behind the pivots.
-void Factorization::eliminate(Factor& factor, int summed, double threshold) {
+// Eliminates the fully summed columns of a front that have an acceptable pivot; the others, which are delayed, are
+// moved behind the pivots.
+void Factorization::eliminate(Factor& factor, int fully_summed, double threshold) {
     const int m = factor.order;
     double* a = panel_.data();
     int* index = index_.data() + factor.index;
@@ -42,7 +43,7 @@ void Factorization::eliminate(Factor& factor, int summed, double threshold) {
         coupling[k] = 0.0;
         negative_ += d < 0.0;
         for (int i = k + 1; i < m; ++i) u[i] = pivot[i], pivot[i] *= inverse;
-        for (int c = k + 1; c < summed; ++c)
+        for (int c = k + 1; c < fully_summed; ++c)
             if (u[c] != 0.0) dense::subtract(column(c) + c, u[c], pivot + c, m - c);
         pivot[k] = 1.0;
         k += 1;
@@ -64,7 +65,7 @@ void Factorization::eliminate(Factor& factor, int summed, double threshold) {
             p[i] = i00 * u[i] + i01 * v[i];
             q[i] = i01 * u[i] + i11 * v[i];
         }
-        for (int c = k + 2; c < summed; ++c)
+        for (int c = k + 2; c < fully_summed; ++c)
             if (u[c] != 0.0 || v[c] != 0.0) dense::subtract(column(c) + c, u[c], p + c, v[c], q + c, m - c);
         p[k] = 1.0;
         p[k + 1] = 0.0;
@@ -75,9 +76,9 @@ void Factorization::eliminate(Factor& factor, int summed, double threshold) {
     auto acceptable = [&](int j, int r) {
         const double d = at(j, j), other = at(r, r), off = at(r, j), determinant = d * other - off * off;
         const double size = std::max({std::abs(d), std::abs(other), std::abs(off)});
-        double beside_j = dense::largest(column(j) + summed, m - summed);
-        double beside_r = dense::largest(column(r) + summed, m - summed);
-        for (int i = k; i < summed; ++i) {
+        double beside_j = dense::largest(column(j) + fully_summed, m - fully_summed);
+        double beside_r = dense::largest(column(r) + fully_summed, m - fully_summed);
+        for (int i = k; i < fully_summed; ++i) {
             if (i == j || i == r) continue;
             beside_j = std::max(beside_j, std::abs(at(i, j)));
             beside_r = std::max(beside_r, std::abs(at(i, r)));
@@ -87,35 +88,36 @@ void Factorization::eliminate(Factor& factor, int summed, double threshold) {
                threshold * (std::abs(off) * beside_j + std::abs(d) * beside_r) <= std::abs(determinant);
     };
 
-    for (bool found = true; found && k < summed;) {
-        found = false;
-        for (int j = k; j < summed && !found; ++j) {
-            double partner = 0.0;  // the largest entry in a row that could make a pivot of order 2 with j
+    for (bool eliminated = true; eliminated && k < fully_summed;) {
+        eliminated = false;
+        for (int j = k; j < fully_summed && !eliminated; ++j) {
+            double partner = 0.0;  // the largest entry whose row could make a pivot of order 2 with j
             int r = -1;
             const double* own = column(j);
             for (int i = k; i < j; ++i) {
                 const double size = std::abs(column(i)[j]);
                 if (size > partner) partner = size, r = i;
             }
-            for (int i = j + 1; i < summed; ++i) {
+            for (int i = j + 1; i < fully_summed; ++i) {
                 const double size = std::abs(own[i]);
                 if (size > partner) partner = size, r = i;
             }
             const double d = std::abs(own[j]);
             const bool enough =
-                d > NO_PIVOT && d >= threshold * std::max(partner, dense::largest(own + summed, m - summed));
-            const bool strong = enough && d >= STRONG * partner;
-            if (!strong && partner > NO_PIVOT && acceptable(j, r)) {
+                d > NO_PIVOT &&
+                d >= threshold * std::max(partner, dense::largest(own + fully_summed, m - fully_summed));
+            const bool preferred = enough && d >= DIAGONAL_PREFERENCE * partner;
+            if (!preferred && partner > NO_PIVOT && acceptable(j, r)) {
                 pair(j, r);
-                found = true;
+                eliminated = true;
             } else if (enough) {
                 single(j);
-                found = true;
+                eliminated = true;
             }
         }
     }
     factor.pivots = k;
-    factor.delayed = summed - k;
+    factor.delayed = fully_summed - k;
 }
 
 // Whether what was eliminated below and in a front excludes as many negative eigenvalues as there are constraints.
@@ -129,27 +131,28 @@ bool Factorization::too_many_negative(const Front& front, const Factor& factor) 
     const int surplus = factor.negative - factor.constraints;
     if (surplus < 1) return false;
     const int* index = index_.data() + factor.index + factor.pivots;
-    place_.clear();
+    positions_.clear();
     for (int i = 0; i < factor.delayed + front.rows; ++i)
-        if (constraint_[index[i]]) place_.push_back(i);
-    const int b = static_cast<int>(place_.size());
+        if (constraint_[index[i]]) positions_.push_back(i);
+    const int b = static_cast<int>(positions_.size());
     int needed = b - surplus + 1;  // negative eigenvalues of the Schur complement that prove it
     if (needed <= 0) return true;
-    const double* rest = stack_[front.level & 1].data() + factor.rest;
+    const double* block = stack_[front.level & 1].data() + factor.contribution;
+    const int leading = factor.contribution_leading;
     schur_.resize(static_cast<std::size_t>(b) * b);
-    double most = 0.0;
+    double largest = 0.0;
     for (int j = 0; j < b; ++j)
         for (int i = j; i < b; ++i) {
-            const double value = rest[static_cast<std::size_t>(place_[j]) * factor.rest_leading + place_[i]];
+            const double value = block[static_cast<std::size_t>(positions_[j]) * leading + positions_[i]];
             schur_[j * b + i] = schur_[i * b + j] = value;
-            most = std::max(most, std::abs(value));
+            largest = std::max(largest, std::abs(value));
         }
-    for (int left = b; needed <= left; --left) {
+    for (int remaining = b; needed <= remaining; --remaining) {
         int p = 0;
         for (int i = 1; i < b; ++i)
             if (schur_[i * b + i] < schur_[p * b + p]) p = i;
         const double d = schur_[p * b + p];
-        if (!(d < -CERTAIN * most)) return false;
+        if (!(d < -NEGATIVE_PIVOT * largest)) return false;
         if (--needed == 0) return true;
         for (int j = 0; j < b; ++j) {
             const double factor_j = schur_[p * b + j] / d;

@@ -11,8 +11,8 @@ namespace fesd {
 
 namespace {
 
-constexpr int SLACK = 16;           // kernels read and write a little beyond the end
-constexpr int LEARN_AT_MOST = 4;
+constexpr int SLACK = 16;  // kernels read and write a little beyond the end
+constexpr int MAX_REORDERINGS = 4;
 
 // 2^k near the inverse root of a size, so that scaling costs no round-off.
 double inverse_root(double size) {
@@ -29,6 +29,18 @@ double inverse_root(double size) {
 
 void reserve(Memory<double>& memory, std::size_t size) {
     if (memory.size() < size) memory.resize(std::max(size, memory.size() + memory.size() / 2));
+}
+
+// Extend-add: the lower triangle of the columns [begin, end) of a child's contribution block is added where it belongs
+// in its parent. The block has `order` rows, row i of it is row position[i] of the parent's front; `target` begins with
+// row and column number `first` of that front.
+inline void extend_add(const double* block, int block_leading, const int* position, int begin, int end, int order,
+                       double* target, int leading, int first) {
+    block += static_cast<std::size_t>(begin) * block_leading;
+    for (int j = begin; j < end; ++j, block += block_leading) {
+        double* column = target + static_cast<std::size_t>(position[j] - first) * leading - first;
+        for (int i = j; i < order; ++i) column[position[i]] += block[i];
+    }
 }
 
 }  // namespace
@@ -48,7 +60,8 @@ Factorization::Factorization(int order, int entries, const int* row, const int* 
     }
     while (constraints_ < order && coupled[order - 1 - constraints_] == -1) ++constraints_;
     for (int e = 0; e < entries; ++e)
-        if (pattern->row[e] == pattern->column[e] && pattern->row[e] >= order - constraints_) corner_.push_back(e);
+        if (pattern->row[e] == pattern->column[e] && pattern->row[e] >= order - constraints_)
+            constraint_diagonal_.push_back(e);
     adopt(minimum_degree_structure(pattern_));
 }
 
@@ -66,8 +79,9 @@ void Factorization::adopt(std::shared_ptr<const Structure> structure) {
     reserve(lower_, structure_->factor_size + SLACK);
 }
 
-// A structure in which the pivots found last come in their order: if they are found again, no columns are passed on.
-void Factorization::learn() {
+// Reordering: a structure with the pivots of the last factorization in their order, so that no columns are delayed if
+// the same pivots are acceptable again.
+void Factorization::reorder() {
     std::vector<int> order;
     std::vector<char> paired(order_, 0), seen(order_, 0);
     order.reserve(order_);
@@ -81,7 +95,7 @@ void Factorization::learn() {
     for (int i = 0; i < order_; ++i)
         if (!seen[i]) order.push_back(structure_->permutation[i]);
     adopt(structure_in_order(pattern_, order, paired));
-    ++learned_;
+    ++reorderings_;
 }
 
 void Factorization::scale(const double* value) {
@@ -90,26 +104,27 @@ void Factorization::scale(const double* value) {
     for (const Front& front : s.fronts) {
         const int* index = s.index.data() + front.index_begin;
         for (int k = front.first; k < front.first + front.columns; ++k) {
-            double most = work_[k];
+            double largest = work_[k];
             for (int q = s.entry_begin[k]; q < s.entry_begin[k + 1]; ++q) {
-                __builtin_prefetch(value + s.entry[q + AHEAD]);
+                __builtin_prefetch(value + s.entry[q + PREFETCH_DISTANCE]);
                 const double size = std::abs(value[s.entry[q]]);
                 double& other = work_[index[s.entry_place[q]]];
                 other = std::max(other, size);
-                most = std::max(most, size);
+                largest = std::max(largest, size);
             }
-            scaling_[k] = inverse_root(std::max(most, work_[k]));
+            scaling_[k] = inverse_root(std::max(largest, work_[k]));
         }
     }
 }
 
 int Factorization::factorize(const double* value, double threshold, bool stop) {
-    if (!stopped_ && delayed_ > order_ / 50 && learned_ < LEARN_AT_MOST) learn();
+    if (!stopped_ && delayed_ > order_ / 50 && reorderings_ < MAX_REORDERINGS) reorder();
     const Structure& s = *structure_;
     // A matrix that is factorized without a solution in between is the last one with another regularization.
     if (!scaled_) scale(value);
     scaled_ = true;
-    stop = stop && trusted_ && std::all_of(corner_.begin(), corner_.end(), [&](int e) { return value[e] <= 0.0; });
+    const auto& corner = constraint_diagonal_;
+    stop = stop && may_stop_ && std::all_of(corner.begin(), corner.end(), [&](int e) { return value[e] <= 0.0; });
     stopped_ = false;
     negative_ = delayed_ = 0;
     int rank = 0;
@@ -118,9 +133,9 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         const Front& front = s.fronts[f];
         Factor& factor = factors_[f];
         const int* child = s.child.data() + s.child_begin[f];
-        int late = 0;
-        for (int c = 0; c < front.children; ++c) late += factors_[child[c]].delayed;
-        const int summed = front.columns + late, m = summed + front.rows;
+        int inherited = 0;  // delayed columns of the children
+        for (int c = 0; c < front.children; ++c) inherited += factors_[child[c]].delayed;
+        const int fully_summed = front.columns + inherited, m = fully_summed + front.rows;
         reserve(dense_, m + SLACK);
 
         factor.order = m;
@@ -129,39 +144,37 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         factor.lower = lower_top;
         if (index_.size() < index_top + m) index_.resize(2 * (index_top + m));
         int* index = index_.data() + index_top;
-        for (int c = 0; c < front.children; ++c) {  // columns that found no pivot in a child come first
+        for (int c = 0; c < front.children; ++c) {  // delayed columns come first
             const Factor& below = factors_[child[c]];
             index = std::copy_n(index_.data() + below.index + below.pivots, below.delayed, index);
         }
         std::copy_n(s.index.data() + front.index_begin, front.columns + front.rows, index);
         index_top += m;
 
-        const std::size_t size = static_cast<std::size_t>(m) * summed;
+        const std::size_t size = static_cast<std::size_t>(m) * fully_summed;
         reserve(panel_, size + SLACK);
         reserve(weighted_, size + SLACK);
         double* panel = panel_.data();
         std::fill(panel, panel + size, 0.0);
-        double* own = panel + static_cast<std::size_t>(late) * m + late;
+        double* own = panel + static_cast<std::size_t>(inherited) * m + inherited;
         for (int k = 0; k < front.columns; ++k, own += m) {
             const double factor_k = scaling_[front.first + k];
             for (int q = s.entry_begin[front.first + k]; q < s.entry_begin[front.first + k + 1]; ++q) {
-                __builtin_prefetch(value + s.entry[q + AHEAD]);
+                __builtin_prefetch(value + s.entry[q + PREFETCH_DISTANCE]);
                 own[s.entry_place[q]] += value[s.entry[q]] * factor_k * scaling_[index[s.entry_place[q]]];
             }
         }
-        for (int c = 0, arrived = 0; c < front.children; ++c) {
+        for (int c = 0, inherited_before = 0; c < front.children; ++c) {
             const Factor& below = factors_[child[c]];
-            const int* place = places(s.fronts[child[c]], below, late, arrived);
-            const int rows = below.delayed + s.fronts[child[c]].rows;
-            const double* source = stack_[(front.level + 1) & 1].data() + below.rest;
-            for (int j = 0; j < rows && place[j] < summed; ++j, source += below.rest_leading) {
-                double* target = panel + static_cast<std::size_t>(place[j]) * m;
-                for (int i = j; i < rows; ++i) target[place[i]] += source[i];
-            }
+            const int* position = relative_indices(s.fronts[child[c]], below, inherited, inherited_before);
+            const int order = below.delayed + s.fronts[child[c]].rows;
+            const int end = static_cast<int>(std::lower_bound(position, position + order, fully_summed) - position);
+            const double* source = stack_[(front.level + 1) & 1].data() + below.contribution;
+            extend_add(source, below.contribution_leading, position, 0, end, order, panel, m, 0);
         }
 
         const int negative_before = negative_;
-        eliminate(factor, summed, threshold);
+        eliminate(factor, fully_summed, threshold);
         factor.negative = negative_ - negative_before;
         factor.constraints = 0;
         for (int k = 0; k < factor.pivots; ++k) factor.constraints += constraint_[index_[factor.index + k]];
@@ -169,9 +182,9 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
             factor.negative += factors_[child[c]].negative;
             factor.constraints += factors_[child[c]].constraints;
         }
-        rank += factor.pivots;  // what a root leaves over has nowhere to go: the matrix is singular
+        rank += factor.pivots;  // a column that a root delays has no further front: the matrix is singular
         delayed_ += factor.delayed;
-        pass_on(front, static_cast<int>(f), summed, late, top);
+        form_contribution_block(front, static_cast<int>(f), fully_summed, inherited, top);
         reserve(lower_, lower_top + static_cast<std::size_t>(m) * factor.pivots);
         for (int k = 0; k < factor.pivots; ++k, panel += m) {
             std::copy(panel + k + 1, panel + m, lower_.data() + lower_top);
@@ -187,51 +200,50 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
     return rank;
 }
 
-// Where the rows of what a child left are in its parent, rising: delayed columns, then the others. `arrived` counts the
-// delayed columns of the children before it.
-const int* Factorization::places(const Front& child, const Factor& factor, int late, int& arrived) {
-    const int* in_parent = structure_->in_parent.data() + child.rows_begin;
-    if (late == 0) return in_parent;
-    place_.resize(factor.delayed + child.rows);
-    for (int i = 0; i < factor.delayed; ++i) place_[i] = arrived++;
-    for (int i = 0; i < child.rows; ++i) place_[factor.delayed + i] = late + in_parent[i];
-    return place_.data();
+// Where the rows of a child's contribution block are in its parent, rising: delayed columns, then the others.
+// `inherited` counts the delayed columns of all children, `inherited_before` those of the children before this one.
+const int* Factorization::relative_indices(const Front& child, const Factor& factor, int inherited,
+                                           int& inherited_before) {
+    const int* relative_index = structure_->relative_index.data() + child.rows_begin;
+    if (inherited == 0) return relative_index;
+    positions_.resize(factor.delayed + child.rows);
+    for (int i = 0; i < factor.delayed; ++i) positions_[i] = inherited_before++;
+    for (int i = 0; i < child.rows; ++i) positions_[factor.delayed + i] = inherited + relative_index[i];
+    return positions_.data();
 }
 
-// What a front leaves for its parent, C - L D L^T, on the stack; what its children left is taken off theirs.
-void Factorization::pass_on(const Front& front, int number, int summed, int late, std::size_t (&top)[2]) {
+// The contribution block of a front, C - L D L^T with the children's contribution blocks in C, is put on one stack;
+// the children's are taken off the other.
+void Factorization::form_contribution_block(const Front& front, int number, int fully_summed, int inherited,
+                                            std::size_t (&top)[2]) {
     const Structure& s = *structure_;
     Factor& factor = factors_[number];
-    const int m = factor.order, left = factor.delayed, rest = front.rows, side = front.level & 1;
-    const int leading = factor.rest_leading = left + (rest + 3) / 4 * 4;
+    const int m = factor.order, delayed = factor.delayed, rows = front.rows, side = front.level & 1;
+    const int leading = factor.contribution_leading = delayed + (rows + 3) / 4 * 4;
     const int* child = s.child.data() + s.child_begin[number];
-    factor.rest = top[side];
-    if (front.parent != -1 && left + rest > 0) {
-        const std::size_t size = static_cast<std::size_t>(leading) * (left + rest);
+    factor.contribution = top[side];
+    if (front.parent != -1 && delayed + rows > 0) {
+        const std::size_t size = static_cast<std::size_t>(leading) * (delayed + rows);
         reserve(stack_[side], top[side] + size + SLACK);
-        double* out = stack_[side].data() + top[side];
+        double* block = stack_[side].data() + top[side];
         const double* panel = panel_.data();
-        for (int j = 0; j < left; ++j) {
+        for (int j = 0; j < delayed; ++j) {
             const double* column = panel + static_cast<std::size_t>(factor.pivots + j) * m;
-            std::copy(column + factor.pivots + j, column + m, out + static_cast<std::size_t>(j) * leading + j);
+            std::copy(column + factor.pivots + j, column + m, block + static_cast<std::size_t>(j) * leading + j);
         }
-        double* square = out + static_cast<std::size_t>(left) * leading + left;
-        dense::product(rest, factor.pivots, panel + summed, weighted_.data() + summed, m, square, leading);
-        for (int c = 0, arrived = 0; c < front.children; ++c) {
+        double* schur = block + static_cast<std::size_t>(delayed) * leading + delayed;
+        dense::product(rows, factor.pivots, panel + fully_summed, weighted_.data() + fully_summed, m, schur, leading);
+        for (int c = 0, inherited_before = 0; c < front.children; ++c) {
             const Factor& below = factors_[child[c]];
-            const int* place = places(s.fronts[child[c]], below, late, arrived);
-            const int rows = below.delayed + s.fronts[child[c]].rows;
-            const int begin = static_cast<int>(std::lower_bound(place, place + rows, summed) - place);
-            const double* source = stack_[side ^ 1].data() + below.rest;
-            source += static_cast<std::size_t>(begin) * below.rest_leading;
-            for (int j = begin; j < rows; ++j, source += below.rest_leading) {
-                double* target = square + static_cast<std::size_t>(place[j] - summed) * leading - summed;
-                for (int i = j; i < rows; ++i) target[place[i]] += source[i];
-            }
+            const int* position = relative_indices(s.fronts[child[c]], below, inherited, inherited_before);
+            const int order = below.delayed + s.fronts[child[c]].rows;
+            const int begin = static_cast<int>(std::lower_bound(position, position + order, fully_summed) - position);
+            const double* source = stack_[side ^ 1].data() + below.contribution;
+            extend_add(source, below.contribution_leading, position, begin, order, order, schur, leading, fully_summed);
         }
         top[side] += size;
     }
-    if (front.children > 0) top[side ^ 1] = factors_[child[0]].rest;
+    if (front.children > 0) top[side ^ 1] = factors_[child[0]].contribution;
 }
 
 }  // namespace fesd

@@ -17,10 +17,10 @@ namespace {
 
 using fesd::Factorization;
 
-constexpr std::size_t KEPT = 16;  // factorizations alive at a time; the one unused for longest goes first
+constexpr std::size_t KEPT = 16;  // factorizations alive at a time; the least recently used goes first
 constexpr int SINGULAR = 3;       // INFO(1): rank deficient, INFO(2) is the rank
 constexpr int BAD_TICKET = -7;
-constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: negative eigenvalues are only told right from too many
+constexpr int STOP_EARLY = 29;    // of ICNTL, set by ma27id: a factorization may end early if the inertia is wrong
 
 std::mutex guard;
 std::unordered_map<int, std::shared_ptr<Factorization>> kept;

@@ -26,7 +26,7 @@ struct LargePages {
         void* memory = large ? std::aligned_alloc(PAGE, (size + PAGE - 1) / PAGE * PAGE) : std::malloc(size);
         if (!memory) throw std::bad_alloc();
 #ifdef __linux__
-        if (large) madvise(memory, (size + PAGE - 1) / PAGE * PAGE, MADV_HUGEPAGE);  // a wish: it may be refused
+        if (large) madvise(memory, (size + PAGE - 1) / PAGE * PAGE, MADV_HUGEPAGE);  // may be refused
 #endif
         return static_cast<T*>(memory);
     }

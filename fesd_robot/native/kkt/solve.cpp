@@ -9,8 +9,8 @@ namespace fesd {
 void Factorization::solve(double* x, const double* value) {
     if (stopped_) factorize(value, threshold_);
     scaled_ = false;
-    doubted_ = doubted_ || negative_ != constraints_;
-    trusted_ = !doubted_;
+    wrong_inertia_solved_ = wrong_inertia_solved_ || negative_ != constraints_;
+    may_stop_ = !wrong_inertia_solved_;
     const std::vector<int>& permutation = structure_->permutation;
     double *y = work_.data(), *t = dense_.data();
     for (int i = 0; i < order_; ++i) y[i] = x[permutation[i]] * scaling_[i];

@@ -11,9 +11,9 @@ namespace fesd {
 
 namespace {
 
-// About the nanoseconds a front takes: for itself, by row, operation, and entry of what is passed on to the parent.
-// Twice as much or half of any makes little difference.
-constexpr double FRONT_FIXED = 120, FRONT_LEAF = 60, FRONT_ROW = 3, FRONT_FLOP = 0.25, FRONT_SQUARE = 0.6;
+// About the nanoseconds a front takes: for itself, by row, operation, and entry of its contribution block. Twice
+// as much or half of any makes little difference.
+constexpr double FRONT_FIXED = 120, FRONT_LEAF = 60, FRONT_ROW = 3, FRONT_FLOP = 0.25, FRONT_CONTRIBUTION = 0.6;
 
 // Adjacency without diagonal and duplicates.
 struct Graph {
@@ -121,7 +121,7 @@ std::vector<int> column_counts(const Graph& graph, const std::vector<int>& order
 double cost(double columns, double rows, bool leaf) {
     const double m = columns + rows;
     const double flops = columns * m * m - columns * columns * m + columns * columns * columns / 3;
-    return (leaf ? FRONT_LEAF : FRONT_FIXED) + FRONT_ROW * m + FRONT_FLOP * flops + FRONT_SQUARE * rows * rows;
+    return (leaf ? FRONT_LEAF : FRONT_FIXED) + FRONT_ROW * m + FRONT_FLOP * flops + FRONT_CONTRIBUTION * rows * rows;
 }
 
 std::vector<int> inverse(const std::vector<int>& order) {
@@ -130,7 +130,7 @@ std::vector<int> inverse(const std::vector<int>& order) {
     return position;
 }
 
-// Columns of one front each, children before parents, small fronts joined with their parents where that pays.
+// The assembly tree: fundamental supernodes in postorder, joined with their parents where that pays (amalgamation).
 void make_fronts(const Graph& graph, Structure& s, const std::vector<int>& start, const std::vector<char>& paired) {
     const int n = s.pattern->order;
     std::vector<int> position = inverse(start), parent = elimination_tree(graph, start, position);
@@ -185,7 +185,7 @@ void make_fronts(const Graph& graph, Structure& s, const std::vector<int>& start
         parts[f] = taken;
         children[f] = kept;
     }
-    // What is left of the tree, numbered anew: large parts first, so that little waits on the stacks.
+    // The joined tree is numbered anew, large subtrees first, so that few contribution blocks wait on the stacks.
     std::vector<int> size(width);
     for (int f = 0; f < nodes; ++f) {
         for (int c : children[f]) size[f] += size[c];
@@ -227,8 +227,8 @@ void make_fronts(const Graph& graph, Structure& s, const std::vector<int>& start
         s.fronts[f].level = s.fronts[f].parent == -1 ? 0 : s.fronts[s.fronts[f].parent].level + 1;
 }
 
-// Rows of every front, and where every entry and every row of a child is in its front.
-void place(const Graph& graph, Structure& s) {
+// Rows of every front, and where every entry of the matrix and every row of a child is in its front.
+void symbolic_factorization(const Graph& graph, Structure& s) {
     const Pattern& pattern = *s.pattern;
     const int n = pattern.order, entries = static_cast<int>(pattern.row.size());
     const std::vector<int> position = inverse(s.permutation);
@@ -237,7 +237,7 @@ void place(const Graph& graph, Structure& s) {
         ++s.entry_begin[std::min(position[pattern.row[e]], position[pattern.column[e]]) + 1];
     std::partial_sum(s.entry_begin.begin(), s.entry_begin.end(), s.entry_begin.begin());
     std::vector<int> next(s.entry_begin.begin(), s.entry_begin.end() - 1);
-    s.entry.assign(entries + AHEAD, 0);
+    s.entry.assign(entries + PREFETCH_DISTANCE, 0);
     s.entry_place.resize(entries);
     for (int e = 0; e < entries; ++e) {
         const int i = position[pattern.row[e]], j = position[pattern.column[e]], q = next[std::min(i, j)]++;
@@ -248,7 +248,7 @@ void place(const Graph& graph, Structure& s) {
     for (size_t f = 0; f < s.fronts.size(); ++f) {
         Front& front = s.fronts[f];
         front.index_begin = static_cast<int>(s.index.size());
-        front.rows_begin = static_cast<int>(s.in_parent.size());
+        front.rows_begin = static_cast<int>(s.relative_index.size());
         const int own = front.first + front.columns, name = static_cast<int>(f);
         auto add = [&](int i) {
             if (i >= own && mark[i] != name) mark[i] = name, s.index.push_back(i);
@@ -263,20 +263,20 @@ void place(const Graph& graph, Structure& s) {
         const int m = static_cast<int>(s.index.size()) - front.index_begin;
         front.rows = m - front.columns;
         std::sort(s.index.begin() + front.index_begin + front.columns, s.index.end());
-        s.in_parent.resize(s.in_parent.size() + front.rows);
+        s.relative_index.resize(s.relative_index.size() + front.rows);
         for (int i = 0; i < m; ++i) local[s.index[front.index_begin + i]] = i;
         for (int q = s.entry_begin[front.first]; q < s.entry_begin[own]; ++q)
             s.entry_place[q] = local[s.entry_place[q]];
         for (int c = s.child_begin[f]; c < s.child_begin[f + 1]; ++c) {
             const Front& child = s.fronts[s.child[c]];
-            for (int i = 0; i < child.rows; ++i) s.in_parent[child.rows_begin + i] = local[below(s.child[c])[i]];
+            for (int i = 0; i < child.rows; ++i) s.relative_index[child.rows_begin + i] = local[below(s.child[c])[i]];
         }
         const size_t columns = front.columns;
         s.factor_size += m * columns - columns * (columns + 1) / 2;
     }
 }
 
-constexpr size_t KEPT = 16;
+constexpr size_t KEPT = 16;  // structures
 constexpr size_t KEPT_ENTRIES = 4000000;  // of all kept patterns
 std::mutex guard;
 std::list<std::shared_ptr<const Structure>> kept;  // used last comes first
@@ -305,7 +305,7 @@ std::shared_ptr<const Structure> structure_in_order(const std::shared_ptr<const 
     const bool free = order.empty();  // no order asked for
     make_fronts(graph, *made, free ? minimum_degree(graph) : order,
                 free ? std::vector<char>(pattern->order, 0) : paired);
-    place(graph, *made);
+    symbolic_factorization(graph, *made);
     std::lock_guard<std::mutex> lock(guard);
     kept.push_front(made);
     size_t entries = 0, number = 0;

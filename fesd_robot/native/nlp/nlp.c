@@ -2,7 +2,7 @@
  * The functions of an NLP that is a sum of blocks, each block being many copies of a few small functions.
  *
  * tables.h, made for each NLP, names the functions of the blocks (made by lanes.py) and says where their inputs and
- * outputs belong. The rest is the interface that CasADi's `external` asks for.
+ * outputs belong. The interface to them is what CasADi's `external` asks for.
  */
 #include <stddef.h>
 #include <stdint.h>
@@ -33,7 +33,8 @@ typedef struct {
 #include "tables.h"
 
 /* tables.h defines: BLOCKS, blocks[], VARIABLES, ROWS_IN_ALL, JACOBIAN_NONZEROS, HESSIAN_NONZEROS, JACOBIAN_ADDS,
-   HESSIAN_ADDS, WORK (lanes for in, out and work of any function), SLACKS, slack_rank[]. */
+   HESSIAN_ADDS, WORK (lanes for in, out and work of any function), SLACKS, slack_level[] (the sigma of
+   each slack variable). */
 
 static double *copied(const double *from, int count, double *to)
 {
@@ -60,7 +61,7 @@ static void gather(const block *b, int kind, int copy, int valid, const double *
     }
 }
 
-/* The outputs of one copy to where they belong: set or, with add, summed up. */
+/* Write the outputs of one copy to their places in the result or, with add, add them there. */
 static void scatter(const block *b, int kind, int add, int k, const double *out, double *result)
 {
     const places *at = &b->at[kind];
@@ -103,9 +104,9 @@ static void evaluate(int kind, int add, const double *const *arg, double *result
 #endif
 }
 
-static double price(const double *sigma, int slack)
+static double slack_penalty(const double *sigma, int slack)
 {
-    return 1.0 / (sigma ? sigma[slack_rank[slack]] : 0.0);
+    return 1.0 / (sigma ? sigma[slack_level[slack]] : 0.0);
 }
 
 static void clear(double *values, int count)
@@ -120,16 +121,16 @@ static void cost(const double *const *arg, double *result, double *memory)
     *result = 0.0;
     evaluate(COST, 0, arg, result, memory);
     for (int i = 0; i < SLACKS; ++i)
-        sum += price(arg[1], i) * (arg[0] ? arg[0][VARIABLES - SLACKS + i] : 0.0);
+        sum += slack_penalty(arg[1], i) * (arg[0] ? arg[0][VARIABLES - SLACKS + i] : 0.0);
     *result += sum;
 }
 
 /* The sparsity of a matrix as CasADi reads it: rows, columns, first entry of each column, row of each entry. */
-static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros, casadi_int *found)
+static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros, casadi_int *compressed)
 {
-    casadi_int *first = found + 2, *row = first + VARIABLES + 1;
-    found[0] = rows;
-    found[1] = VARIABLES;
+    casadi_int *first = compressed + 2, *row = first + VARIABLES + 1;
+    compressed[0] = rows;
+    compressed[1] = VARIABLES;
     for (int i = 0; i <= VARIABLES; ++i)
         first[i] = nonzeros;
     for (const block *b = blocks; b < blocks + BLOCKS; ++b)
@@ -157,7 +158,7 @@ static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros
     for (int i = VARIABLES; i-- > 0;) /* a column without entries begins where the next one does */
         if (first[i] > first[i + 1])
             first[i] = first[i + 1];
-    return found;
+    return compressed;
 }
 
 static casadi_int jacobian_sparsity[3 + VARIABLES + JACOBIAN_NONZEROS];
@@ -216,7 +217,7 @@ int nlp_grad_f(const double **arg, double **res, casadi_int *iw, double *w, int 
         clear(res[1], VARIABLES);
         evaluate(GRADIENT, 1, arg, res[1], w);
         for (int i = 0; i < SLACKS; ++i)
-            res[1][VARIABLES - SLACKS + i] += price(arg[1], i);
+            res[1][VARIABLES - SLACKS + i] += slack_penalty(arg[1], i);
     }
     return 0;
 }

@@ -60,9 +60,9 @@ def _assert_same(plain: RelaxedNlp, compiled: RelaxedNlp, x: np.ndarray) -> None
     ):
         own, other = getattr(plain, name), getattr(compiled, name)
         assert (other.name(), other.name_in(), other.name_out()) == (own.name(), own.name_in(), own.name_out())
-        for expected, found in zip(own.call(arguments), other.call(arguments), strict=True):
-            assert found.sparsity() == expected.sparsity()
-            assert np.array_equal(found.nonzeros(), expected.nonzeros(), equal_nan=True)
+        for expected, actual in zip(own.call(arguments), other.call(arguments), strict=True):
+            assert actual.sparsity() == expected.sparsity()
+            assert np.array_equal(actual.nonzeros(), expected.nonzeros(), equal_nan=True)
 
 
 def _hopper(intervals: int, goal: float = 0.3) -> Mpcc:
@@ -75,7 +75,7 @@ def _hopper(intervals: int, goal: float = 0.3) -> Mpcc:
     ("relaxation", "steering"), [("scholtes", "direct"), ("natural_residual", "l1"), ("kanzow_schwartz", "linf")]
 )
 def test_compiled_equals_interpreted_on_a_contact_task(relaxation: str, steering: Steering) -> None:
-    """To the last bit, with parameters, slack variables, and copies that do not fill the last vector."""
+    """Values agree to the last bit, with parameters, slacks, and copies that do not fill the last vector."""
     problem = _hopper(6)
     plain, compiled = (assemble(problem, RELAXATIONS[relaxation], how, steering) for how in ("never", "always"))  # type: ignore[arg-type]
     generator = np.random.default_rng(0)
@@ -109,7 +109,7 @@ def test_every_operation(chunk: int, empty_cache: Path, monkeypatch: pytest.Monk
 
 
 def test_an_operation_without_c() -> None:
-    """It is named, instead of compiled to something else."""
+    """The error names an operation that has no C form."""
     w = ca.SX.sym("w", 1)
     problem = Mpcc.from_expressions(w=w, f=ca.erfinv(w[0]), start=np.zeros(1))
     with pytest.raises(CompilationError, match="operation 86 has no C form"):
@@ -117,7 +117,7 @@ def test_an_operation_without_c() -> None:
 
 
 def test_the_cache_is_used_and_whole(empty_cache: Path) -> None:
-    """The second time nothing is compiled; nothing half-made is left."""
+    """The second time nothing is compiled, and no partial file is left."""
     assemble(_hopper(4), scholtes, "always")
     files = {file.name: file.stat().st_mtime_ns for file in empty_cache.iterdir()}
     assemble(_hopper(4), scholtes, "always")
@@ -125,7 +125,7 @@ def test_the_cache_is_used_and_whole(empty_cache: Path) -> None:
 
 
 def test_another_horizon_and_goal_keep_the_derivatives(empty_cache: Path) -> None:
-    """More intervals, another step and another goal ask for the small functions and the tables anew, for no more."""
+    """More intervals, another step and another goal recompile the small functions and the tables only."""
     first = assemble(_hopper(4), scholtes, "always")
     files = {file.name for file in empty_cache.iterdir()}
     other = assemble(_hopper(9, goal=0.4), scholtes, "always")
@@ -158,7 +158,7 @@ def test_the_build_grows_no_faster_than_the_horizon() -> None:
 
 
 def test_the_same_file_compiled_by_several_at_once(empty_cache: Path) -> None:
-    """All get the same whole file, whoever was first, and nothing else is left."""
+    """All threads get the same complete file, and nothing else is left."""
     source = {"one": lambda: "int one(void) { return 1; }\n"}
     with ThreadPoolExecutor(4) as pool:
         made = [job.result() for job in [pool.submit(object_files, "one", source, []) for _ in range(4)]]
@@ -185,9 +185,9 @@ def test_nothing_is_written_beside_the_results(steering: Steering, empty_cache: 
                 results = (ctypes.c_void_p * 8)(*(value.ctypes.data + 32 for value in guarded))
                 memory = ctypes.c_void_p(work.ctypes.data + 8 * shift)
                 assert library[function.name()](arguments, results, None, memory, 0) == 0
-                for value, found in zip(expected, guarded, strict=True):
-                    assert found[4:-4].tolist() == value.nonzeros()
-                    assert (found[:4] == 7.5).all() and (found[-4:] == 7.5).all()
+                for value, result in zip(expected, guarded, strict=True):
+                    assert result[4:-4].tolist() == value.nonzeros()
+                    assert (result[:4] == 7.5).all() and (result[-4:] == 7.5).all()
                 assert (work[:shift] == 7.5).all() and (work[shift + function.sz_w() :] == 7.5).all()
 
 
@@ -208,7 +208,7 @@ def test_a_compiled_problem_takes_the_same_way() -> None:
 
 
 def test_without_a_compiler(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    """``always`` is an error that says why; ``auto`` leaves a small problem alone without a word."""
+    """``always`` is an error that says why; ``auto`` does not compile a small problem and logs nothing."""
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(CompilationError, match="no C compiler found"):
         assemble(_problem(), scholtes, "always")

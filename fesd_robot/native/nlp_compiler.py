@@ -1,4 +1,4 @@
-"""The functions of an NLP compiled: each block's functions as C, and one loop over their copies."""
+"""Compile the functions of an NLP: each block's functions as C, and one loop over their copies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KINDS = ("cost", "rows", "gradient", "jacobian", "hessian")
 
 @dataclass(frozen=True)
 class Output:
-    """A function of a block and where its outputs belong.
+    """A function of a block, and the places of its outputs in the result.
 
     Attributes:
         function: of (variables, parameters, sigmas) or, for the Hessian, also (weight of the cost, multipliers).
@@ -76,7 +76,7 @@ def compile_nlp(
     copies, parameters and indices go into a small library that is linked with them.
 
     Args:
-        slacks: rank of each slack variable, which end the variables.
+        slacks: level of each slack variable, the index of its sigma; they are the last variables.
 
     Raises:
         CompilationError: no C compiler, or it failed.
@@ -161,7 +161,7 @@ def _tables(
         for kind, nonzeros in (("jacobian", jacobian_nonzeros), ("hessian", hessian_nonzeros))
     }
     lines += [
-        _array("int", "slack_rank", slacks),
+        _array("int", "slack_level", slacks),
         f"enum {{ BLOCKS = {len(blocks)}, VARIABLES = {size}, ROWS_IN_ALL = {rows}, SLACKS = {len(slacks)},",
         f"       WORK = {work},",
         f"       JACOBIAN_NONZEROS = {jacobian_nonzeros}, HESSIAN_NONZEROS = {hessian_nonzeros},",

@@ -1,0 +1,94 @@
+"""What the program's commands do with a task or a plan, as functions: explain, draw, export."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fesd_robot.cli.explanation import explanation
+from fesd_robot.cli.outputs import FIGURES, PAGE, write_page
+from fesd_robot.errors import PlanFileError, nearest
+from fesd_robot.fesd import Transcription
+from fesd_robot.ocp import formulate
+from fesd_robot.plans import EXPORTS, Plan, export, task_of
+from fesd_robot.render import write_figures
+from fesd_robot.render.files import write_atomically
+from fesd_robot.task import Task
+
+
+def explain(task: Task) -> str:
+    """Return in words what a task asks for and what about it is perhaps not meant; nothing is solved.
+
+    Args:
+        task: from `load_task`.
+
+    Returns:
+        robot, controls, contacts, horizon, goal, costs, constraints and the size of the problem, a section each.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    motion = formulate(task)
+    return explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
+
+
+def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = None) -> list[Path]:
+    """Draw a plan: a web page that plays the motion, ``plan.html``, and the figures, ``figures/``.
+
+    Args:
+        plan: from `plan` or `read_plan`.
+        folder: where to write; earlier drawings in it are replaced.
+        task_folder: where relative paths in the task start; default: the folder of the task file when it was planned.
+
+    Returns:
+        the files, the page first.
+
+    Raises:
+        TaskError: the robot's model or the file of a height map, which the task names, cannot be read any more.
+        RobotError: the shapes of the robot cannot be read.
+        PlanFileError: the folder cannot be written to.
+    """
+    folder = Path(folder)
+    try:
+        page = write_page(plan, task_of(plan, task_folder), folder / PAGE)
+        return [page, *write_figures(plan, folder / FIGURES)]
+    except OSError as error:
+        raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
+
+
+def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints: Sequence[str] | None = None) -> Path:
+    """Write the trajectory of a plan into a file for another program.
+
+    Args:
+        plan: from `plan` or `read_plan`.
+        file: where to write.
+        kind: a key of `plans.EXPORTS`: ``csv``, ``npz`` and ``json`` hold all samples, both sides of an impact,
+            ``joint-trajectory`` the fields of a ROS message, as JSON if the file ends in ``.json`` and YAML otherwise.
+            Default: what the ending of the file says.
+        joints: of a ``joint-trajectory``; default: all that a control of their own drives.
+
+    Returns:
+        the file.
+
+    Raises:
+        PlanFileError: no such format, joints for a format that holds all of them, or the file cannot be written.
+    """
+    path = Path(file)
+    if path.is_dir():
+        raise PlanFileError(f"{path}: is a folder, expected the name of a file")
+    content = export(plan, kind or _kind_of(path), joints=joints, as_json=path.suffix == ".json")
+    try:
+        return write_atomically(path, content)
+    except OSError as error:
+        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def _kind_of(path: Path) -> str:
+    """Return the format that the ending of a file stands for."""
+    kinds = {Path(name).suffix: kind for kind, name in EXPORTS.items()}
+    if path.suffix not in kinds:
+        raise PlanFileError(
+            f"{path}: found the ending '{path.suffix}', expected one of {', '.join(kinds)}{nearest(path.suffix, kinds)}"
+            ", or the format as `kind`"
+        )
+    return kinds[path.suffix]

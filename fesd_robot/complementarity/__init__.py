@@ -1,0 +1,7 @@
+"""One type for a complementarity condition, its structured label, and the branch that says which factor vanishes."""
+
+from fesd_robot.complementarity.branch import ActiveFactor, Branch
+from fesd_robot.complementarity.condition import Complementarity, Level
+from fesd_robot.complementarity.labels import NOWHERE, Label, Place
+
+__all__ = ["NOWHERE", "ActiveFactor", "Branch", "Complementarity", "Label", "Level", "Place"]

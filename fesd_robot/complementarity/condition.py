@@ -1,0 +1,61 @@
+"""A complementarity condition as a value that all rooms share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import casadi as ca
+
+from fesd_robot.complementarity.labels import Label
+from fesd_robot.errors import DimensionError, ModelError
+
+Level = Literal["position", "velocity"]
+"""What a condition decides: where contact is (position), or what happens there (velocity)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Complementarity:
+    """A condition 0 <= G complementary to H >= 0, or a vanishing constraint max(G, 0) H = 0 with H >= 0.
+
+    A vanishing constraint lets its switching function G have any sign; where G > 0 its multiplier H vanishes. With a
+    `complement` C >= 0 it reads max(G, 0) H C = 0: a third factor may vanish instead.
+
+    In a dynamic complementarity system G, H and C are scalars in the state x and the algebraic variables z: G is
+    continuous in time, H is not. Finite elements with switch detection rest on this difference. In the block of an
+    MPCC they are scalars in the block's variables.
+
+    Args:
+        label: what the condition is.
+        G: SX scalar, the multiplier of a switching function (Stewart, Heaviside) or the switching function itself.
+        H: SX scalar, the Filippov multiplier or step.
+        vanishing: G may have any sign.
+        complement: C, SX scalar; none if omitted.
+        level: a homotopy may relax conditions of the velocity level further than those of the position level.
+        invariant: G is one of the states, and where it is zero and H is not, the other conditions keep it there: its
+            rate vanishes. A smooth problem asks for it once, where H begins to be positive (index reduction).
+        left_boundary_only: within a finite element hold the condition for G at the left boundary only.
+
+    Raises:
+        DimensionError: a factor that is not a scalar.
+        ModelError: a complement in a condition that is not a vanishing constraint.
+
+    Source: Luo, Pang, Ralph, Mathematical Programs with Equilibrium Constraints (1996); for vanishing constraints
+    Achtziger, Kanzow, Math. Program. 114 (2008).
+    """
+
+    label: Label
+    G: ca.SX
+    H: ca.SX
+    vanishing: bool = False
+    complement: ca.SX | None = None
+    level: Level = "position"
+    invariant: bool = False
+    left_boundary_only: bool = False
+
+    def __post_init__(self) -> None:
+        for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement)):
+            if factor is not None and factor.shape != (1, 1):
+                raise DimensionError(f"{name} of '{self.label}' has shape {factor.shape}, expected (1, 1)")
+        if self.complement is not None and not self.vanishing:
+            raise ModelError(f"'{self.label}' has a complement, which only a vanishing constraint can have")

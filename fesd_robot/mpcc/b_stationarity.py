@@ -1,0 +1,161 @@
+"""B-stationarity: is there a feasible direction of descent to first order, on any branch of the biactive pairs.
+
+The linear program with complementarity constraints at w, with d = D s and D the size of the trust region,
+
+    min grad f^T d   s.t.  lower <= w + d <= upper,  g_lower <= g + g' d <= g_upper,  abs(d) <= D,
+    G-active: G' d = 0, H + H' d >= 0;   H-active: H' d = 0, G + G' d >= 0;   biactive: 0 <= G' d _|_ H' d >= 0,
+
+has an optimum of zero if and only if w is B-stationary in the linearised sense, which is B-stationarity itself where
+the linearised cone is the tangent cone, e.g. under MPCC-MFCQ. Vanishing constraints: G <= 0 <= H where H > 0 or G < 0,
+H = 0 where G > 0, and either {H = 0} or {G <= 0 <= H} where both are zero.
+
+Sources: Luo, Pang, Ralph, Mathematical Programs with Equilibrium Constraints (1996); Leyffer, Munson, A globally
+convergent filter method for MPECs (2007); Nurkanovic, Leyffer, arXiv 2501.13835.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
+from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
+from fesd_robot.mpcc.problem import Mpcc
+
+Verdict = Literal["B-stationary", "descent", "unknown"]
+
+
+@dataclass(frozen=True)
+class BCertificate:
+    """What the LPCC says about a point.
+
+    Attributes:
+        verdict: ``B-stationary``, ``descent`` (with a direction), or ``unknown``.
+        reason: how that was decided, or why not, in words.
+        slope: grad f^T d / (radius max(1, max abs(grad f))) of the best direction that was found, <= 0.
+        bound: lower bound on that slope over all branches, minus infinity if none was found.
+        direction: d, shape (n,), in the units of the variables; zero unless the verdict is ``descent``.
+        branch: the branch that the direction keeps to, of all pairs of the problem.
+        leaving: names of the biactive pairs that d leaves, and to where.
+        biactive, unresolved: pairs with both sides zero; with both above the activity, the smaller was taken as zero.
+        seconds: time spent.
+    """
+
+    verdict: Verdict
+    reason: str
+    slope: float
+    bound: float
+    direction: np.ndarray
+    branch: Branch
+    leaving: tuple[str, ...]
+    biactive: int
+    unresolved: int
+    seconds: float
+
+
+def b_stationary(
+    problem: Mpcc,
+    w: np.ndarray,
+    *,
+    radius: float = 1e-2,
+    activity: float = 1e-6,
+    tolerance: float = 1e-5,
+    time_limit: float = 60.0,
+) -> BCertificate:
+    """Decide by the LPCC at w (head of this module) whether w is B-stationary.
+
+    First the linear program without complementarity (if it has no descent, w is S-stationary and that suffices), then
+    the branch nearest to its solution, then a mixed-integer program over all branches. A direction of descent is always
+    the solution of the linear program of its branch; where the mixed-integer program claims one that is not, a search
+    over linear programs decides.
+
+    Args:
+        problem: the MPCC.
+        w: a feasible point, shape (n,), in the units of the problem's variables.
+        radius: size of the trust region, abs(d_i) <= radius max(1, abs(w_i)).
+        activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit; keep
+            it above tolerance radius, as constraints at a smaller distance can hide a descent.
+        tolerance: slopes above -tolerance are no descent; see `BCertificate.slope`. HiGHS resolves about 1e-6.
+        time_limit: seconds.
+
+    Returns:
+        Verdict, direction and branch; ``unknown`` if w violates a constraint by more than `activity`, if time is up, or
+        if HiGHS gives out.
+
+    Raises:
+        DimensionError, SolverError: w of another shape, derivatives that are not finite.
+    """
+    begin = time.perf_counter()
+    at = linearise(problem, w)
+    active = active_set(at, activity)
+    size = radius * np.maximum(1.0, abs(w))
+    decision = _Decision("unknown", f"the point violates a constraint by {active.violation:.1e}")
+    if active.violation <= activity:
+        decision = _decide(lpcc_at(at, active, size, radius), tolerance, begin + time_limit)
+    biactive = np.flatnonzero(active.biactive)
+    direction, G_zero = np.zeros(problem.size), active.G | (at.vanishing & (at.G < 0))
+    if decision.zero is not None and decision.s is not None:
+        direction, G_zero[biactive] = decision.s * size, decision.zero[G_SIDE]
+    return BCertificate(
+        verdict=decision.verdict,
+        reason=decision.reason,
+        slope=decision.slope,
+        bound=min(decision.bound, decision.slope),
+        direction=direction,
+        branch=Branch.of_pairs(at.pair_labels, [ActiveFactor.G if zero else ActiveFactor.H for zero in G_zero]),
+        leaving=_leaving(at, biactive, direction, activity * radius),
+        biactive=len(biactive),
+        unresolved=int(active.unresolved.sum()),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+@dataclass(frozen=True)
+class _Decision:
+    verdict: Verdict
+    reason: str
+    bound: float = -np.inf
+    slope: float = 0.0
+    s: np.ndarray | None = None
+    zero: np.ndarray | None = None
+
+
+def _decide(lpcc: Lpcc, tolerance: float, deadline: float) -> _Decision:
+    """Return whether any branch has a slope below -tolerance."""
+    relaxed = lpcc.solve(lpcc.undecided, deadline)
+    bound = -np.inf
+    if relaxed is not None:
+        bound, s = relaxed
+        if bound >= -tolerance:
+            return _Decision("B-stationary", "no descent even without complementarity", bound)
+        zero = lpcc.keeping(np.argmin(lpcc.growth(s), axis=0))
+        nearest = lpcc.solve(zero, deadline)
+        if nearest is not None and nearest[0] < -tolerance:
+            return _Decision("descent", "on the branch nearest to the relaxed solution", bound, *nearest, zero)
+    for search in (lpcc.mixed_integer, partial(lpcc.depth_first, -tolerance)):
+        proven, branch = search(deadline)
+        bound = max(bound, proven)
+        if bound >= -tolerance:
+            return _Decision("B-stationary", "no descent on any branch", bound)
+        solved = None if branch is None else lpcc.solve(branch, deadline)
+        if solved is not None and solved[0] < -tolerance:
+            return _Decision("descent", "found in the search over all branches", bound, *solved, branch)
+    late = time.perf_counter() >= deadline
+    return _Decision("unknown", "time limit" if late else "HiGHS could not solve a linear program", bound)
+
+
+def _leaving(at: Linearisation, biactive: np.ndarray, direction: np.ndarray, least: float) -> tuple[str, ...]:
+    """Return the names of the biactive pairs of which a side changes by more than `least`, and that side."""
+    changes = np.array([at.G_jacobian[biactive] @ direction, at.H_jacobian[biactive] @ direction])
+    side = np.argmax(abs(changes), axis=0)
+    change = changes[side, np.arange(len(biactive))]
+    return tuple(
+        f"{at.pair_labels[pair]}: {'GH'[which]} {'>' if value > 0 else '<'} 0"
+        for pair, which, value in zip(biactive, side, change, strict=True)
+        if abs(value) > least
+    )

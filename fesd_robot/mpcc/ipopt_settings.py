@@ -1,0 +1,85 @@
+"""IPOPT's options for the NLPs of a homotopy."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from fesd_robot.errors import SolverError
+from fesd_robot.mpcc.options import HomotopyOptions
+from fesd_robot.mpcc.schedule import SETTLED, Sigmas
+from fesd_robot.native import ipopt_options, kkt_library
+
+LOOSE_TOLERANCE = 1e-2
+"""IPOPT's tolerance in the loose homotopy; constraints hold to sigma of the velocity level where that is smaller."""
+
+_WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
+
+
+class Trial(Enum):
+    """Which try at one NLP it is."""
+
+    FIRST = "first"
+    """With the monotone barrier."""
+    AGAIN = "again"
+    """From the same point, with the adaptive barrier."""
+
+
+def linear_solver_options(name: str) -> dict[str, Any]:
+    """Return IPOPT's options that choose a linear solver; ours stands in for HSL's MA27.
+
+    Args:
+        name: ``auto``, ``fesd``, or one of IPOPT's own.
+
+    Raises:
+        SolverError: ``fesd``, and it cannot be compiled.
+    """
+    if name not in ("auto", "fesd"):
+        return {"linear_solver": name}
+    library = kkt_library()
+    if library:
+        return ipopt_options(library)
+    if name == "fesd":
+        raise SolverError("linear solver 'fesd' needs a C++ compiler (the log says what failed; valid: auto, mumps)")
+    return {"linear_solver": "mumps"}
+
+
+def nlp_options(
+    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: Trial, *, last: bool, loose: bool
+) -> dict[str, Any]:
+    """Return IPOPT's options at given sigmas; only an NLP that may be the last is more accurate than sigma deserves.
+
+    Args:
+        options: of the homotopy.
+        sigmas: of the position and the velocity level.
+        remaining: seconds left, None for no limit.
+        trial: which try at this NLP it is.
+        last: the NLP may be the last of the homotopy.
+        loose: the NLP is one of the loose homotopy.
+    """
+    sigma, velocity_level_sigma = sigmas
+    floor = min(1e-9, options.tolerance if last else 1e-9)
+    tolerance = max(min(0.1 * (options.tolerance if last else sigma), 1e-3), floor)
+    settings: dict[str, Any] = {
+        **linear_solver_options(options.linear_solver),
+        "max_iter": options.max_iterations,
+        "tol": tolerance,
+        "constr_viol_tol": min(0.1 * options.feasibility, 0.005 * options.tolerance) if last else min(tolerance, 1e-6),
+        "acceptable_iter": 0,
+        "mu_strategy": "monotone",
+        "bound_relax_factor": 0.0,
+        "honor_original_bounds": "no",
+    }
+    if velocity_level_sigma <= SETTLED:
+        settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
+    if trial is Trial.AGAIN:
+        settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
+    if loose:
+        settings |= {
+            "max_iter": options.loose_iterations,
+            "tol": LOOSE_TOLERANCE,
+            "constr_viol_tol": min(LOOSE_TOLERANCE, velocity_level_sigma),
+        }
+    if remaining is not None:
+        settings["max_wall_time"] = remaining
+    return {**settings, **options.ipopt}

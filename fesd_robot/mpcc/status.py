@@ -1,0 +1,77 @@
+"""How an NLP or a homotopy of NLPs ended, each with what a reader can do about it."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+_ELSEWHERE = "try another reference, solver.sigma_start or more method.elements"
+
+
+class NlpStatus(str, Enum):
+    """How an NLP or a homotopy ended; a member is equal to its words, as ``"iteration limit"``.
+
+    Attributes:
+        advice: what usually helps, the end of the sentence that says how it ended.
+    """
+
+    advice: str
+
+    CONVERGED = "converged", _ELSEWHERE
+    ACCEPTABLE = "converged to the acceptable level", _ELSEWHERE
+    ITERATION_LIMIT = (
+        "iteration limit",
+        "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",
+    )
+    TIME_LIMIT = "time limit", "try a longer solver.time_limit"
+    INFEASIBLE = (
+        "infeasible",
+        "try a longer horizon.duration, more method.elements, wider limits or another reference",
+    )
+    INTERRUPTED = "interrupted", "this is the best iterate so far"
+    SLACK_LEFT = "slack left", "try solver.steering: direct"
+    NOT_STARTED = "not started", _ELSEWHERE
+    RESTORATION_FAILED = "failed: restoration", _ELSEWHERE
+    SEARCH_DIRECTION_TOO_SMALL = "failed: search direction too small", _ELSEWHERE
+    INVALID_NUMBER = "failed: Invalid_Number_Detected", _ELSEWHERE
+    DIVERGING = "failed: Diverging_Iterates", _ELSEWHERE
+    STEP_NOT_COMPUTED = "failed: Error_In_Step_Computation", _ELSEWHERE
+    TOO_FEW_FREEDOMS = "failed: Not_Enough_Degrees_Of_Freedom", _ELSEWHERE
+    OTHER_FAILURE = "failed: for a reason of IPOPT's own", _ELSEWHERE
+
+    def __new__(cls, words: str, advice: str) -> NlpStatus:
+        """Return the member that is equal to its words."""
+        member = str.__new__(cls, words)
+        member._value_, member.advice = words, advice
+        return member
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+    @property
+    def converged(self) -> bool:
+        """Whether IPOPT met its tolerance or its acceptable level."""
+        return self in (NlpStatus.CONVERGED, NlpStatus.ACCEPTABLE)
+
+    @property
+    def ended_early(self) -> bool:
+        """Whether the user or the time limit ended it, after which nothing further is tried."""
+        return self in (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT)
+
+    @classmethod
+    def of_ipopt(cls, return_status: str) -> NlpStatus:
+        """Return the member for IPOPT's own name of how it ended, as ``Solve_Succeeded``."""
+        known = _OF_IPOPT.get(return_status)
+        return known or next((one for one in cls if one.value == f"failed: {return_status}"), cls.OTHER_FAILURE)
+
+
+_OF_IPOPT = {
+    "Solve_Succeeded": NlpStatus.CONVERGED,
+    "Solved_To_Acceptable_Level": NlpStatus.ACCEPTABLE,
+    "Maximum_Iterations_Exceeded": NlpStatus.ITERATION_LIMIT,
+    "Maximum_CpuTime_Exceeded": NlpStatus.TIME_LIMIT,
+    "Maximum_WallTime_Exceeded": NlpStatus.TIME_LIMIT,
+    "Infeasible_Problem_Detected": NlpStatus.INFEASIBLE,
+    "User_Requested_Stop": NlpStatus.INTERRUPTED,
+    "Restoration_Failed": NlpStatus.RESTORATION_FAILED,
+    "Search_Direction_Becomes_Too_Small": NlpStatus.SEARCH_DIRECTION_TOO_SMALL,
+}
