@@ -100,11 +100,10 @@ def _terminal_configuration(parts: ProblemParts) -> Terms:
     task, dynamics = parts.task, parts.dynamics
     if task.goal.periodic is not None:
         return {}
-    weights = task.costs.terminal_configuration
+    weights, default = task.costs.terminal_configuration, COST_TERMS["terminal_configuration"].default
     if weights is None and task.goal.has_points:
-        weights = dict.fromkeys(task.goal.configuration, COST_TERMS["terminal_configuration"].default)
+        weights = dict.fromkeys(task.goal.configuration, default)
     distance = dynamics.configuration - parts.endpoints.goal_configuration
-    default = COST_TERMS["terminal_configuration"].default
     return {"terminal configuration": square(distance, dynamics.configuration_names, weights, default)}
 
 
