@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fesd_robot.cli.explanation import explanation
-from fesd_robot.cli.outputs import FIGURES, PAGE, write_page
+from fesd_robot.cli.outputs import write_page
 from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import EXPORTS, Plan, export, task_of
+from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.render import write_figures
 from fesd_robot.render.files import write_atomically
 from fesd_robot.task import Task
@@ -50,8 +51,8 @@ def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = No
     """
     folder = Path(folder)
     try:
-        page = write_page(plan, task_of(plan, task_folder), folder / PAGE)
-        return [page, *write_figures(plan, folder / FIGURES)]
+        page = write_page(plan, task_of(plan, task_folder), folder / PAGE_FILE)
+        return [page, *write_figures(plan, folder / FIGURES_FOLDER)]
     except OSError as error:
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 
@@ -76,7 +77,7 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
     path = Path(file)
     if path.is_dir():
         raise PlanFileError(f"{path}: is a folder, expected the name of a file")
-    content = export(plan, kind or _kind_of(path), joints=joints, as_json=path.suffix == ".json")
+    content = export(plan, kind or _kind_of(path), joints=joints, suffix=path.suffix)
     try:
         return write_atomically(path, content)
     except OSError as error:
@@ -85,7 +86,10 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
 
 def _kind_of(path: Path) -> str:
     """Return the format that the ending of a file stands for."""
-    kinds = {Path(name).suffix: kind for kind, name in EXPORTS.items()}
+    kinds: dict[str, str] = {}
+    for kind, one in EXPORTS.items():
+        for suffix in one.writers:
+            kinds.setdefault(suffix, kind)
     if path.suffix not in kinds:
         raise PlanFileError(
             f"{path}: found the ending '{path.suffix}', expected one of {', '.join(kinds)}{nearest(path.suffix, kinds)}"

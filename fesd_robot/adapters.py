@@ -15,7 +15,7 @@ from fesd_robot.plans.audit import audit
 from fesd_robot.plans.plan import Audit, Plan, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
-from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
+from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
 
@@ -45,13 +45,9 @@ def homotopy_options(task: Task) -> HomotopyOptions:
 
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
-    frames = [contact.frame for contact in motion.task.contacts.values()]
-    points = [
-        ContactPoint(contact.name, frame, contact.friction)
-        for contact, frame in zip(motion.contacts, frames, strict=True)
-    ]
+    friction = {contact.name: contact.friction for contact in motion.contacts}
     matrix = motion.actuation.matrix
-    return NumericPhysics(motion.robot, motion.scene, points, lambda q: np.asarray(matrix(q).full()))
+    return NumericPhysics(motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()))
 
 
 def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: Branch) -> PhysicalMotion:

@@ -12,7 +12,7 @@ from fesd_robot.adapters import homotopy_options
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, read_plan, write_plan
-from fesd_robot.plans.audit import TOLERANCES
+from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.task import Task
 
 REQUIRED = {
@@ -38,7 +38,8 @@ def test_it_is_solved(short_plan: Plan) -> None:
     assert status.exact and status.complementarity <= 1e-12
     assert status.constraint_violation <= 1e-8
     assert short_plan.audit.violations == []
-    assert {**short_plan.audit.tolerances, "max_energy_error": TOLERANCES["max_energy_error"]} == TOLERANCES
+    tolerances = {name: entry.tolerance for name, entry in ENTRIES.items()}
+    assert {**short_plan.audit.tolerances, "max_energy_error": tolerances["max_energy_error"]} == tolerances
     assert status.message.startswith("Solved to complementarity")
 
 

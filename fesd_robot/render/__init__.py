@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from fesd_robot.lazy import lazy_exports
 
-__all__ = ["CircleVisual", "GroundVisual", "WallVisual", "build_figures", "render_page", "write_figures"]
+__all__ = ["CircleVisual", "GroundVisual", "PageContent", "WallVisual", "build_figures", "render_page", "write_figures"]
 
 if TYPE_CHECKING:
     from fesd_robot.render.circles import CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
-    from fesd_robot.render.page import render_page
+    from fesd_robot.render.page import PageContent, render_page
     from fesd_robot.render.terrain import GroundVisual, WallVisual
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -19,7 +19,7 @@ else:
         {
             "fesd_robot.render.circles": ["CircleVisual"],
             "fesd_robot.render.figures": ["build_figures", "write_figures"],
-            "fesd_robot.render.page": ["render_page"],
+            "fesd_robot.render.page": ["PageContent", "render_page"],
             "fesd_robot.render.terrain": ["GroundVisual", "WallVisual"],
         },
     )

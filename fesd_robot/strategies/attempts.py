@@ -50,15 +50,17 @@ def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
 
 def best_plan(attempts: Sequence[AttemptedPlan]) -> Plan:
     """Return the plan of the best attempt, with all attempts listed in its statistics."""
-    best = best_attempt(attempts).plan
-    listed = [_listed(attempt) for attempt in attempts]
+    kept = best_attempt(attempts)
+    listed = [_listed(attempt, kept=attempt is kept) for attempt in attempts]
+    best = kept.plan
     return best.model_copy(update={"statistics": best.statistics.model_copy(update={"attempts": listed})})
 
 
-def _listed(attempt: AttemptedPlan) -> Attempt:
+def _listed(attempt: AttemptedPlan, *, kept: bool) -> Attempt:
     plan = attempt.plan
     return Attempt(
         changes=attempt.overrides,
+        kept=kept,
         solved=attempt.solved,
         objective=plan.statistics.objective,
         iterations=plan.statistics.iterations,

@@ -115,5 +115,5 @@ def test_tries_are_written_down(
     write_plan(planned, tmp_path / "run")
     assert read_plan(tmp_path / "run").statistics.attempts == planned.statistics.attempts
     text = report(planned)
-    assert "### Tries" in text and "solver.loose_iterations = 66" in text and "infeasible 1" in text
-    assert "### Tries" not in report(short_plan)
+    assert "### Attempts" in text and "solver.loose_iterations = 66" in text and "infeasible 1" in text
+    assert "### Attempts" not in report(short_plan)

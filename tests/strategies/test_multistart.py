@@ -45,7 +45,7 @@ def test_the_cheapest_start_is_kept(two_starts: Plan) -> None:
     assert [one.changes for one in tries] == [{"solver.seed": 0}, {"solver.seed": 1}]
     costs = [one.objective for one in tries if one.solved]
     assert two_starts.status.solved and two_starts.statistics.objective == min(costs)
-    assert "### Tries" in report(two_starts) and ("median" in report(two_starts)) == (len(costs) > 1)
+    assert "### Attempts" in report(two_starts) and ("median" in report(two_starts)) == (len(costs) > 1)
 
 
 def test_a_stop_ends_all_starts(load_short: Load) -> None:
