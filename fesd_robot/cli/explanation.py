@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.adapters import homotopy_options, numeric_physics
 from fesd_robot.cli.descriptions import (
     described_constraints,
     described_costs,
@@ -22,7 +23,6 @@ from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
-from fesd_robot.planner import homotopy_options, numeric_physics
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact, Plane, Steps

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping
 import casadi as ca
 import numpy as np
 
+from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
-from fesd_robot.planner import numeric_physics
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import GROUND, Jumps

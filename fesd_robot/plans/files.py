@@ -105,7 +105,7 @@ def check_output_folder(folder: Path) -> None:
         )
 
 
-def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None = None) -> Path:
+def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
     """Write a plan's files into `folder` and return it.
 
     Everything is written beside the folder first and takes its place in one move, so that an interrupted run leaves
@@ -117,7 +117,7 @@ def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None =
     Raises:
         PlanFileError: the folder cannot hold results.
     """
-    folder = folder.resolve()
+    folder = Path(folder).resolve()
     check_output_folder(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _staged(folder) as stage:

@@ -31,7 +31,8 @@ from fesd_robot.robot.tree import Tree, build_tree
 from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
 
 _FORMATS: dict[str, Format] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
-_NO_LIMIT = 1e19
+_NO_LIMIT_FROM = 1e19
+"""Numbers from here on stand for no limit in Pinocchio's models."""
 
 
 def load_robot(
@@ -51,8 +52,8 @@ def load_robot(
         root: joint between the world and the first link: none, sagittal (x, z, pitch), planar (x, y, turn about z) or
             free.
         locked: name of a joint -> value it is held at, m or rad; it is no coordinate of the robot.
-        coupled: name of a joint -> name of the joint it moves with, see `couple_joints`; only the latter is a
-            coordinate of the robot.
+        coupled: name of a joint -> name of the joint it moves in unison with, see `couple_joints`; only the latter
+            is a coordinate of the robot.
         armature: name of a joint, or of one of its velocity coordinates -> inertia added to the diagonal of the mass
             matrix, kg or kg m²; replaces what the file says. A joint's armature goes to all of its coordinates.
         damping: the same for the viscous damping d of the force -d v, N s/m or N m s/rad.
@@ -289,7 +290,7 @@ def _position_limits(model: pin.Model, tree: Tree) -> tuple[np.ndarray, np.ndarr
 def _without_sentinels(limits: np.ndarray) -> np.ndarray:
     """Return the limits with the huge numbers that stand for none replaced by ±inf."""
     values = np.array(limits, dtype=float)
-    huge = np.abs(values) >= _NO_LIMIT
+    huge = np.abs(values) >= _NO_LIMIT_FROM
     values[huge] = np.copysign(np.inf, values[huge])
     return _frozen(values)
 

@@ -81,7 +81,13 @@ class Form:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "ipopt.txt"
             ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
-            options = HomotopyOptions(tolerance=0.99, velocity_level_ratio=1.0, max_iterations=ITERATIONS, ipopt=ipopt)
+            options = HomotopyOptions(
+                tolerance=0.99,
+                velocity_level_ratio=1.0,
+                max_iterations=ITERATIONS,
+                linear_solver="mumps",
+                ipopt=ipopt,
+            )
             solve(self.problem, options, nlp=self.nlp)
             text = file.read_text(encoding="utf-8")
         values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import MpccSolution, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.planner import homotopy_options
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.task import Task, load_task
 

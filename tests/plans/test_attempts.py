@@ -11,6 +11,7 @@ from fesd_robot import planner
 from fesd_robot.cli.summary import summary
 from fesd_robot.plans import Plan, read_plan, report, write_plan
 from fesd_robot.plans.plan import Attempt
+from fesd_robot.strategies import multistart
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
@@ -48,7 +49,7 @@ def test_the_planner_marks_the_cheapest_solved_attempt(
             results.append(plan.model_copy(update={"status": status, "statistics": statistics}))
         return results
 
-    monkeypatch.setattr(planner, "solve_multistart", attempted)
+    monkeypatch.setattr(multistart, "solve_multistart", attempted)
     task = with_overrides(load_task(TASK), {"solver.starts": 3})
     result = planner.plan(task)
     assert result.status.message == "seed 1"

@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from fesd_robot.adapters import numeric_physics
 from fesd_robot.contact import Plane
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.planner import numeric_physics
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import ENTRIES, Audit
 from fesd_robot.recovery import PhysicalMotion
