@@ -19,7 +19,7 @@ SHORTEST_ADVANCE = 1e-9
 """An element whose clock advances by less than this many seconds is no motion of its own."""
 
 SLIP_VELOCITY = 1e-3
-"""Tangential velocity, m/s, above which a closed contact slips whose branch does not say it."""
+"""Tangential velocity, m/s, below which a contact that could slip is said to stick."""
 
 
 @dataclass(frozen=True)
@@ -116,16 +116,24 @@ class ElementReader:
         )
 
     def _modes(self, number: int, element: Element) -> list[ContactMode]:
-        """The modes of the branch; where it leaves the direction of sliding open, the velocity at the stages decides."""
+        """Return the modes of the branch; the velocity at the stages decides what it leaves open."""
         stages = [self.split(x)[:2] for x in element.x[: self.tableau.stages]]
         velocity = np.array([np.asarray(self._tangential_velocities(q, v)).ravel() for q, v in stages])
         modes = contact_modes(self._branch, number)
-        return [self._moving(modes[name], velocity[:, i]) for i, name in enumerate(self._names)]
+        return [_observed(modes[name], velocity[:, i]) for i, name in enumerate(self._names)]
 
-    @staticmethod
-    def _moving(mode: ContactMode, velocity: np.ndarray) -> ContactMode:
-        if mode not in (ContactMode.SLIP, ContactMode.IMPACT):
-            return mode
-        if np.abs(velocity).max() < SLIP_VELOCITY:
-            return ContactMode.STICK
-        return ContactMode.SLIP_FORWARDS if velocity.sum() > 0 else ContactMode.SLIP_BACKWARDS
+
+def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:
+    """Return the mode that a contact shows: one that could slip and does not, its force on the cone, sticks.
+
+    Args:
+        mode: of the branch.
+        velocity: tangential, at the stages, (n_s,).
+    """
+    if mode in (ContactMode.FLIGHT, ContactMode.STICK):
+        return mode
+    if np.abs(velocity).max() < SLIP_VELOCITY:
+        return ContactMode.STICK
+    if mode in (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS):
+        return mode
+    return ContactMode.SLIP_FORWARDS if velocity.sum() > 0 else ContactMode.SLIP_BACKWARDS
