@@ -64,8 +64,8 @@ def export(
     from fesd_robot.plans.exports import export_format
 
     chosen, loaded = export_format(kind, joints or None), read_plan(plan)
-    path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
-    if str(path) == "-":
+    if str(out) == "-":
         typer.echo(exported(loaded, kind, joints=joints or None), nl=False)
-    else:
-        typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None)}")
+        return
+    path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
+    typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None)}")

@@ -36,10 +36,9 @@ def render(
     from fesd_robot.plans import read_plan
     from fesd_robot.plans.files import FIGURES_FOLDER
 
-    result = read_plan(plan)
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
     try:
-        page, *figures = render_plan(result, target, task_folder=folder)
+        page, *figures = render_plan(read_plan(plan), target, task_folder=folder)
     except TaskError as error:
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
         raise PlanFileError(f"{plan}: its task cannot be drawn again: {error}{hint}") from error

@@ -45,7 +45,6 @@ def test_the_cheapest_start_is_kept(two_starts: Plan) -> None:
     assert [one.changes for one in attempts] == [{"solver.seed": 0}, {"solver.seed": 1}]
     costs = [one.objective for one in attempts if one.solved]
     assert two_starts.status.solved and two_starts.statistics.objective == min(costs)
-    assert [one.objective for one in attempts if one.kept] == [min(costs)]
     assert "### Attempts" in report(two_starts) and ("median" in report(two_starts)) == (len(costs) > 1)
 
 
