@@ -33,9 +33,9 @@ from fesd_robot.recovery.switches import Phase, switches_between
 def test_changes_of_one_contact(modes: list[str], kinds: list[str]) -> None:
     """Every change of mode is one switch of its kind, at the start of the phase that it leads to."""
     phases = [Phase(0.5 * k, [mode]) for k, mode in enumerate(modes)]
-    found = switches_between(phases)
-    assert [switch.kind for switch in found] == kinds
-    for switch in found:
+    switches = switches_between(phases)
+    assert [switch.kind for switch in switches] == kinds
+    for switch in switches:
         assert switch.contact == 0
         assert modes[int(2 * switch.time)] != modes[int(2 * switch.time) - 1]
 
