@@ -40,7 +40,7 @@ def by_signs(kind: str, **parts: Any) -> Subsystem:
 
 def values(system: ComplementaritySystem, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray) -> dict[str, Any]:
     """Everything a system consists of, in numbers."""
-    names = ("right_hand_side", "residual", "equations", "multiplier", "partner")
+    names = ("right_hand_side", "residual", "equations", "G", "H")
     function = ca.Function("values", system.arguments, [getattr(system, name) for name in names])
     return {name: value.full().ravel() for name, value in zip(names, function(x, u, z, p), strict=True)}
 

@@ -83,10 +83,10 @@ def test_both_forms_agree(kind: str, seed: int) -> None:
     steps, indicators = _system(subsystem), stewart(state=X, control=U, parameters=P, subsystems=subsystem)
     rates = []
     for system in (steps, indicators):
-        found = values(system, x, u, system.guess(x, u, p), p)
-        assert np.abs(found["residual"]).max() <= 1e-14
-        assert np.abs(found["multiplier"] * found["partner"]).max() <= 1e-10
-        rates.append(found["right_hand_side"])
+        at_guess = values(system, x, u, system.guess(x, u, p), p)
+        assert np.abs(at_guess["residual"]).max() <= 1e-14
+        assert np.abs(at_guess["G"] * at_guess["H"]).max() <= 1e-10
+        rates.append(at_guess["right_hand_side"])
     assert rates[0] == pytest.approx(rates[1], abs=1e-13)
 
 
@@ -127,12 +127,12 @@ def test_own_algebraic_variables_and_quadratures() -> None:
     )
     x, u, p = random_point(4)
     value = system.guess(x, u, p)
-    found = values(system, x, u, value, p)
+    at_guess = values(system, x, u, value, p)
     plain = _system(by_signs("dense of three"))
     field = values(plain, x, u, plain.guess(x, u, p), p)["right_hand_side"]
     assert value[-1] == x[0] and len(value) == 9 + 4 + 1
-    assert found["equations"].tolist() == [0] and len(found["residual"]) == 3 + 4
-    assert found["right_hand_side"] == pytest.approx(x[0] * field)
+    assert at_guess["equations"].tolist() == [0] and len(at_guess["residual"]) == 3 + 4
+    assert at_guess["right_hand_side"] == pytest.approx(x[0] * field)
     work = ca.Function("work", system.arguments, [system.quadratures["work"]])
     assert float(work(x, u, value, p)) == pytest.approx(x[0] * u[0])
 
