@@ -12,6 +12,8 @@ from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs import ComplementaritySystem, heaviside
 from fesd_robot.errors import DimensionError, ModelError
 
+from .models import build
+
 X, U, P = ca.SX.sym("x", 3), ca.SX.sym("u", 1), ca.SX.sym("p", 2)
 ALPHA = ca.SX.sym("alpha", 2)
 
@@ -26,7 +28,7 @@ def _plain(**parts: Any) -> ComplementaritySystem:
         "switching": ca.vertcat(X[0], X[1] ** 2 - X[2] + P[0] * P[1]),
         "right_hand_side": ca.vertcat(1 - 2 * ALPHA[0], ALPHA[1] + U, ALPHA[0] * ALPHA[1]),
     }
-    return heaviside(**{**arguments, **parts})
+    return build(heaviside, **{**arguments, **parts})
 
 
 def _lifted() -> ComplementaritySystem:
@@ -128,7 +130,7 @@ def test_names_and_defaults() -> None:
     assert system.mass_matrix.is_constant() and np.array_equal(ca.evalf(system.mass_matrix).full(), np.eye(3))
     cost = ca.Function("cost", [system.algebraic], [system.regularisation])
     assert float(cost([0.5, 2, 9, 9, 9, 9])) == 0.5 * 4.25
-    named = _plain(state_names=["a", "b", "c"], step_names=["left", "right"], control_names=["push"])
+    named = _plain(state_names=["a", "b", "c"], names=["left", "right"], control_names=["push"])
     assert list(named.state_names) == ["a", "b", "c"]
     assert named.algebraic_names[3] == "lambda_n[right]"
 
@@ -147,7 +149,7 @@ def test_names_and_defaults() -> None:
         ({"excluded": {0: ALPHA}}, r"excluded\[0\] has shape \(2, 1\), expected \(1, 1\)"),
         ({"algebraic": ca.SX.sym("z")}, r"equations has shape \(0, 1\), expected \(1, 1\), one equation an algebraic"),
         ({"control_names": ["a", "b"]}, r"control_names has shape \(2,\), expected \(1,\)"),
-        ({"step_names": ["one"]}, "step_names has 1 entries for 2 step variables alpha"),
+        ({"names": ["one"]}, r"names has shape \(1,\), expected \(2,\), one a step variable alpha"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )
@@ -193,7 +195,7 @@ def test_lifted_definitions_can_be_looked_at() -> None:
 
 def test_a_mode_in_words() -> None:
     """A step is one where only alpha may be positive, zero where only 1 - alpha may, anything where both may."""
-    describe = _plain(step_names=["left", "right"]).describe
+    describe = _plain(names=["left", "right"]).describe
     assert describe is not None
     assert describe(np.array([1, 1, 0, 0])) == "left = 1, right = 1"
     assert describe(np.array([0, 1, 1, 0])) == "left = 0, right = 1"

@@ -8,17 +8,17 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, heaviside_from_regions, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, heaviside_from_regions, stewart
 from fesd_robot.dcs.regions import region_multipliers
 from fesd_robot.errors import ModelError
 
-from .models import SIGN_MATRICES, P, U, X, by_signs, fields, random_point, values
+from .models import MODEL, SIGN_MATRICES, P, U, X, by_signs, fields, random_point, values
 
 each_matrix = pytest.mark.parametrize("kind", SIGN_MATRICES)
 
 
 def _system(*subsystems: Subsystem) -> ComplementaritySystem:
-    return heaviside_from_regions(state=X, control=U, parameters=P, subsystems=subsystems)
+    return heaviside_from_regions(MODEL, subsystems)
 
 
 def _theta(kind: str) -> ca.Function:
@@ -80,7 +80,7 @@ def test_names_of_lifted_products() -> None:
 def test_both_forms_agree(kind: str, seed: int) -> None:
     """At a random state, on boundaries too, both forms guess the same right-hand side without a residual."""
     subsystem, (x, u, p) = by_signs(kind), random_point(seed)
-    steps, indicators = _system(subsystem), stewart(state=X, control=U, parameters=P, subsystems=subsystem)
+    steps, indicators = _system(subsystem), stewart(MODEL, subsystem)
     rates = []
     for system in (steps, indicators):
         at_guess = values(system, x, u, system.guess(x, u, p), p)
@@ -95,8 +95,7 @@ def test_subsystems_multiply() -> None:
     left = by_signs("one", name="left")
     right = by_signs("dense of three", name="right", fields=fields(8, seed=1))
     drift = ca.vertcat(U, 0)
-    arguments = {"state": X, "control": U, "parameters": P, "subsystems": [left, right], "drift": drift}
-    steps, indicators = heaviside_from_regions(**arguments), stewart(**arguments)
+    steps, indicators = (form(MODEL, [left, right], drift) for form in (heaviside_from_regions, stewart))
     assert steps.algebraic.numel() == 3 * 4 + 4
     assert list(steps.algebraic_names[:4]) == [
         f"alpha[{s}]" for s in ("left: c1", "right: c1", "right: c2", "right: c3")
@@ -115,16 +114,16 @@ def test_subsystems_multiply() -> None:
 def test_own_algebraic_variables_and_quadratures() -> None:
     """They take part in fields, equations and integrands, after the lifted products."""
     z = ca.SX.sym("z")
-    system = heaviside_from_regions(
+    model = Model(
         state=X,
         control=U,
         parameters=P,
-        subsystems=by_signs("dense of three", fields=fields(8) * z),
         algebraic=z,
         equations=z - X[0],
         algebraic_guess=lambda x, u, p: x[:1],
         quadratures={"work": z * U[0]},
     )
+    system = heaviside_from_regions(model, by_signs("dense of three", fields=fields(8) * z))
     x, u, p = random_point(4)
     value = system.guess(x, u, p)
     at_guess = values(system, x, u, value, p)

@@ -11,11 +11,11 @@ import pytest
 from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError
 
-from .models import SIGN_MATRICES, SWITCHING, P, U, X, by_signs, fields, random_point, values
+from .models import SIGN_MATRICES, SWITCHING, P, U, X, build, by_signs, fields, random_point, values
 
 
 def _system(*subsystems: Subsystem, **parts: Any) -> ComplementaritySystem:
-    return stewart(state=X, control=U, parameters=P, subsystems=subsystems, **parts)
+    return build(stewart, state=X, control=U, parameters=P, subsystems=subsystems, **parts)
 
 
 @pytest.mark.parametrize(
@@ -143,12 +143,7 @@ def test_a_mode_in_words() -> None:
         "R1 | R2",
         "no region",
     ]
-    both = stewart(
-        state=X,
-        control=U,
-        parameters=P,
-        subsystems=[by_signs("one", name="left"), by_signs("sparse", name="right")],
-    )
+    both = _system(by_signs("one", name="left"), by_signs("sparse", name="right"))
     assert both.describe is not None
     assert both.describe(np.array([1, 0, 0, 1, 1, 0], dtype=bool)) == "left: R1, right: R1(+,-) | R2"
 
@@ -204,5 +199,5 @@ LOST, Z = ca.SX.sym("lost"), ca.SX.sym("z")
 def test_wrong_models_are_refused(parts: dict[str, Any], error: type[Exception], message: str) -> None:
     """The message names the offending part, what it is and what it must be."""
     with pytest.raises(error) as caught:
-        stewart(**{"state": X, "control": U, "parameters": P, "subsystems": by_signs("one"), **parts})
+        build(stewart, **{"state": X, "control": U, "parameters": P, "subsystems": by_signs("one"), **parts})
     assert str(caught.value) == message

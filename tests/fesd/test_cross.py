@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.dcs import heaviside
+from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.fesd import CrossComplementarity
 from fesd_robot.fesd.cross import cross_pairs, vanishing_pairs
 
@@ -68,10 +68,9 @@ def _vanishing(boundary_only: bool, with_complement: bool, mode: CrossComplement
     """(switching function at 3 points, multiplier and complement at 2 stages each) -> G, H."""
     x, z, alpha = ca.SX.sym("x"), ca.SX.sym("z", 2), ca.SX.sym("alpha")
     system = heaviside(
-        state=x,
-        alpha=alpha,
-        switching=x,
-        right_hand_side=alpha,
+        Model(x),
+        StepFunctions(alpha, x),
+        alpha,
         lifted=[("multiplier", z[0], ca.SX(0)), ("complement", z[1], ca.SX(0))],
         vanishing=[
             Complementarity(

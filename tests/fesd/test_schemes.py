@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fesd_robot.dcs import Subsystem
+from fesd_robot.dcs import Model, Subsystem
 from fesd_robot.fesd import FesdOptions, Form, Simulation, Tableau, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
 
@@ -168,7 +168,7 @@ def test_a_product_of_two_relays(form: str) -> None:
     x = ca.SX.sym("x", 2)
     first = Subsystem(fields=ca.DM([[1, -1], [0, 0]]), switching=x[0], sign_matrix=SIGNS, name="first")
     second = Subsystem(fields=ca.DM([[0, 0], [1, -1]]), switching=x[1], sign_matrix=SIGNS, name="second")
-    simulation = simulate(by_regions(form, x, [first, second]), np.array([0.35, -0.75]), 4, 1.0)
+    simulation = simulate(by_regions(form, Model(x), [first, second]), np.array([0.35, -0.75]), 4, 1.0)
     assert simulation.states == pytest.approx(
         np.array([[0.35, -0.75], [0.1, -0.5], [0, -0.25], [0, 0], [0, 0]]), abs=1e-12
     )
@@ -183,7 +183,7 @@ def test_two_switches_in_one_step(form: str) -> None:
     """A path through three quadrants in one step of three elements: switches at 1/4 and 3/4."""
     x = ca.SX.sym("x", 2)
     fields = ca.DM([[-1, -1, -1, 0], [-1, -1, 0, 0]])
-    system = by_regions(form, x, [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
+    system = by_regions(form, Model(x), [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
     simulation = simulate(system, np.array([0.25, 0.75]), 1, 1.0, options=FesdOptions(elements=3))
     assert simulation.switch_times == pytest.approx([0.25, 0.75], abs=1e-13)
     assert simulation.states[-1] == pytest.approx([-0.75, 0.0], abs=1e-13)
@@ -195,7 +195,7 @@ def test_crossing_a_surface_while_sliding_on_another(form: str) -> None:
     """Sliding on x2 = 0 with speed 1, x1 changes sign at 1/2 and from then on the speed is 2."""
     x = ca.SX.sym("x", 2)
     fields = ca.DM([[2, 1, 1, 2], [-1, -1, 1, 1]])
-    system = by_regions(form, x, [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
+    system = by_regions(form, Model(x), [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
     simulation = simulate(system, np.array([-0.75, 0.25]), 4, 1.5)
     assert simulation.states[-1] == pytest.approx([1.5, 0.0], abs=1e-12)
     assert simulation.switch_times == pytest.approx([0.25, 0.75], abs=1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.dcs import ComplementaritySystem, heaviside
+from fesd_robot.dcs import ComplementaritySystem, Model, StepFunctions, heaviside
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import (
     FesdOptions,
@@ -80,10 +80,8 @@ def test_sliding_forgets_where_it_came_from() -> None:
 def _relay(curvature: float = 1.0) -> ComplementaritySystem:
     """x' = v, v' = p u + c x² - sign(v): a mass with dry friction, a control and a parameter."""
     x, u, p, alpha = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("p"), ca.SX.sym("alpha")
-    return heaviside(
-        state=x, control=u, parameters=p, alpha=alpha, switching=x[1],
-        right_hand_side=ca.vertcat(x[1], p * u + curvature * x[0] ** 2 - 2 * alpha + 1),
-    )  # fmt: skip
+    rate = ca.vertcat(x[1], p * u + curvature * x[0] ** 2 - 2 * alpha + 1)
+    return heaviside(Model(x, u, p), StepFunctions(alpha, x[1]), rate)
 
 
 CONTROLS = np.array([[3.0, -2.0, -3.0, 0.5]])
@@ -146,7 +144,7 @@ def test_vanishing_constraints_are_refused() -> None:
     """Active sides do not cover a system with vanishing constraints, so there is no derivative to give."""
     x, alpha, free = ca.SX.sym("x"), ca.SX.sym("alpha"), ca.SX.sym("free")
     system = heaviside(
-        state=x, alpha=alpha, switching=x, right_hand_side=1 - alpha, lifted=[("free", free, alpha)],
+        Model(x), StepFunctions(alpha, x), 1 - alpha, lifted=[("free", free, alpha)],
         vanishing=[Complementarity(Label("none above"), x, free, vanishing=True)],
     )  # fmt: skip
     with pytest.raises(ModelError, match=r"sensitivities need pairs 0 <= G _\|_ H >= 0 only"):

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import heaviside
+from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd import FesdOptions, Simulation, SimulationError, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
@@ -89,7 +89,7 @@ def test_leaving_a_sliding_mode(scheme: Scheme, stages: int) -> None:
 def test_two_switches_of_a_product() -> None:
     """Two independent coordinates with x' = -sign x slide one after the other, each on its own step."""
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha", 2)
-    system = heaviside(state=x, alpha=alpha, switching=x, right_hand_side=1 - 2 * alpha)
+    system = heaviside(Model(x), StepFunctions(alpha, x), 1 - 2 * alpha)
     simulation = simulate(system, np.array([0.35, -0.75]), _no_control(4), 1.0, options=_options("radau_iia", 2))
     assert simulation.states == pytest.approx(
         np.array([[0.35, -0.75], [0.1, -0.5], [0, -0.25], [0, 0], [0, 0]]), abs=1e-8

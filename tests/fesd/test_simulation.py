@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd import FesdOptions, SimulationError, StepReport, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
@@ -156,7 +156,7 @@ def test_an_impact_is_not_passed_over() -> None:
     )
     for stages in (1, 2, 3):
         simulation = simulate(
-            stewart(state=state, subsystems=regions), np.array([0.0, -1.0, 0.0]), 1, 0.17,
+            stewart(Model(state), regions), np.array([0.0, -1.0, 0.0]), 1, 0.17,
             options=_options(stages=stages),
         )  # fmt: skip
         assert simulation.switch_times == pytest.approx([0.1], abs=1e-12)
