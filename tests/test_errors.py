@@ -17,7 +17,7 @@ ALLOWED = {
     ("lazy.py", "AttributeError"): "asked for by PEP 562",
     ("ocp/constraints.py", "TypeError"): "a kind of constraint without its function, a mistake of the program",
     ("ocp/reference_file.py", "ValueError"): "becomes a TaskError with file and key",
-    ("plans/plan.py", "ValueError"): "asked for by pydantic, becomes a PlanFileError with file and key",
+    ("plans/record.py", "ValueError"): "asked for by pydantic, becomes a PlanFileError with file and key",
     ("render/window.py", "NotImplementedError"): "a method of Meshcat's window that a page cannot have",
     ("task/expression.py", "ValueError"): "becomes a TaskError with file, line and key",
 }
