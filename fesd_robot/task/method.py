@@ -1,4 +1,4 @@
-"""How the task is solved and what is written: discretisation, solver, output."""
+"""The sections `method`, `solver` and `output` of a task: discretisation, solver, optional files."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ class Formulation(Section):
     )
     step_regularisation_weight: NonNegative = Field(
         default=1e-3,
-        description="Regularisation of the step functions: weight epsilon of their squares in the cost, which picks one "
-        "representative where they are not unique; only with type: steps.",
+        description="Regularisation of the step functions: weight epsilon of their squares in the cost, which picks "
+        "one representative where they are not unique; only with type: steps.",
     )
 
     @model_validator(mode="after")
@@ -117,8 +117,9 @@ class Method(Section):
     )
     step_freedom: Positive = Field(
         default=1.0,
-        description="How much longer than an equal part of its interval an element may become, as a fraction gamma_h of "
-        "that part. With 1, three elements hold an impact only in the middle third of their interval; with 2, anywhere.",
+        description="How much longer than an equal part of its interval an element may become, as a fraction gamma_h "
+        "of that part. With 1, three elements hold an impact only in the middle third of their interval; with 2, "
+        "anywhere.",
     )
     auxiliary_force: Annotated[
         float | Literal["auto"],
@@ -159,8 +160,8 @@ class Solver(Section):
     )
     velocity_level_ratio: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
         default=1000.0,
-        description="How much larger the relaxation of complementarities on the velocity level is than that of those on "
-        "the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
+        description="How much larger the relaxation of complementarities on the velocity level is than that of those "
+        "on the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
         "before what happens there.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
@@ -172,8 +173,8 @@ class Solver(Section):
     )
     loose_iterations: Count = Field(
         default=200,
-        description="Largest number of iterations of each relaxed problem of the loose homotopy; fewer are faster, more "
-        "find cheaper motions more often.",
+        description="Largest number of iterations of each relaxed problem of the loose homotopy; fewer are faster, "
+        "more find cheaper motions more often.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
