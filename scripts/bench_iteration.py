@@ -24,12 +24,13 @@ import casadi
 import numpy as np
 
 from fesd_robot import Task, load_task
+from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import homotopy_options, plan
+from fesd_robot.planner import plan
 
 ROOT = Path(__file__).parent.parent
 CASES = [

@@ -23,12 +23,12 @@ import numpy as np
 from scipy import sparse
 
 from fesd_robot import load_task
+from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import solve
 from fesd_robot.native import ipopt_options, kkt_library
 from fesd_robot.native.linear_solver import KktSystem, build_library
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import homotopy_options
 
 ROOT = Path(__file__).parent.parent
 SHORT: dict[str, list[str] | None] = {

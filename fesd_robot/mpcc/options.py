@@ -48,7 +48,7 @@ class HomotopyOptions:
     velocity_level_ratio: float = 1000.0
     max_iterations: int = 1000
     time_limit: float | None = None
-    linear_solver: str = "mumps"
+    linear_solver: str = "auto"
     compile: Compile = "auto"
     feasibility: float = 1e-8
     ipopt: dict[str, Any] = field(default_factory=dict)

@@ -13,7 +13,7 @@ import numpy as np
 from compare import nosnoc_tool
 from compare.outcome import Outcome, Settings, show_nlp
 from compare.samples import Samples
-from fesd_robot.dcs import Subsystem, stewart
+from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
@@ -86,9 +86,8 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
     problem = describe()
     n_u, count = problem.control.numel(), problem.intervals
     system = stewart(
-        state=problem.state,
-        control=problem.control,
-        subsystems=[
+        Model(problem.state, problem.control),
+        [
             Subsystem(
                 name=f"switch {i}",
                 switching=side.switching,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, make_tableau, simulate
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.tableau import Tableau
@@ -22,9 +22,10 @@ LEFT, RIGHT = -2.0, -0.8
 TABLEAU = make_tableau("gauss_legendre", 2)
 SIGMA = 1e-9
 """Last, or only, relaxation of the complementarity products."""
+_COMMON = HomotopyOptions(tolerance=SIGMA, velocity_level_ratio=1.0, linear_solver="mumps")
 SOLVERS = {
-    "homotopy": HomotopyOptions(tolerance=SIGMA, sigma_factor=0.1, velocity_level_ratio=1.0),
-    "single NLP": HomotopyOptions(tolerance=SIGMA, sigma_start=SIGMA, velocity_level_ratio=1.0),
+    "homotopy": replace(_COMMON, sigma_factor=0.1),
+    "single NLP": replace(_COMMON, sigma_start=SIGMA),
 }
 
 
@@ -43,8 +44,8 @@ def crossing(with_cost: bool) -> ComplementaritySystem:
     state = ca.SX.sym("x", 1 + with_cost)
     fields = np.array([[3.0, 1.0]])
     return stewart(
-        state=state,
-        subsystems=Subsystem(
+        Model(state),
+        Subsystem(
             fields=np.vstack([fields, np.zeros((int(with_cost), 2))]),
             switching=state[0],
             sign_matrix=np.array([[-1], [1]]),

@@ -25,7 +25,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot import load_task
-from fesd_robot.dcs import Subsystem, stewart
+from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.fesd import OptimalControlProblem, Transcription
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
@@ -81,7 +81,13 @@ class Form:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "ipopt.txt"
             ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
-            options = HomotopyOptions(tolerance=0.99, velocity_level_ratio=1.0, max_iterations=ITERATIONS, ipopt=ipopt)
+            options = HomotopyOptions(
+                tolerance=0.99,
+                velocity_level_ratio=1.0,
+                max_iterations=ITERATIONS,
+                linear_solver="mumps",
+                ipopt=ipopt,
+            )
             solve(self.problem, options, nlp=self.nlp)
             text = file.read_text(encoding="utf-8")
         values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}
@@ -124,19 +130,21 @@ def stewart_form(motion: MotionProblem) -> OptimalControlProblem:
         return ca.substitute(expression, old.algebraic, ca.vertcat(*alpha, ca.SX.zeros(6), beta))
 
     system = stewart(
-        state=old.state,
-        control=old.control,
-        parameters=old.parameters,
-        mass_matrix=old.mass_matrix,
-        subsystems=Subsystem(
+        Model(
+            state=old.state,
+            control=old.control,
+            parameters=old.parameters,
+            mass_matrix=old.mass_matrix,
+            state_names=old.state_names,
+            control_names=old.control_names,
+        ),
+        Subsystem(
             switching=ca.vertcat(contact.gap, ca.dot(contact.normal, v), ca.dot(contact.tangent, v)),
             sign_matrix=signs,
             fields=ca.horzcat(
                 *[at(old.right_hand_side, (1 + row) / 2, ca.SX(beta)) for row, beta in zip(signs, closed, strict=True)]
             ),
         ),
-        state_names=old.state_names,
-        control_names=old.control_names,
     )
     frozen = ca.dot(ca.DM(closed), system.algebraic[: len(signs)])
     return replace(

@@ -92,6 +92,7 @@ class Motion:
                 x=np.array(points),
                 z=np.array([self.algebraic(s, *both) for s, both in zip(states, multipliers, strict=True)]),
                 u=np.ones(1),
+                slopes=np.zeros((self.tableau.stages, len(points[0]))),
             )
         )
         self.state = states[-1]

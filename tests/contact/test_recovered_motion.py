@@ -9,6 +9,7 @@ import pytest
 
 from fesd_robot.contact import ContactOptions
 from fesd_robot.fesd import Element, make_tableau
+from fesd_robot.fesd.polishing import conditions_of, read_branch
 from fesd_robot.recovery import PhysicalMotion, recover
 
 from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, Motion, landing, point_mass
@@ -21,8 +22,10 @@ each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
 
 
 def _recover(motion: Motion, elements: Sequence[Element] | None = None) -> PhysicalMotion:
-    dynamics, contacts = point_mass()
-    return recover(elements or motion.elements, motion.tableau, dynamics, contacts, motion.system(), AUXILIARY_FORCE)
+    (dynamics, contacts), system = point_mass(), motion.system()
+    chosen = elements or motion.elements
+    branch = read_branch(conditions_of(system.system), chosen, np.zeros(len(chosen)), 0.0)
+    return recover(chosen, branch, motion.tableau, dynamics, contacts, system, AUXILIARY_FORCE)
 
 
 def _kinds(motion: PhysicalMotion) -> list[tuple[str, float]]:
@@ -154,7 +157,7 @@ def test_an_empty_element_is_no_motion(form: str) -> None:
     assert recovered.time[-1] == pytest.approx(0.3)
 
 
-def test_friction_forces_have_the_sign_of_their_shares() -> None:
+def test_friction_forces_have_the_sign_of_their_multipliers() -> None:
     """Sliding backwards is slowed down by a forward force; sticking carries what its multipliers say."""
     options = FORMS["multipliers"]
     motion = Motion(options, np.array([0, 0, -2, 0, 0], dtype=float))

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import Subsystem
+from fesd_robot.dcs import Model, Subsystem
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.mpcc import HomotopyOptions, solve
 
@@ -32,7 +32,7 @@ def _problem(form: str) -> OptimalControlProblem:
         for i, surface in enumerate(surfaces)
     ]
     return OptimalControlProblem(
-        system=by_regions(form, ca.vertcat(q, v), subsystems, control=u, drift=ca.vertcat(v, 2 * u)),
+        system=by_regions(form, Model(ca.vertcat(q, v), u), subsystems, ca.vertcat(v, 2 * u)),
         duration=4.0,
         intervals=6,
         parameters=np.zeros((0, 6)),
