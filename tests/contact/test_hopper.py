@@ -14,6 +14,8 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.task import load_task
 
+from .motions import branch_of
+
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
 INVERSE_INERTIA = 10.909090909090909
 RESTING_FORCE = 0.89925
@@ -52,9 +54,9 @@ def _run(
         state_lower=lower,
         parameters=np.zeros(5),
     )
-    physical = recover(
-        simulation.elements, tableau, motion.dynamics, motion.contacts, motion.contact_system, AUXILIARY_FORCE
-    )
+    system, elements = motion.contact_system, simulation.elements
+    branch = branch_of(system, elements)
+    physical = recover(elements, branch, tableau, motion.dynamics, motion.contacts, system, AUXILIARY_FORCE)
     return simulation, physical
 
 
