@@ -1,33 +1,112 @@
 """Plan robot motion through contact with finite elements with switch detection (FESD).
 
-from fesd_robot import load_task, plan
-result = plan(load_task("tasks/hopper_one_jump.yaml"))
+A task file says what a robot is to do: its model, the ground, what may touch, the goal, costs and limits. Planning
+finds when contact happens, and returns the motion in physical time with forces, impulses, an audit and a status.
+
+    >>> from fesd_robot import explain, export_plan, load_task, plan, render_plan, report, write_plan
+    >>> task = load_task("tasks/hopper_one_jump.yaml")
+    >>> text = explain(task)                        # what will be solved, and what is perhaps not meant
+    >>> jump = plan(task)
+    >>> jump.status.solved                          # whether it can be relied on; .message says why
+    True
+    >>> folder = write_plan(jump, "runs/jump")      # plan.json, trajectory, report
+    >>> files = render_plan(jump, folder)           # plan.html and figures
+    >>> file = export_plan(jump, "jump.csv")
+    >>> print(report(jump).splitlines()[0])
+    # hopper_one_jump
+
+Tasks: `load_task` -> `Task`, `explain`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`, `export_plan`,
+`render_plan`, `report`. Every error that a user can meet is a `FesdRobotError`, and its message says what to change.
+
+Three rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
+(discretisation with switch detection, `simulate`) and `mpcc` (mathematical programs with complementarity constraints).
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fesd_robot.lazy import lazy_exports
 
 __version__ = "0.1.0"
-__all__ = ["Plan", "Task", "load_task", "plan", "read_plan"]
-
-_HOME = {
-    "load_task": "fesd_robot.task",
-    "Task": "fesd_robot.task",
-    "plan": "fesd_robot.planner",
-    "Plan": "fesd_robot.plans",
-    "read_plan": "fesd_robot.plans",
-}
+__all__ = [
+    "CompilationError",
+    "DimensionError",
+    "ExpressionError",
+    "FesdRobotError",
+    "GroundError",
+    "JointError",
+    "ModelError",
+    "MotionFileError",
+    "OptionError",
+    "Plan",
+    "PlanFileError",
+    "RobotError",
+    "SimulationError",
+    "SolverError",
+    "Task",
+    "TaskError",
+    "dcs",
+    "explain",
+    "export_plan",
+    "fesd",
+    "load_task",
+    "mpcc",
+    "plan",
+    "read_plan",
+    "render_plan",
+    "report",
+    "simulate",
+    "write_plan",
+]
 
 if TYPE_CHECKING:
+    from fesd_robot import dcs, fesd, mpcc
+    from fesd_robot.actions import explain, export_plan, render_plan
+    from fesd_robot.errors import (
+        DimensionError,
+        ExpressionError,
+        FesdRobotError,
+        GroundError,
+        JointError,
+        ModelError,
+        MotionFileError,
+        OptionError,
+        PlanFileError,
+        RobotError,
+        SolverError,
+        TaskError,
+    )
+    from fesd_robot.fesd import SimulationError, simulate
+    from fesd_robot.native import CompilationError
     from fesd_robot.planner import plan
-    from fesd_robot.plans import Plan, read_plan
+    from fesd_robot.plans import Plan, read_plan, report, write_plan
     from fesd_robot.task import Task, load_task
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'fesd_robot' has no attribute '{name}'")
-    import importlib
-
-    return getattr(importlib.import_module(_HOME[name]), name)
+else:
+    __getattr__, __dir__ = lazy_exports(
+        __name__,
+        {
+            "fesd_robot.dcs": ["dcs"],
+            "fesd_robot.fesd": ["fesd", "simulate", "SimulationError"],
+            "fesd_robot.mpcc": ["mpcc"],
+            "fesd_robot.actions": ["explain", "export_plan", "render_plan"],
+            "fesd_robot.errors": [
+                "DimensionError",
+                "ExpressionError",
+                "FesdRobotError",
+                "GroundError",
+                "JointError",
+                "ModelError",
+                "MotionFileError",
+                "OptionError",
+                "PlanFileError",
+                "RobotError",
+                "SolverError",
+                "TaskError",
+            ],
+            "fesd_robot.native": ["CompilationError"],
+            "fesd_robot.planner": ["plan"],
+            "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
+            "fesd_robot.task": ["Task", "load_task"],
+        },
+    )

@@ -23,12 +23,12 @@ import numpy as np
 from scipy import sparse
 
 from fesd_robot import load_task
+from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import solve
 from fesd_robot.native import ipopt_options, kkt_library
 from fesd_robot.native.linear_solver import KktSystem, build_library
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import homotopy_options
 
 ROOT = Path(__file__).parent.parent
 SHORT: dict[str, list[str] | None] = {
@@ -159,10 +159,10 @@ def main() -> int:
     lines += [
         f"Made by `python scripts/check_kkt.py --systems {arguments.systems}`, Python {platform.python_version()}, "
         f"casadi {casadi.__version__}. Backward error: largest |b - A x| / (|A| |x| + |b|) of any row, with up to five "
-        "steps of refinement (IPOPT makes up to ten). Inertia: against all eigenvalues up to order "
-        f"{DENSE}, above against a factorization with pivots chosen for stability alone (threshold 0.5). Stopped: "
-        "factorizations that ended early because of a wrong inertia, and for how many "
-        "of all the verdict on the inertia was correct.",
+        "steps of refinement (IPOPT makes up to ten). Inertia: compared with all eigenvalues up to order "
+        f"{DENSE}, and with a factorization whose pivots are chosen for stability alone (threshold 0.5) above. "
+        "Stopped: factorizations that ended early because of a wrong inertia. Verdict: for how many of all systems the "
+        "answer on the inertia was right.",
         "",
         "| task | intervals | order | systems | factorization [ms] | worst error | refined: median | worst | inertia "
         "| stopped | verdict |",
@@ -190,7 +190,7 @@ def main() -> int:
             f"{sum(one.verdict for one in results)} right |"
         )
         print(lines[-1], flush=True)
-    lines += ["", f"{total} systems, {total - failed} as they should be."]
+    lines += ["", f"{total} systems, {total - failed} of them without a fault."]
     arguments.page.write_text("\n".join([*lines, ""]))
     return 1 if failed else 0
 

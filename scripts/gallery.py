@@ -44,7 +44,7 @@ PICTURES = ROOT / "docs" / "images" / "gallery"
 README = ROOT / "README.md"
 MARKS = ("<!-- tasks: written by scripts/gallery -->", "<!-- end of tasks -->")
 
-LONG = 30.0
+LONG_SECONDS = 30.0
 """Seconds above which a task is marked as long."""
 
 SIZE, SHOT_SCALE = (320, 200), 3
@@ -52,7 +52,7 @@ COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pa
            "complementarity", "stationarity", "status")  # fmt: skip
 BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
            "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
-BARE = "<style>#caption, #bar { display: none; }</style></head>"
+WITHOUT_CAPTION = "<style>#caption, #bar { display: none; }</style></head>"
 
 
 @dataclass(frozen=True)
@@ -70,18 +70,18 @@ class Entry:
     def plan(self) -> Plan | None:
         """Return the last plan of the task as it is now; None if there is none."""
         try:
-            plan = read_plan(self.folder)
+            last = read_plan(self.folder)
         except FesdRobotError:
             return None
-        kept = next((one for one in plan.statistics.attempts if one.solved), None)
+        kept = last.statistics.kept_attempt
         task = load_task(self.file)
         if kept:
             task = with_overrides(
                 task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"}
             )
-        now, then = task.model_dump(mode="json"), {**plan.task, "solver": {**plan.task["solver"]}}
+        now, then = task.model_dump(mode="json"), {**last.task, "solver": {**last.task["solver"]}}
         then["solver"]["time_limit"] = now["solver"]["time_limit"]
-        return plan if now == then else None
+        return last if now == then else None
 
 
 def entries(runs: Path) -> list[Entry]:
@@ -102,7 +102,7 @@ def plan_anew(entry: Entry, seconds: float) -> int:
 
 
 def seconds_of(plan: Plan) -> float:
-    """Return how long all tries took together, building included."""
+    """Return how long all attempts took together, building included."""
     return sum(one.seconds for one in plan.statistics.attempts)
 
 
@@ -111,15 +111,16 @@ def row(entry: Entry) -> list[str]:
     start, plan = [f"[{entry.name}](../../tasks/{entry.file.name})", entry.purpose], entry.plan()
     if plan is None:
         return [*start, *[""] * (len(COLUMNS) - 3), "not planned"]
-    status, effort, tries = plan.status, plan.statistics, plan.statistics.attempts
+    status, effort, attempts = plan.status, plan.statistics, plan.statistics.attempts
     seconds = seconds_of(plan)
-    many = f" with try {len(tries)}" if len(tries) > 1 else ""
+    kept = next((number for number, one in enumerate(attempts, 1) if one is effort.kept_attempt), 1)
+    many = f" with attempt {kept}" if len(attempts) > 1 else ""
     kind = status.stationarity + {"certified": ", B", "refuted": ", not B"}.get(status.b_stationary, "")
     numbers = [len(plan.trajectory.velocity), len(plan.contacts), effort.variables, effort.pairs]
     return [
         *start,
-        *map(str, [*numbers, sum(one.iterations for one in tries)]),
-        f"{seconds:.1f}" + (" long" if seconds > LONG else ""),
+        *map(str, [*numbers, sum(one.iterations for one in attempts)]),
+        f"{seconds:.1f}" + (" long" if seconds > LONG_SECONDS else ""),
         f"{status.complementarity:.1e}",
         kind,
         f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
@@ -137,9 +138,9 @@ def page(all_entries: Sequence[Entry], command: str) -> str:
             f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}.",
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
-            "passed. Variables and pairs are those of the try that was kept; iterations and wall seconds, "
-            f"building and certificate included, of all tries of one run. Tasks that take more than {LONG:g} s are "
-            "marked as long; `scripts/gallery --short` leaves them out.",
+            "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
+            "building and certificate included, of all attempts of one run. Tasks that take more than "
+            f"{LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",
@@ -168,8 +169,8 @@ def readme_list(all_entries: Sequence[Entry], columns: int = 3) -> str:
 
 def with_list(readme: str, table: str) -> str:
     """Return the README with the table between its marks."""
-    before, rest = readme.split(MARKS[0])
-    return f"{before}{MARKS[0]}\n{table}\n{MARKS[1]}{rest.split(MARKS[1])[1]}"
+    before, after = readme.split(MARKS[0])
+    return f"{before}{MARKS[0]}\n{table}\n{MARKS[1]}{after.split(MARKS[1])[1]}"
 
 
 def telling_time(plan: Plan) -> float:
@@ -188,8 +189,8 @@ def apexes(contact: ContactHistory) -> list[tuple[float, int]]:
     flying = np.array([mode == "flight" for mode in contact.mode]).astype(int)
     first, end = np.flatnonzero(np.diff(flying) == 1) + 1, np.flatnonzero(np.diff(flying) == -1) + 1
     flights = [(a, int(b)) for a in first.tolist() for b in end[end > a][:1]]
-    peaks = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
-    return [one for one in peaks if one[0] > 0.05]
+    highest = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]
+    return [one for one in highest if one[0] > 0.05]
 
 
 def draw(entry: Entry) -> None:
@@ -205,7 +206,7 @@ def draw(entry: Entry) -> None:
         else:
             bare = Path(folder) / "plan.html"
             html = (entry.folder / "plan.html").read_text(encoding="utf-8")
-            bare.write_text(html.replace("</head>", BARE, 1), encoding="utf-8")
+            bare.write_text(html.replace("</head>", WITHOUT_CAPTION, 1), encoding="utf-8")
             width, height = (SHOT_SCALE * pixels for pixels in SIZE)
             where = f"{bare.as_uri()}#t={telling_time(plan):.6f}"
             options = [f"--user-data-dir={folder}/profile", f"--window-size={width},{height}", f"--screenshot={shot}"]

@@ -8,7 +8,7 @@ import typer
 
 from fesd_robot import __version__
 from fesd_robot.cli.check import check
-from fesd_robot.cli.export import export
+from fesd_robot.cli.export import ExportCommand, export
 from fesd_robot.cli.group import CommandGroup
 from fesd_robot.cli.logs import set_up_logging
 from fesd_robot.cli.plan import plan
@@ -48,4 +48,4 @@ def program(
 
 
 for command in (plan, check, report, render, export, robots, schema):
-    app.command()(command)
+    app.command(cls=ExportCommand if command is export else None)(command)

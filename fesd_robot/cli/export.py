@@ -2,36 +2,49 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from fesd_robot.cli.arguments import PlanFile
 
 
-class Format(str, Enum):
-    """What a trajectory can be exported as."""
+class ExportCommand(TyperCommand):
+    """The command whose help ends with the table of formats, which is read when the help is asked for."""
 
-    CSV = "csv"
-    NPZ = "npz"
-    JSON = "json"
-    JOINT_TRAJECTORY = "joint-trajectory"
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the formats below the options."""
+        from fesd_robot.plans import EXPORTS
+
+        with formatter.section("Formats"):
+            formatter.write_dl([(each.name, each.content + ".") for each in EXPORTS.values()])
+
+
+def format_names() -> list[str]:
+    """Return the names of all formats, for the completion of a command line."""
+    from fesd_robot.plans import EXPORTS
+
+    return list(EXPORTS)
 
 
 def export(
     plan: PlanFile,
-    kind: Annotated[Format, typer.Option("--format", "-f", help="What to write.", show_default=False)],
+    kind: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            "-f",
+            metavar="FORMAT",
+            help="What to write, one of the formats below.",
+            show_default=False,
+            autocompletion=format_names,
+        ),
+    ],
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="FILE",
-            help="Where to write it, - for stdout; default: beside the plan. A joint-trajectory is YAML, or JSON if "
-            "FILE ends in .json.",
-        ),
+        typer.Option("--out", "-o", metavar="FILE", help="Where to write it, - for stdout; default: beside the plan."),
     ] = None,
     joints: Annotated[
         list[str] | None,
@@ -44,26 +57,15 @@ def export(
         ),
     ] = None,
 ) -> None:
-    """Write the trajectory of a plan for another program.
-
-    csv, npz and json hold all samples, with both sides of every impact; joint-trajectory holds the fields of ROS's
-    trajectory_msgs/JointTrajectory, of every impact the point after it.
-    """
-    from fesd_robot.errors import PlanFileError
-    from fesd_robot.plans import EXPORTS, read_plan
+    """Write the trajectory of a plan for another program."""
+    from fesd_robot.actions import export_plan
     from fesd_robot.plans import export as exported
-    from fesd_robot.render.files import write_atomically
+    from fesd_robot.plans import read_plan
+    from fesd_robot.plans.exports import export_format
 
-    found = read_plan(plan)
-    path = (plan if plan.is_dir() else plan.parent) / EXPORTS[kind.value] if out is None else out
-    if path.is_dir():
-        raise PlanFileError(f"{path}: is a folder, expected the name of a file")
-    content = exported(found, kind.value, joints=joints or None, as_json=path.suffix == ".json")
-    if str(path) == "-":
-        typer.echo(content, nl=False)
+    chosen, loaded = export_format(kind, joints or None), read_plan(plan)
+    if str(out) == "-":
+        typer.echo(exported(loaded, kind, joints=joints or None), nl=False)
         return
-    try:
-        write_atomically(path, content)
-    except OSError as error:
-        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
-    typer.echo(f"written to {path}")
+    path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
+    typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None)}")

@@ -15,8 +15,8 @@ from typing import Any
 from fesd_robot.cli.exits import ExitCode
 
 
-class Phase(Enum):
-    """What an interrupt would hit."""
+class RunStage(Enum):
+    """What a run is doing, and so what an interrupt would hit."""
 
     ABORTABLE = auto()
     """Nothing that needs care: KeyboardInterrupt."""
@@ -41,7 +41,7 @@ class Interrupts:
 
     def __init__(self, on_request: Callable[[], None], on_abort: Callable[[], None]) -> None:
         self._on_request, self._on_abort = on_request, on_abort
-        self._phase = Phase.ABORTABLE
+        self._stage = RunStage.ABORTABLE
         self._requested = self._aborted = self._late = False
         self._handled = 0
         self._aborting = threading.Lock()
@@ -58,24 +58,24 @@ class Interrupts:
         return self.stop or self._late
 
     def solving(self) -> bool:
-        """Say that the solver is running; returns whether that is news."""
-        news = self._phase is not Phase.SOLVING
-        self._phase = Phase.SOLVING
-        return news
+        """Say that the solver is running; returns whether it was not before."""
+        begins = self._stage is not RunStage.SOLVING
+        self._stage = RunStage.SOLVING
+        return begins
 
     def solved(self) -> None:
         """Say that the solver is done; raises KeyboardInterrupt if one came before it could take a step."""
-        self._phase = Phase.ABORTABLE
+        self._stage = RunStage.ABORTABLE
         self._raise_lost()
 
     def committing(self) -> None:
         """Say that from now on files are moved into place; raises KeyboardInterrupt if one was lost before."""
-        self._phase = Phase.COMMITTING
+        self._stage = RunStage.COMMITTING
         self._raise_lost()
 
     def committed(self) -> None:
         """Say that all files are in place."""
-        self._phase = Phase.ABORTABLE
+        self._stage = RunStage.ABORTABLE
 
     def __enter__(self) -> Interrupts:
         if (
@@ -109,12 +109,12 @@ class Interrupts:
             raise KeyboardInterrupt
 
     def _handle(self, number: int, frame: FrameType | None) -> Any:
-        if self._phase is Phase.SOLVING:
+        if self._stage is RunStage.SOLVING:
             self._requested = True
             self._handled += 1
             if self._handled > 1:
                 self._abort()
-        elif self._phase is Phase.COMMITTING:
+        elif self._stage is RunStage.COMMITTING:
             self._late = True
         else:
             self._aborted = True
@@ -124,7 +124,7 @@ class Interrupts:
         presses = 0
         while numbers := reader.recv(64):
             for number in numbers:
-                if number != signal.SIGINT or self._phase is not Phase.SOLVING:
+                if number != signal.SIGINT or self._stage is not RunStage.SOLVING:
                     continue
                 presses += 1
                 if presses == 1:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
+
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
     from fesd_robot.render import CircleVisual, GroundVisual
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-PAGE, FIGURES = "plan.html", "figures"
-
 
 def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
     """Write the page and the figures that the task asks for into `folder`.
@@ -26,8 +26,8 @@ def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
     What cannot be drawn is left out with a warning: no picture is worth the loss of a plan.
     """
     wanted: list[tuple[str, bool, Callable[[], object]]] = [
-        (PAGE, task.output.page, lambda: write_page(plan, task, folder / PAGE)),
-        (FIGURES, task.output.figures, lambda: _write_figures(plan, folder / FIGURES)),
+        (PAGE_FILE, task.output.page, lambda: write_page(plan, task, folder / PAGE_FILE)),
+        (FIGURES_FOLDER, task.output.figures, lambda: _write_figures(plan, folder / FIGURES_FOLDER)),
     ]
     for name, asked, write in wanted:
         if not asked:
@@ -52,15 +52,14 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
     from fesd_robot.ocp import load_task_robot
-    from fesd_robot.render import render_page
+    from fesd_robot.render import PageContent, render_page
 
     robot = load_task_robot(task)
     trajectory = plan.trajectory
     configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
     # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.
     time = trajectory.time if plan.status.solved else np.maximum.accumulate(trajectory.time)
-    return render_page(
-        path,
+    content = PageContent(
         title=plan.name,
         subtitle=plan.status.message,
         model=robot.model,
@@ -71,6 +70,7 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         traces=frame_paths(robot, configuration, {name: contact.frame for name, contact in task.contacts.items()}),
         circles=circle_visuals(task, robot),
     )
+    return render_page(path, content)
 
 
 def ground_visual(task: Task) -> GroundVisual:
@@ -79,19 +79,18 @@ def ground_visual(task: Task) -> GroundVisual:
     Raises:
         TaskError: the file of its height map cannot be used any more.
     """
-    from fesd_robot.contact import Plane, Terrain
     from fesd_robot.ocp.scene import surfaces_of
     from fesd_robot.render import GroundVisual, WallVisual
     from fesd_robot.task import GROUND
 
-    ground, walls = surfaces_of(task)[GROUND], {}
-    for name, wall in task.ground.walls.items():
-        walls[name] = WallVisual(wall.x, wall.side)
-    if isinstance(ground, Terrain):
-        x, height = ground.profile.sampled(0)
-        return GroundVisual(profile=np.stack([x, height], axis=1), walls=walls)
-    assert isinstance(ground, Plane)
-    return GroundVisual(height=ground.height, slope=ground.slope, walls=walls)
+    ground = surfaces_of(task)[GROUND]
+    walls = {name: WallVisual(wall.x, wall.side) for name, wall in task.ground.walls.items()}
+    profile = ground.heights()
+    if profile is not None:
+        return GroundVisual(profile=profile, walls=walls)
+    origin = np.zeros(3)
+    x, _, z = ground.normal(origin)
+    return GroundVisual(height=-ground.distance(origin) / z, slope=float(np.arctan2(-x, z)), walls=walls)
 
 
 def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual]:

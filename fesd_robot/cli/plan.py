@@ -44,15 +44,15 @@ def plan(
         loaded = load_task(task, overrides or [])
         folder = Path("runs") / loaded.name if out is None else out
         check_output_folder(folder)
-        found = _solve(loaded, progress, interrupts)
-        written = _write(found, loaded, folder, interrupts)
+        result = _solve(loaded, progress, interrupts)
+        written = _write(result, loaded, folder, interrupts)
         if not quiet:
-            typer.echo("\n".join(summary(found, written, folder)))
-        elif not found.status.solved:
-            typer.echo(f"{found.name}: {found.status.message}", err=True)
+            typer.echo("\n".join(summary(result, written, folder)))
+        elif not result.status.solved:
+            typer.echo(f"{result.name}: {result.status.message}", err=True)
     if interrupts.received:
         raise typer.Exit(ExitCode.INTERRUPTED)
-    if not found.status.solved:
+    if not result.status.solved:
         raise typer.Exit(ExitCode.NOT_SOLVED)
 
 
@@ -67,9 +67,9 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
 
     logger.debug("building the problem of %s", task.name)
     with progress:
-        found = planner.plan(task, progress=progress.nlp, stop=stop, retrying=progress.retry, started=progress.start)
+        result = planner.plan(task, progress=progress.nlp, stop=stop, retrying=progress.retry, started=progress.start)
     interrupts.solved()
-    return found
+    return result
 
 
 def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> Path:

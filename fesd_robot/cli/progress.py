@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 COLUMNS = {
     "sigma": 7,
-    "velocity sigma": 14,
+    "velocity level": 14,
     "status": 12,
     "iterations": 10,
     "cost": 12,
@@ -46,14 +46,14 @@ def cells(report: NlpReport) -> list[str]:
 
 
 def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
-    """Return the sentence before another way."""
+    """Return the sentence before an attempt with fallback settings."""
     what = ", ".join(f"{key} = {value}" for key, value in changes.items())
-    return f"{failed.status.message} Next try: {what}."
+    return f"{failed.status.message} Next attempt: {what}."
 
 
-def start_line(seed: int, found: Plan) -> str:
-    """Return the sentence about one of several starts."""
-    return f"seed {seed}: cost {found.statistics.objective:.6g}. {found.status.message}"
+def start_line(seed: int, result: Plan) -> str:
+    """Return the sentence about the plan from one of several initial guesses."""
+    return f"seed {seed}: cost {result.statistics.objective:.6g}. {result.status.message}"
 
 
 class Progress:
@@ -66,17 +66,17 @@ class Progress:
         """Show where the running NLP is."""
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Say why another way is tried, and which."""
+        """Say why fallback settings are tried, and which."""
 
-    def start(self, seed: int, found: Plan) -> None:
-        """Say what came of one of several starts."""
+    def start(self, seed: int, result: Plan) -> None:
+        """Say what came of one of several initial guesses."""
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
         typer.echo("interrupted: stopping with the best iterate; interrupt again to abort at once", err=True)
 
     def close(self) -> None:
-        """Leave the screen as it was found."""
+        """End what is shown and leave the screen to others."""
 
     def __enter__(self) -> Progress:
         return self
@@ -103,12 +103,12 @@ class PlainProgress(Progress):
         self._begin()
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Say why another way is tried, and which."""
+        """Say why fallback settings are tried, and which."""
         typer.echo(retry_line(changes, failed))
 
-    def start(self, seed: int, found: Plan) -> None:
-        """Say what came of one of several starts."""
-        typer.echo(start_line(seed, found))
+    def start(self, seed: int, result: Plan) -> None:
+        """Say what came of one of several initial guesses."""
+        typer.echo(start_line(seed, result))
 
     def _begin(self) -> None:
         if not self._begun:
@@ -154,12 +154,12 @@ class LiveProgress(Progress):
         self._show(text, "dim")
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Say why another way is tried, and which."""
+        """Say why fallback settings are tried, and which."""
         self._live.console.print(retry_line(changes, failed), style="yellow", highlight=False)
 
-    def start(self, seed: int, found: Plan) -> None:
-        """Say what came of one of several starts."""
-        self._live.console.print(start_line(seed, found), highlight=False)
+    def start(self, seed: int, result: Plan) -> None:
+        """Say what came of one of several initial guesses."""
+        self._live.console.print(start_line(seed, result), highlight=False)
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""

@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from fesd_robot.plans import Plan
     from fesd_robot.plans.plan import ContactHistory
 
-FILES = ("plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures")
-"""What a run may leave, in the order to look at it."""
-
 SHOWN_CONTACTS = 3
 
 
@@ -25,6 +22,8 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
         folder: where the files are.
         shown: the folder as the user wrote it.
     """
+    from fesd_robot.plans.files import FILES
+
     effort = plan.statistics
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
@@ -32,19 +31,19 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
         *contact_lines(plan),
         f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
         f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
-        *_tries(plan),
+        *_attempts(plan),
         f"written to {shown}: {', '.join(names)}",
     ]
 
 
-def _tries(plan: Plan) -> list[str]:
-    tries = plan.statistics.attempts
-    if len(tries) < 2:
+def _attempts(plan: Plan) -> list[str]:
+    """Return which attempt the plan is of, if there were several."""
+    attempts, kept = plan.statistics.attempts, plan.statistics.kept_attempt
+    if len(attempts) < 2 or kept is None:
         return []
-    kept = next((one for one in tries if one.solved), None)
-    how = ", ".join(f"{key} = {value}" for key, value in kept.changes.items()) if kept else ""
-    outcome = f"solved with {how}" if kept else "none solved, the first is kept"
-    return [f"{len(tries)} tries in {sum(one.seconds for one in tries):.0f} s: {outcome}"]
+    settings = ", ".join(f"{key} = {value}" for key, value in kept.changes.items()) or "the task as written"
+    outcome = f"solved with {settings}" if kept.solved else f"none solved, kept is that with {settings}"
+    return [f"{len(attempts)} attempts in {sum(each.seconds for each in attempts):.0f} s: {outcome}"]
 
 
 def contact_lines(plan: Plan) -> list[str]:

@@ -12,12 +12,14 @@ from fesd_robot.contact.geometry import (
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.modes import ContactMode, contact_modes
 from fesd_robot.contact.points import point_contact
 
 __all__ = [
     "CircleOnCircle",
     "CircleOnSurface",
     "ContactGeometry",
+    "ContactMode",
     "ContactOptions",
     "ContactSystem",
     "Ground",
@@ -30,6 +32,7 @@ __all__ = [
     "Terrain",
     "Wall",
     "circle_contact",
+    "contact_modes",
     "contact_of",
     "contact_system",
     "point_contact",

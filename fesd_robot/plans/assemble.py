@@ -14,8 +14,8 @@ import numpy as np
 
 from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
 from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.motion import IMPULSE_SHARE
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery.samples import TAKES_PART
 
 PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
 
@@ -62,7 +62,7 @@ def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
         Impulse(time=float(motion.time[impact.after]), contact=name, normal=normal, tangential=tangential)
         for impact in motion.impacts
         for name, (normal, tangential) in zip(names, impact.impulse.tolist(), strict=True)
-        if normal > IMPULSE_SHARE * impact.impulse[:, 0].max()
+        if normal > TAKES_PART * impact.impulse[:, 0].max()
     ]
 
 

@@ -6,39 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fesd_robot.plans.plan import Audit
+from fesd_robot.plans.audit_record import Audit
 from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 
-TOLERANCES = {
-    "min_gap": 1e-3,
-    "max_gap_drift": 5e-3,
-    "max_clock_error": 1e-6,
-    "max_theta_sum_error": 1e-6,
-    "max_friction_cone_violation": 1e-2,
-    "max_stick_slip_violation": 1e-2,
-    "max_impact_law_error": 1e-3,
-    "max_normal_force_violation": 1e-2,
-    "max_dynamics_error": 1e-3,
-    "max_position_limit_violation": 1e-6,
-    "max_velocity_limit_violation": 1e-6,
-    "max_control_limit_violation": 1e-6,
-    "max_position_defect": 1e-3,
-    "max_energy_error": 1e-2,
-    "max_constraint_violation": 1e-6,
-    "max_goal_violation": 1e-6,
-    "max_waypoint_violation": 1e-6,
-}
-"""Largest value of every entry of an audit that passes; `min_gap` passes down to minus its tolerance.
-
-The energy's is for robots of up to a kilogram; heavier ones may miss a thousandth of what lifts them by one metre.
-"""
-
-ENERGY_SHARE = 1e-3
-"""Energy error allowed as a share of weight times one metre."""
-
 STANDARD_GRAVITY = 9.81
-"""m/s^2; a robot that moves on a level table is weighed as well."""
+"""m/s^2; used for the tolerance of the energy even where the robot moves on a level table."""
 
 
 def audit(
@@ -55,13 +29,14 @@ def audit(
 
     At every stage the contact force is what M(q) a + h(q, v) - B u asks for, with the acceleration a taken from the
     trajectory; it is solved for in least squares, and everything the closed contacts cannot supply counts as an error
-    of the dynamics. Only where the motion leaves open how contacts share a force, the motion's own forces decide.
+    of the dynamics. Only where the motion leaves open how contacts divide a force, the motion's own forces decide.
 
     Args:
         motion: the trajectory in physical time.
         interval_ends: kT/N, k = 1..N, s.
         position_limits, velocity_limits, control_limits: (lower, upper).
-        requirements: the task's own demands, from `requirements.requirements`; left unchecked if omitted.
+        requirements: entries of the task's own requirements, from `requirements.requirements`; left unchecked if
+            omitted.
     """
     values = {
         "min_gap": float(np.min([physics.gaps(q) for q in motion.configuration])),
@@ -77,12 +52,7 @@ def audit(
         "max_energy_error": _energy_error(motion, physics),
         **(requirements or {}),
     }
-    lifting = physics.mass * STANDARD_GRAVITY
-    tolerances = {**TOLERANCES, "max_energy_error": max(TOLERANCES["max_energy_error"], ENERGY_SHARE * lifting)}
-    violations = [
-        name for name, value in values.items() if not (-value if name == "min_gap" else value) <= tolerances[name]
-    ]
-    return Audit(**values, tolerances=tolerances, violations=violations)
+    return Audit.of(values, lifting=physics.mass * STANDARD_GRAVITY)
 
 
 def _outside(values: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
@@ -112,15 +82,15 @@ def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        force, rest = split_contact_force(required, jacobian, closed, physics.friction, motion.force[k])
+        force, unexplained = split_contact_force(required, jacobian, closed, physics.friction, motion.force[k])
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
-        dynamics.append(np.abs(rest).max() / scale)
+        dynamics.append(np.abs(unexplained).max() / scale)
         normal, tangential = force[closed].T
-        speed = (jacobian @ v)[1::2][closed]
+        tangential_velocity = tangential_rows(jacobian @ v)[closed]
         unused = physics.friction[closed] * np.maximum(normal, 0.0) - np.abs(tangential)
         pull += list(-normal)
         cone += list(-unused)
-        slip += [*np.minimum(np.abs(speed), np.abs(unused)), *(speed * tangential)]
+        slip += [*np.minimum(np.abs(tangential_velocity), np.abs(unused)), *(tangential_velocity * tangential)]
     return {
         "max_friction_cone_violation": _largest(cone),
         "max_stick_slip_violation": _largest(slip),
@@ -136,11 +106,11 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         jacobian = physics.contact_jacobian(q)
         jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
         hit = impact.impulse[:, 0] > 1e-3 * impact.impulse[:, 0].max()
-        impulse, rest = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
+        impulse, unexplained = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
         normal, tangential = impulse[hit].T
-        before, after = ((jacobian @ motion.velocity[k])[0::2][hit] for k in (impact.before, impact.after))
+        before, after = (normal_rows(jacobian @ motion.velocity[k])[hit] for k in (impact.before, impact.after))
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
-        errors += [*np.abs(after) / np.maximum(np.abs(before), 1.0), *np.abs(rest), *excess, *-normal]
+        errors += [*np.abs(after) / np.maximum(np.abs(before), 1.0), *np.abs(unexplained), *excess, *-normal]
     return _largest(errors)
 
 
@@ -169,7 +139,7 @@ def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         if motion.weight[k] > 0:
             q, v = motion.configuration[k], motion.velocity[k]
             force = physics.generalized_force(q, motion.control[k]) - physics.damping * v
-            force = force + physics.contact_jacobian(q).T @ motion.force[k].ravel()
+            force = force + physics.contact_jacobian(q).T @ stacked_rows(motion.force[k])
             balance -= motion.weight[k] * float(force @ v)
         if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
             errors.append(abs(balance))

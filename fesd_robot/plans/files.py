@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -9,18 +10,35 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pydantic import ValidationError
+from pydantic_core import from_json
 
 from fesd_robot.errors import PlanFileError
-from fesd_robot.plans.exports import EXPORTS
+from fesd_robot.plans.exports import EXPORTS, export
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
+from fesd_robot.plans.renamed_keys import rename_plan_keys
 from fesd_robot.plans.report import report
-from fesd_robot.plans.tables import csv_table, npz_arrays
+from fesd_robot.task.renamed_keys import TwoNamesError
 
-PLAN_FILE = "plan.json"
+logger = logging.getLogger(__name__)
+
+PLAN_FILE, REPORT_FILE, PAGE_FILE, FIGURES_FOLDER = "plan.json", "report.md", "plan.html", "figures"
+
+FILES = (
+    PLAN_FILE,
+    *(each.file for each in EXPORTS.values() if each.with_plan),
+    REPORT_FILE,
+    PAGE_FILE,
+    FIGURES_FOLDER,
+)
+"""What a run may leave, in the order to look at it."""
+
+_NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
 
 def read_plan(path: Path | str) -> Plan:
     """Return the plan in a ``plan.json``, or in a folder that holds one.
+
+    Keys under an old name get their new one, with one warning for all (`fesd_robot.plans.renamed_keys`).
 
     Raises:
         PlanFileError: no such file, or not a plan of this schema version.
@@ -35,24 +53,34 @@ def read_plan(path: Path | str) -> Plan:
     except (OSError, UnicodeDecodeError) as error:
         raise PlanFileError(f"{file}: cannot be read as a plan ({error})") from error
     try:
-        return Plan.model_validate_json(text)
+        data = from_json(text)
+        renamings = rename_plan_keys(data)
+        plan = Plan.model_validate(data)
     except ValidationError as error:
         raise PlanFileError(f"{file}: {_why_no_plan(error)}") from error
+    except TwoNamesError as error:
+        raise PlanFileError(f"{file}: task: {error}") from error
+    except ValueError as error:
+        raise PlanFileError(f"{file}: {_NO_JSON} ({error})") from error
+    if renamings:
+        names = ", ".join(f"'{old}' is now called '{new}'" for old, new in renamings)
+        logger.warning("%s: keys have new names: %s", file, names)
+    return plan
 
 
 def _why_no_plan(error: ValidationError) -> str:
     """Return what makes a file no plan, in words; a later version before all that follows from it."""
-    found = error.errors(include_url=False)
-    version = next((each["input"] for each in found if each["loc"] == ("schema_version",)), None)
+    errors = error.errors(include_url=False)
+    version = next((each["input"] for each in errors if each["loc"] == ("schema_version",)), None)
     if isinstance(version, int) and version > SCHEMA_VERSION:
         return (
             f"found a plan of schema version {version}, expected {SCHEMA_VERSION}, the one that this version of "
             "fesd-robot reads; use the version that wrote it, or a later one"
         )
-    where = ".".join(str(part) for part in found[0]["loc"])
+    where = ".".join(str(part) for part in errors[0]["loc"])
     if not where:
-        return f"not a plan: expected the JSON that fesd-robot plan writes ({found[0]['msg']})"
-    return f"not a plan of this version: {where}: {found[0]['msg']}"
+        return f"{_NO_JSON} ({errors[0]['msg']})"
+    return f"not a plan of this version: {where}: {errors[0]['msg']}"
 
 
 def check_output_folder(folder: Path) -> None:
@@ -77,7 +105,7 @@ def check_output_folder(folder: Path) -> None:
         )
 
 
-def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None = None) -> Path:
+def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
     """Write a plan's files into `folder` and return it.
 
     Everything is written beside the folder first and takes its place in one move, so that an interrupted run leaves
@@ -89,20 +117,22 @@ def write_plan(plan: Plan, folder: Path, extras: Callable[[Path], None] | None =
     Raises:
         PlanFileError: the folder cannot hold results.
     """
-    folder = folder.resolve()
+    folder = Path(folder).resolve()
     check_output_folder(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _staged(folder) as stage:
         (stage / PLAN_FILE).write_text(plan.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        (stage / "trajectory.csv").write_bytes(csv_table(plan))
-        (stage / "trajectory.npz").write_bytes(npz_arrays(plan))
-        (stage / "report.md").write_text(report(plan), encoding="utf-8")
+        for name, each in EXPORTS.items():
+            if each.with_plan:
+                (stage / each.file).write_bytes(export(plan, name))
+        (stage / REPORT_FILE).write_text(report(plan), encoding="utf-8")
         if extras:
             extras(stage)
     return folder
 
 
-_OWN = {PLAN_FILE, "report.md", "plan.html", "figures", *EXPORTS.values()}
+_OWN = {*FILES, *(each.file for each in EXPORTS.values())}
+"""What goes with an earlier plan: what its run left, and what was exported beside it."""
 
 
 @contextmanager

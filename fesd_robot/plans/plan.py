@@ -2,40 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
+from pydantic import Field
+
+from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.record import Array, Record
 
 SCHEMA_VERSION: Literal[1] = 1
 
 
-def _to_array(value: Any) -> np.ndarray:
-    try:
-        array = np.asarray(value, dtype=float)
-    except TypeError as error:
-        raise ValueError("expected a list of numbers") from error
-    if array.ndim != 1:
-        raise ValueError(f"expected a list of numbers, found an array of {array.ndim} dimensions")
-    return array
-
-
-Array = Annotated[
-    np.ndarray,
-    BeforeValidator(_to_array),
-    PlainSerializer(lambda array: array.tolist()),
-]
-"""A float array in Python, a list of numbers in JSON."""
-
-
-class Record(BaseModel):
-    """Base of all parts of a plan: frozen, closed against unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, ser_json_inf_nan="strings")
-
-
 class Trajectory(Record):
-    """Sampled motion in physical time; an impact stands twice at the same time, before and after.
+    """Sampled motion in physical time; an impact has two samples at the same time, before and after.
 
     Attributes:
         time: physical time, s, shape (n,), non-decreasing.
@@ -49,7 +27,7 @@ class Trajectory(Record):
 
 
 class ContactHistory(Record):
-    """One contact along `Trajectory.time`.
+    """One contact along `Trajectory.time`; an impact has two samples at the same time, before and after.
 
     Attributes:
         gap: true signed distance, m, shape (n,).
@@ -65,7 +43,7 @@ class ContactHistory(Record):
 
 
 class Switch(Record):
-    """A change of contact mode; `time` in s of physical time."""
+    """A change of contact mode at one moment; `time` in s of physical time."""
 
     time: float
     contact: str
@@ -73,7 +51,7 @@ class Switch(Record):
 
 
 class Impulse(Record):
-    """The impulse of one impact, N s; `time` in s of physical time."""
+    """The impulse of one contact at one impact, N s, between its two samples at `time`, s of physical time."""
 
     time: float
     contact: str
@@ -86,11 +64,10 @@ class Status(Record):
 
     Attributes:
         solved: all of the answers below are good enough for the tolerances asked for.
-        nlp: the last NLP's own verdict (``converged``, ``iteration limit``, ``infeasible``, ``time limit``,
-            ``interrupted`` or ``failed: ...``).
-        complementarity: largest product a b over all pairs, recomputed from the returned point.
+        nlp: how the last NLP ended, in the words of `fesd_robot.mpcc.NlpStatus`.
+        complementarity: largest product G H over all pairs, recomputed from the returned point.
         exact: the smooth problem on the sequence of contacts was solved, so that products are zero to round-off.
-        natural_residual: largest min(a, b) over all pairs, recomputed from the returned point.
+        natural_residual: largest min(G, H) over all pairs, recomputed from the returned point.
         constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
         stationarity: ``S``, ``M``, ``C``, ``W`` or ``none`` of a solved problem, else ``unknown``.
         b_stationary: ``certified`` if no feasible direction descends to first order, ``refuted`` if one does.
@@ -112,58 +89,6 @@ class Status(Record):
     unresolved: int = 0
     audit_passed: bool
     message: str
-
-
-class Audit(Record):
-    """Physics recomputed from the trajectory with Pinocchio's numeric algorithms.
-
-    Attributes:
-        min_gap: smallest true gap over all contacts and samples, m.
-        max_gap_drift: largest difference between the true gap and the integrated one, m.
-        max_clock_error: largest |t(k) - kT/N| over the control grid, s.
-        max_theta_sum_error: largest |sum of the multipliers - 1|.
-        max_friction_cone_violation: largest excess of |tangential| over mu * normal force, N.
-        max_stick_slip_violation: largest min(tangential speed, unused friction) of a closed contact, m/s or N, and
-            largest power that friction adds, W; zero if every contact either sticks or slips against its friction.
-        max_impact_law_error: largest of the normal velocity left after an inelastic impact, m/s, as a share of the
-            approach where that is faster than 1 m/s, and of the part of M (v+ - v-) that impulses within the friction
-            cone do not explain, N s.
-        max_normal_force_violation: largest pulling (negative) normal force, N.
-        max_dynamics_error: largest part of M a + h - B u that closed contacts cannot supply, relative.
-        max_position_limit_violation: m or rad.
-        max_velocity_limit_violation: m/s or rad/s.
-        max_control_limit_violation: unit of the control.
-        max_position_defect: largest difference between the change of configuration and the integral of the velocity
-            over a control interval, m or rad.
-        max_energy_error: largest mismatch of the energy balance over a control interval, J.
-        max_constraint_violation: of the task's constraints, m.
-        max_goal_violation: of the hard goals, the start, a period and the bounds of a free duration, m, rad, m/s,
-            rad/s or s.
-        max_waypoint_violation: of the waypoints' hard targets, m, rad, m/s or rad/s; this and the two before it are
-            None if they were not checked.
-        tolerances: the limit each entry was compared with.
-        violations: names of the entries beyond their limit.
-    """
-
-    min_gap: float
-    max_gap_drift: float
-    max_clock_error: float
-    max_theta_sum_error: float
-    max_friction_cone_violation: float
-    max_stick_slip_violation: float
-    max_impact_law_error: float
-    max_normal_force_violation: float
-    max_dynamics_error: float
-    max_position_limit_violation: float
-    max_velocity_limit_violation: float
-    max_control_limit_violation: float
-    max_position_defect: float
-    max_energy_error: float
-    max_constraint_violation: float | None = None
-    max_goal_violation: float | None = None
-    max_waypoint_violation: float | None = None
-    tolerances: dict[str, float]
-    violations: list[str]
 
 
 class Units(Record):
@@ -188,9 +113,16 @@ class HomotopyStep(Record):
 
 
 class Attempt(Record):
-    """One try at the task: what was changed for it, and what came of it."""
+    """One attempt at the task.
+
+    Attributes:
+        changes: ``section.key`` of the task -> value, of everything that was changed for it.
+        kept: whether the plan is that of this attempt; False for all of them in plans that do not say it.
+        solved, objective, iterations, seconds, message: what came of it, s with the time to build it.
+    """
 
     changes: dict[str, Any]
+    kept: bool = False
     solved: bool
     objective: float
     iterations: int
@@ -199,7 +131,7 @@ class Attempt(Record):
 
 
 class Statistics(Record):
-    """Sizes, effort and cost of the solve; `attempts` are all tries, the others describe the one that was kept."""
+    """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept."""
 
     variables: int
     constraints: int
@@ -210,7 +142,17 @@ class Statistics(Record):
     objective: float
     cost_terms: dict[str, float]
     homotopy: list[HomotopyStep]
-    attempts: list[Attempt] = []
+    attempts: list[Attempt] = Field(default_factory=list)
+
+    @property
+    def kept_attempt(self) -> Attempt | None:
+        """The attempt that the plan is of, None if none is written down.
+
+        Plans that do not say it are of the cheapest solved one, else of the first.
+        """
+        solved = [each for each in self.attempts if each.solved]
+        cheapest = min(solved, key=lambda each: each.objective) if solved else next(iter(self.attempts), None)
+        return next((each for each in self.attempts if each.kept), cheapest)
 
 
 class Provenance(Record):

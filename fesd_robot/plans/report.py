@@ -6,32 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.plan import Plan, Status
 from fesd_robot.plans.weights import weights_of
 
-_AUDIT_UNITS = {
-    "min_gap": "m",
-    "max_gap_drift": "m",
-    "max_clock_error": "s",
-    "max_theta_sum_error": "",
-    "max_friction_cone_violation": "N",
-    "max_stick_slip_violation": "m/s or N",
-    "max_impact_law_error": "m/s or N s",
-    "max_normal_force_violation": "N",
-    "max_dynamics_error": "relative",
-    "max_position_limit_violation": "m or rad",
-    "max_velocity_limit_violation": "m/s or rad/s",
-    "max_control_limit_violation": "N or N m",
-    "max_position_defect": "m or rad",
-    "max_energy_error": "J",
-    "max_constraint_violation": "m",
-    "max_goal_violation": "m, rad or per s",
-    "max_waypoint_violation": "m, rad or per s",
-}
-
 
 def report(plan: Plan) -> str:
-    """Return the report: verdict, what the contacts did, audit, cost shares, effort, where it comes from."""
+    """Return the report: verdict, what the contacts did, audit, cost, effort, where it comes from."""
     parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan), _contacts(plan), _audit(plan)]
     parts += [_cost(plan), _effort(plan), _provenance(plan)]
     return "\n".join(parts)
@@ -47,9 +28,9 @@ def _answers(plan: Plan) -> str:
     asked = plan.task["solver"]["tolerance"]
     rows = [
         ["last NLP", status.nlp],
-        ["complementarity, largest a b", f"{status.complementarity:.2e} (asked for {asked:.0e})"],
+        ["complementarity, largest G H", f"{status.complementarity:.2e} (asked for {asked:.0e})"],
         ["exact contact sequence", "yes" if status.exact else "no, relaxed to the tolerance"],
-        ["natural residual, largest min(a, b)", f"{status.natural_residual:.2e}"],
+        ["natural residual, largest min(G, H)", f"{status.natural_residual:.2e}"],
         ["constraint violation", f"{status.constraint_violation:.2e}"],
         ["kind of stationary point", _stationarity(status)],
         ["physics audit", "passed" if status.audit_passed else "failed: " + ", ".join(plan.audit.violations)],
@@ -60,7 +41,7 @@ def _answers(plan: Plan) -> str:
 def _stationarity(status: Status) -> str:
     if status.stationarity == "unknown":
         return "unknown"
-    pairs = f"{status.biactive} biactive pairs, {status.unresolved} not told apart"
+    pairs = f"{status.biactive} biactive pairs, {status.unresolved} undetermined"
     return f"{status.stationarity}; B-stationarity {status.b_stationary} ({pairs})"
 
 
@@ -83,16 +64,17 @@ def _contacts(plan: Plan) -> str:
 
 def _audit(plan: Plan) -> str:
     rows = []
-    for name, unit in _AUDIT_UNITS.items():
+    for name, entry in ENTRIES.items():
         value, limit = getattr(plan.audit, name), plan.audit.tolerances.get(name, np.nan)
         if value is None:
-            rows.append([name, "not checked", "", unit, ""])
+            rows.append([name, "not checked", "", entry.unit, ""])
             continue
-        bound = f">= -{limit:g}" if name == "min_gap" else f"<= {limit:g}"
-        rows.append([name, f"{value:.3e}", bound, unit, "no" if name in plan.audit.violations else "yes"])
-    return "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n" + _table(
-        ["entry", "value", "limit", "unit", "passed"], rows
-    )
+        passed = "no" if name in plan.audit.violations else "yes"
+        rows.append([name, f"{value:.3e}", entry.bound(limit), entry.unit, passed])
+    text = "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n"
+    text += _table(["entry", "value", "limit", "unit", "passed"], rows)
+    failed = [f"- `{name}` is {ENTRIES[name].meaning}.\n" for name in plan.audit.violations]
+    return text + "".join(["\n", *failed] if failed else [])
 
 
 def _cost(plan: Plan) -> str:
@@ -126,7 +108,7 @@ def _effort(plan: Plan) -> str:
         ]
         for step in s.homotopy
     ]
-    header = ["sigma", "velocity sigma", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
+    header = ["sigma", "velocity level", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
     return (
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs; "
         f"built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
@@ -138,25 +120,27 @@ def _effort(plan: Plan) -> str:
 def _attempts(plan: Plan) -> str:
     if len(plan.statistics.attempts) < 2:
         return ""
+    attempts, kept = plan.statistics.attempts, plan.statistics.kept_attempt
     rows = [
         [
-            ", ".join(f"{key} = {value}" for key, value in one.changes.items()) or "as written",
-            "yes" if one.solved else "no",
-            f"{one.objective:.6g}",
-            str(one.iterations),
-            f"{one.seconds:.1f}",
-            one.message,
+            ", ".join(f"{key} = {value}" for key, value in each.changes.items()) or "as written",
+            "yes" if each.solved else "no",
+            "yes" if each is kept else "no",
+            f"{each.objective:.6g}",
+            str(each.iterations),
+            f"{each.seconds:.1f}",
+            each.message,
         ]
-        for one in plan.statistics.attempts
+        for each in attempts
     ]
-    header = ["way", "solved", "cost", "iterations", "seconds", "outcome"]
-    costs = [one.objective for one in plan.statistics.attempts if one.solved]
+    header = ["settings", "solved", "kept", "cost", "iterations", "seconds", "outcome"]
+    costs = [each.objective for each in attempts if each.solved]
     spread = (
         f" Costs of the {len(costs)} solved: {min(costs):.6g} to {max(costs):.6g}, median {np.median(costs):.6g}."
         if len(costs) > 1
         else ""
     )
-    return f"\n### Tries\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + _table(header, rows)
+    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + _table(header, rows)
 
 
 def _provenance(plan: Plan) -> str:

@@ -1,4 +1,4 @@
-"""What a task demands of a motion besides physics and limits, measured on the returned trajectory."""
+"""What a task requires of a motion besides physics and limits, measured on the returned trajectory."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from fesd_robot.task import (
 _SAME_TIME = 1e-6
 """s; samples this near to the end of a control interval belong to it."""
 
-_PUSHING = 1e-2
+_TOUCHING_FORCE = 1e-2
 """N; a contact with a smaller normal force does not touch."""
 
-_PUSHED = 1e-6
+_TOUCHING_IMPULSE = 1e-6
 """N s; a contact with a smaller impulse takes no part in an impact."""
 
-_EDGE = 1e-3
-"""m; where a forbidden zone ends is told no more exactly than whether a gap is closed."""
+_ZONE_TOLERANCE = 1e-3
+"""m; where a forbidden zone ends is measured no more exactly than whether a gap is closed."""
 
 
 def requirements(
@@ -112,15 +112,17 @@ class _Checks:
             for value, bounds in zip(point, (constraint.x, constraint.y, constraint.z), strict=True):
                 if bounds is not None:
                     yield float(max(bounds[0] - value, value - bounds[1]))
+        else:
+            raise TypeError(f"no violation is known for {type(constraint).__name__}")
 
     def _zone(self, zone: ForbiddenZone) -> Iterator[float]:
         i, motion = self._names.index(zone.contact), self._motion
         frame = self._task.contacts[zone.contact].frame
-        touching = set(np.flatnonzero(motion.force[:, i, 0] > _PUSHING).tolist())
-        touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _PUSHED}
+        touching = set(np.flatnonzero(motion.force[:, i, 0] > _TOUCHING_FORCE).tolist())
+        touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _TOUCHING_IMPULSE}
         for k in sorted(touching):
             x = float(self._position(motion.configuration[k], frame)[0])
-            yield min(x - zone.x[0], zone.x[1] - x) - _EDGE
+            yield min(x - zone.x[0], zone.x[1] - x) - _ZONE_TOLERANCE
 
     def _window(self, window: ContactWindow) -> Iterator[float]:
         motion, (first, last) = self._motion, window.times
@@ -179,10 +181,10 @@ class _Checks:
             (asked.tolerance.configuration, self._robot.configuration_names, q, wanted[0]),
             (asked.tolerance.velocity, self._robot.velocity_names, v, wanted[1]),
         ]
-        for widths, names, found, goal in groups:
+        for widths, names, reached, goal in groups:
             for name, width in widths.items():
                 i = names.index(name)
-                yield float(abs(found[i] - goal[i])) - width
+                yield float(abs(reached[i] - goal[i])) - width
 
     def _points(self, asked: Goal | Waypoint, q: np.ndarray, v: np.ndarray) -> Iterator[float]:
         model, data = self._robot.model, self._data
@@ -208,12 +210,12 @@ class _Checks:
 
 
 def _missed(target: PointTarget, position: np.ndarray, velocity: np.ndarray) -> Iterator[float]:
-    for wanted, width, found in (
+    for wanted, width, reached in (
         (target.position, target.tolerance, position),
         (target.velocity, target.velocity_tolerance, velocity),
     ):
         if wanted is not None and width is not None:
-            for goal, value in zip(wanted, found, strict=True):
+            for goal, value in zip(wanted, reached, strict=True):
                 if goal is not None:
                     yield abs(float(value) - goal) - width
 

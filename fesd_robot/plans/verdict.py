@@ -5,33 +5,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
-from fesd_robot.plans.plan import Audit, Status
+from fesd_robot.plans.audit_record import ENTRIES, Audit
+from fesd_robot.plans.plan import Status
 
 
 def status_of(
     solution: MpccSolution,
-    found: Audit,
+    audit: Audit,
     tolerance: float,
     certificate: Certificate | None = None,
     out_of_elements: Sequence[int] = (),
 ) -> Status:
     """Return the status of a solved MPCC and its audit; solved only if every answer is good.
 
-    The kind of stationary point is told beside them: whether another motion nearby is cheaper does not make this one
+    The kind of stationary point stands beside them: whether another motion nearby is cheaper does not make this one
     wrong.
 
     Args:
-        solution, found: of the solver and of the audit.
+        solution: of the solver.
+        audit: of the returned trajectory.
         tolerance: complementarity asked for.
         certificate: what kind of point it is, if that was computed.
         out_of_elements: intervals without an element to spare, for the message.
     """
     residuals = solution.residuals
-    audit_passed = not found.violations
+    audit_passed = not audit.violations
     if solution.solved and audit_passed:
         message = f"Solved to complementarity {residuals.complementarity:.1e}; the physics audit passed."
     elif solution.solved:
-        worst = ", ".join(f"{name} = {getattr(found, name):.2e}" for name in found.violations)
+        worst = ", ".join(_measured(audit, name) for name in audit.violations)
         message = (
             f"Not solved: the numbers converged but the physics audit failed ({worst}); "
             "try more method.stages, horizon.intervals or method.elements."
@@ -61,6 +63,11 @@ def status_of(
         audit_passed=audit_passed,
         message=message,
     )
+
+
+def _measured(audit: Audit, name: str) -> str:
+    """Return an entry of the audit with its value and unit."""
+    return f"{name} = {getattr(audit, name):.2e} {ENTRIES[name].unit}".rstrip()
 
 
 def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:

@@ -1,6 +1,7 @@
 """The way back: from finite elements in numerical time to motion in physical time, and its physics in numbers."""
 
-from fesd_robot.recovery.motion import ImpactRecord, PhysicalMotion, recover
+from fesd_robot.recovery.motion import PhysicalMotion, recover
+from fesd_robot.recovery.samples import ImpactRecord
 from fesd_robot.recovery.switches import SwitchRecord
 
 __all__ = ["ImpactRecord", "PhysicalMotion", "SwitchRecord", "recover"]

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene
+from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
-
-
-@dataclass(frozen=True)
-class ContactPoint:
-    """A contact as the audit sees it: its name, the frame that touches, its friction coefficient."""
-
-    name: str
-    frame: str
-    friction: float
 
 
 class NumericPhysics:
@@ -28,7 +19,8 @@ class NumericPhysics:
     Args:
         robot: the robot with its armature and damping.
         scene: surfaces, and what touches what.
-        contacts: the contacts in their order; the geometry of each is that of its name in `scene.geometries`.
+        friction: name of a contact -> its coefficient, in the order of the contacts; the geometry of each is that of
+            its name in `scene.geometries`.
         control_matrix: q -> B, (n_v, n_u).
 
     Attributes:
@@ -41,17 +33,17 @@ class NumericPhysics:
         self,
         robot: Robot,
         scene: Scene,
-        contacts: Sequence[ContactPoint],
+        friction: Mapping[str, float],
         control_matrix: Callable[[np.ndarray], np.ndarray],
     ) -> None:
         self.scene = scene
         self._model = robot.model
         self._data = robot.model.createData()
-        self._geometries = [scene.geometries[contact.name] for contact in contacts]
+        self._geometries = [scene.geometries[name] for name in friction]
         self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in _frames(geometry)}
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
-        self.friction = np.array([contact.friction for contact in contacts])
+        self.friction = np.array(list(friction.values()))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) with armature, (n_v, n_v)."""
@@ -144,8 +136,8 @@ def split_contact_force(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return forces (n_c, 2) of the closed contacts with J^T f = generalized in least squares, and what is left over.
 
-    Where the motion does not tell how contacts share a force, as the friction of two corners of a block, every share
-    obeys the same equations of motion; of all of them the one nearest to `near` is taken.
+    Where the motion leaves open how contacts divide a force between them, as the friction of two corners of a block,
+    every division obeys the same equations of motion; of all of them the one nearest to `near` is taken.
 
     Args:
         generalized: (n_v). jacobian: rows J_n, J_t of every contact, (2 n_c, n_v). closed: (n_c) of bool.
@@ -153,12 +145,12 @@ def split_contact_force(
         near: (n_c, 2), normal and tangential; zeros if omitted.
     """
     force = np.zeros(len(jacobian))
-    rows = np.repeat(closed, 2)
+    rows = rows_of(closed)
     if friction is not None:
-        rows[1::2] &= friction > 0
+        tangential_rows(rows)[:] &= friction > 0
     if rows.any():
         if near is not None:
-            force[rows] = near.ravel()[rows]
+            force[rows] = stacked_rows(near)[rows]
         missing = generalized - jacobian.T @ force
         force[rows] += np.linalg.lstsq(jacobian[rows].T, missing, rcond=None)[0]
-    return force.reshape(-1, 2), generalized - jacobian.T @ force
+    return by_contact(force), generalized - jacobian.T @ force

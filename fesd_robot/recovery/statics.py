@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
+from fesd_robot.recovery.contact_rows import ROWS, rows_of
 from fesd_robot.recovery.physics import NumericPhysics
 
 
 def holding_effort(
     physics: NumericPhysics, q: np.ndarray, limits: tuple[np.ndarray, np.ndarray], closed: np.ndarray
 ) -> tuple[float, np.ndarray] | None:
-    """Return the share of its control limits that a robot needs at least to stand still, and controls that do it.
+    """Return the ratio of its control limits that a robot needs at least to stand still, and controls that do it.
 
         min k   s.t.   B(q) u + J(q)ᵀ f = g(q),   k u_lower <= u <= k u_upper,   |f_t| <= mu f_n
 
@@ -28,23 +29,24 @@ def holding_effort(
     lower, upper = limits
     if (lower > 0).any() or (upper < 0).any():
         return None
-    controls, rest = len(lower), np.zeros(len(lower))
+    controls, no_control = len(lower), np.zeros(len(lower))
     v = np.zeros(physics.contact_jacobian(q).shape[1])
-    weight = physics.required_force(q, v, v, rest)
+    weight = physics.required_force(q, v, v, no_control)
     pushes = np.column_stack([physics.generalized_force(q, row) for row in np.eye(controls)])
-    jacobian = physics.contact_jacobian(q)[np.repeat(closed, 2)]
+    jacobian = physics.contact_jacobian(q)[rows_of(closed)]
     friction, count = physics.friction[closed], int(closed.sum())
     # Unknowns: k, u, and (f_n, f_t) of every closed contact.
     balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T])
-    bounded = np.zeros((2 * controls + 2 * count, 1 + controls + 2 * count))
+    forces = ROWS * count
+    bounded = np.zeros((2 * controls + 2 * count, 1 + controls + forces))
     for i in range(controls):
         bounded[2 * i, [0, 1 + i]] = [-upper[i], 1]
         bounded[2 * i + 1, [0, 1 + i]] = [lower[i], -1]
     for i in range(count):
-        rows, normal = 2 * controls + 2 * i, 1 + controls + 2 * i
+        rows, normal = 2 * controls + 2 * i, 1 + controls + ROWS * i
         bounded[rows, [normal, normal + 1]] = [-friction[i], 1]
         bounded[rows + 1, [normal, normal + 1]] = [-friction[i], -1]
-    found = linprog(
+    optimum = linprog(
         np.eye(1, balance.shape[1])[0],
         A_ub=bounded,
         b_ub=np.zeros(len(bounded)),
@@ -52,4 +54,4 @@ def holding_effort(
         b_eq=weight,
         bounds=[(0, None)] + [(None, None)] * controls + [(0, None), (None, None)] * count,
     )
-    return (float(found.x[0]), found.x[1 : 1 + controls]) if found.status == 0 else None
+    return (float(optimum.x[0]), optimum.x[1 : 1 + controls]) if optimum.status == 0 else None

@@ -6,18 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from fesd_robot.contact import ContactMode
+
 Kind = Literal["touchdown", "takeoff", "stick_to_slip", "slip_to_stick", "slip_reversal"]
 
 
 @dataclass(frozen=True)
-class Phase:
-    """From `start` (s) on the contacts are in these modes: ``flight``, ``stick``, ``slip+``, ``slip-``.
+class ContactPhase:
+    """From `start` (s) on the contacts are in these modes.
 
-    A phase of ``impact`` lasts no time; an empty mode in it means that the contact takes no part.
+    A phase with an impact lasts no time; no mode in it means that the contact takes no part.
     """
 
     start: float
-    modes: list[str]
+    modes: Sequence[ContactMode | None]
 
 
 @dataclass(frozen=True)
@@ -29,29 +31,29 @@ class SwitchRecord:
     kind: Kind
 
 
-def switches_between(phases: Sequence[Phase]) -> list[SwitchRecord]:
+def switches_between(phases: Sequence[ContactPhase]) -> list[SwitchRecord]:
     """Return every change of mode in time order; an impact that ends in flight is a touchdown and a takeoff."""
-    found: list[SwitchRecord] = []
+    switches: list[SwitchRecord] = []
     for contact in range(len(phases[0].modes) if phases else 0):
-        mode = ""
+        mode: ContactMode | None = None
         for phase in phases:
             following = phase.modes[contact]
-            if following in ("", mode):
+            if following is None or following is mode:
                 continue
-            found += [SwitchRecord(phase.start, contact, kind) for kind in _kinds(mode, following)]
+            switches += [SwitchRecord(phase.start, contact, kind) for kind in _kinds(mode, following)]
             mode = following
-    return sorted(found, key=lambda switch: switch.time)
+    return sorted(switches, key=lambda switch: switch.time)
 
 
-def _kinds(mode: str, following: str) -> list[Kind]:
-    if mode == "":
+def _kinds(mode: ContactMode | None, following: ContactMode) -> list[Kind]:
+    if mode is None:
         return []
-    if following == "flight":
+    if following is ContactMode.FLIGHT:
         return ["takeoff"]
-    if mode == "flight":
+    if mode is ContactMode.FLIGHT:
         return ["touchdown"]
-    if "impact" in (mode, following):
+    if ContactMode.IMPACT in (mode, following):
         return []
-    if mode == "stick":
+    if mode is ContactMode.STICK:
         return ["stick_to_slip"]
-    return ["slip_to_stick" if following == "stick" else "slip_reversal"]
+    return ["slip_to_stick" if following is ContactMode.STICK else "slip_reversal"]

@@ -10,7 +10,7 @@ import umsgpack
 
 from fesd_robot.render.geometry import file_unit
 
-MOVES = 1e-9
+STILL = 1e-9
 """A joint coordinate that changes less than this (m or quaternion entry) stands still."""
 
 
@@ -55,7 +55,7 @@ def _float32(array: np.ndarray) -> umsgpack.Ext:
 def key_samples(time: np.ndarray) -> np.ndarray:
     """Return the indices of the samples to keep so that the key times increase strictly in single precision.
 
-    An impact stands twice at the same time with the same configuration; its second sample is dropped.
+    An impact has two samples at the same time, before and after, with the same configuration; the second is dropped.
 
     Args:
         time: s, non-decreasing, shape (n,).
@@ -101,7 +101,7 @@ def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:
         ("position", "vector3", motion.placement[:, joint, :3]),
         ("quaternion", "quaternion", motion.placement[:, joint, 3:]),
     ):
-        if np.ptp(values, axis=0).max() > MOVES:
+        if np.ptp(values, axis=0).max() > STILL:
             tracks[name] = Track(name, kind, motion.time, values)
     return tracks
 

@@ -71,22 +71,22 @@ def _uniform(text: str) -> str:
         semantic = match.group(1)
         return match.group(0) if semantic in keep else match.group(0).replace(semantic, "UNUSED", 1)
 
-    def level(match: re.Match[str]) -> str:
+    def complete(match: re.Match[str]) -> str:
         kind, attributes, body = match.groups()
         missing = textured and "TEXCOORD" not in _semantics(body, shared)
         return f"<{kind}{attributes}>{NO_UV_INPUT if missing else ''}{INPUT.sub(rename, body)}</{kind}>"
 
-    text = VERTICES.sub(lambda match: INPUT.sub(rename, match.group(0)), PRIMITIVE.sub(level, text))
+    text = VERTICES.sub(lambda match: INPUT.sub(rename, match.group(0)), PRIMITIVE.sub(complete, text))
     return re.sub(r"<vertices\b", lambda match: NO_UV + match.group(0), text) if textured else text
 
 
 def _semantics(body: str, shared: dict[str, set[str]]) -> set[str]:
     """Return the vertex attributes of one part, its own and those it shares through its vertices."""
-    found: set[str] = set()
+    semantics: set[str] = set()
     for match in INPUT.finditer(body):
         source = SOURCE.search(match.group(0))
-        found |= shared.get(source.group(1), set()) if match.group(1) == "VERTEX" and source else {match.group(1)}
-    return found
+        semantics |= shared.get(source.group(1), set()) if match.group(1) == "VERTEX" and source else {match.group(1)}
+    return semantics
 
 
 def _textures(path: Path, text: str) -> dict[str, str]:

@@ -17,8 +17,8 @@ from fesd_robot.render.window import SceneWindow
 GROUND_COLOR = 0xD3D6D2
 GRID_COLOR = 0xB9BEBB
 LABELLED_COLOR = 0x8A918E
-LABEL_SHARE = 0.06
-"""Half the width of a distance label as a share of half the drawn ground's length."""
+LABEL_WIDTH_RATIO = 0.06
+"""Half the width of a distance label as a ratio of half the drawn ground's length."""
 
 
 class Floor(NamedTuple):
@@ -53,7 +53,7 @@ def floor_below(box: np.ndarray) -> Floor:
 
 def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
     """Return text and place, m, of each distance label on the ground in front of the robot."""
-    y, half_width = floor.center[1] - 0.6 * floor.half_size[1], LABEL_SHARE * floor.half_size[0]
+    y, half_width = floor.center[1] - 0.6 * floor.half_size[1], LABEL_WIDTH_RATIO * floor.half_size[0]
     labels: list[dict[str, object]] = []
     for x in floor.labelled.round(9).tolist():
         z = ground.elevation(x)

@@ -10,6 +10,7 @@ import logging
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
@@ -38,25 +39,11 @@ CLOCK_NOISE = 1e-6
 VIEWER = Path(meshcat.__file__).parent / "viewer"
 
 
-def render_page(
-    path: str | os.PathLike[str],
-    *,
-    title: str,
-    model: pin.Model,
-    visual_model: pin.GeometryModel,
-    time: np.ndarray,
-    configuration: np.ndarray,
-    ground: GroundVisual,
-    traces: Mapping[str, np.ndarray],
-    circles: Mapping[str, CircleVisual] | None = None,
-    subtitle: str = "",
-) -> Path:
-    """Write a page with the robot in motion, the ground and the given paths.
-
-    The motion passes through every sample at its own time; samples may be spaced unevenly.
+@dataclass(frozen=True)
+class PageContent:
+    """What a page shows: a robot in motion, the ground and paths.
 
     Args:
-        path: the HTML file to write; replaced in one step if it exists.
         title: heading of the page.
         model: the robot.
         visual_model: its shapes and colours.
@@ -66,6 +53,27 @@ def render_page(
         traces: name -> path to draw as a line, e.g. of a foot, m, shape (n, 3).
         circles: name -> circle of the robot to draw, e.g. of a wheel.
         subtitle: a line below the title, e.g. the status of the plan.
+    """
+
+    title: str
+    model: pin.Model
+    visual_model: pin.GeometryModel
+    time: np.ndarray
+    configuration: np.ndarray
+    ground: GroundVisual
+    traces: Mapping[str, np.ndarray]
+    circles: Mapping[str, CircleVisual] = field(default_factory=dict)
+    subtitle: str = ""
+
+
+def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
+    """Write a page that plays a motion.
+
+    The motion passes through every sample at its own time; samples may be spaced unevenly.
+
+    Args:
+        path: the HTML file to write; replaced in one step if it exists.
+        content: what to show.
 
     Returns:
         `path`.
@@ -74,9 +82,10 @@ def render_page(
         DimensionError: an array has the wrong shape.
         FesdRobotError: time decreases, or a value is not finite.
     """
-    time = np.asarray(time, dtype=float)
-    configuration = np.asarray(configuration, dtype=float)
-    paths = {name: np.asarray(points, dtype=float) for name, points in traces.items()}
+    model, visual_model, ground = content.model, content.visual_model, content.ground
+    time = np.asarray(content.time, dtype=float)
+    configuration = np.asarray(content.configuration, dtype=float)
+    paths = {name: np.asarray(points, dtype=float) for name, points in content.traces.items()}
     _check(model, time, configuration, paths)
     time = np.maximum.accumulate(time)
 
@@ -89,24 +98,24 @@ def render_page(
     thickness = 0.0013 * float(np.linalg.norm(box[1] - box[0]))
     add_floor(window, ground, floor, top=float(box[1, 2]))
     add_traces(window, paths, radius=thickness)
-    add_circles(window, model, configuration[0], circles or {}, thickness)
+    add_circles(window, model, configuration[0], content.circles, thickness)
     add_robot(window, model, visual_model, motion)
 
     settings: dict[str, object] = {"start": float(time[0]), "duration": float(motion.time[-1]), "box": box.tolist()}
     settings["ticks"] = tick_labels(ground, floor)
     page = _fill(
-        title=html.escape(title),
-        subtitle=html.escape(subtitle),
+        title=html.escape(content.title),
+        subtitle=html.escape(content.subtitle),
         legend=_legend(list(paths), floor.spacing),
         settings=json.dumps(settings),
         scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=9, mtime=0)).decode("ascii"),
     )
-    content = page.encode("utf-8")
-    if len(content) > LARGE_PAGE:
+    encoded = page.encode("utf-8")
+    if len(encoded) > LARGE_PAGE:
         logger.warning(
-            "%s: %.0f MB is a large page; simpler meshes or fewer samples make it smaller", path, len(content) / 1e6
+            "%s: %.0f MB is a large page; simpler meshes or fewer samples make it smaller", path, len(encoded) / 1e6
         )
-    return write_atomically(Path(path), content)
+    return write_atomically(Path(path), encoded)
 
 
 def _check(model: pin.Model, time: np.ndarray, configuration: np.ndarray, traces: Mapping[str, np.ndarray]) -> None:

@@ -79,12 +79,12 @@ def add_traces(window: SceneWindow, traces: Mapping[str, np.ndarray], radius: fl
 
 
 def _thinned(points: np.ndarray, distance: float) -> np.ndarray:
-    """Return the points that lie at least `distance` from the one kept before."""
-    kept = [0]
+    """Return the first point and those at least `distance` from the one returned before them."""
+    chosen = [0]
     for index in range(1, len(points)):
-        if np.linalg.norm(points[index] - points[kept[-1]]) >= distance:
-            kept.append(index)
-    return points[kept]
+        if np.linalg.norm(points[index] - points[chosen[-1]]) >= distance:
+            chosen.append(index)
+    return points[chosen]
 
 
 def tube(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:

@@ -63,7 +63,7 @@ def draw_series(panel: Axes, time: np.ndarray, values: np.ndarray, color: str = 
 
     Args:
         panel: where to draw.
-        time: s, non-decreasing, a jump stands twice at the same time, shape (n,).
+        time: s, non-decreasing; a jump has two samples at the same time, before and after, shape (n,).
         values: shape (n,).
         color: of the line.
 

@@ -16,7 +16,7 @@ from fesd_robot.render.series import TEXT, new_figure
 BAR = 0.5
 
 
-class Phase(NamedTuple):
+class ModeSpan(NamedTuple):
     """A stretch of time in which a contact keeps its mode; `start` and `end` in s."""
 
     mode: str
@@ -24,22 +24,22 @@ class Phase(NamedTuple):
     end: float
 
 
-def contact_phases(plan: Plan, contact: str) -> list[Phase]:
-    """Return the phases of one contact in order, without gaps between them.
+def mode_spans(plan: Plan, contact: str) -> list[ModeSpan]:
+    """Return the stretches of one contact with one mode each, in order and without gaps between them.
 
     The stretch between two samples has the mode of the second one, because a sample where the mode changes still
-    belongs to the phase that ends there. An impact has no duration and takes the mode of its neighbour.
+    belongs to the one that ends there. An impact has no duration and takes the mode of its neighbour.
     """
     time, modes = plan.trajectory.time, plan.contacts[contact].mode
-    phases: list[Phase] = []
+    spans: list[ModeSpan] = []
     for index in np.flatnonzero(np.diff(time) > 0):
         start, end = float(time[index]), float(time[index + 1])
         mode = next((near for near in (modes[index + 1], modes[index]) if near != "impact"), "flight")
-        if phases and phases[-1].mode == mode:
-            phases[-1] = phases[-1]._replace(end=end)
+        if spans and spans[-1].mode == mode:
+            spans[-1] = spans[-1]._replace(end=end)
         else:
-            phases.append(Phase(mode, start, end))
-    return phases
+            spans.append(ModeSpan(mode, start, end))
+    return spans
 
 
 def timeline_figure(plan: Plan, title: str) -> Figure:
@@ -49,10 +49,8 @@ def timeline_figure(plan: Plan, title: str) -> Figure:
     panel = axes[0, 0]
     start, end = float(plan.trajectory.time[0]), float(plan.trajectory.time[-1])
     for row, name in enumerate(names):
-        for phase in contact_phases(plan, name):
-            panel.broken_barh(
-                [(phase.start, phase.end - phase.start)], (row - BAR / 2, BAR), facecolors=MODES[phase.mode]
-            )
+        for span in mode_spans(plan, name):
+            panel.broken_barh([(span.start, span.end - span.start)], (row - BAR / 2, BAR), facecolors=MODES[span.mode])
         labelled = -np.inf
         for impulse in sorted(
             (entry for entry in plan.impulses if entry.contact == name), key=lambda entry: entry.time

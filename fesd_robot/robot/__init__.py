@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fesd_robot.lazy import lazy_exports
 
 __all__ = [
     "Robot",
@@ -21,26 +23,8 @@ __all__ = [
     "nonlinear_effects",
     "potential_energy",
     "rnea",
+    "with_joint_properties",
 ]
-
-_HOME = {
-    "Robot": "robot",
-    "load_robot": "load",
-    "example_robots": "library",
-    "configuration_derivative": "manifold",
-    "integrate": "manifold",
-    "difference": "manifold",
-    "frame_placement": "kinematics",
-    "frame_velocity": "kinematics",
-    "frame_jacobian": "kinematics",
-    "center_of_mass": "kinematics",
-    "damping_force": "dynamics",
-    "rnea": "dynamics",
-    "nonlinear_effects": "dynamics",
-    "mass_matrix": "dynamics",
-    "kinetic_energy": "dynamics",
-    "potential_energy": "dynamics",
-}
 
 if TYPE_CHECKING:
     from fesd_robot.robot.dynamics import (
@@ -53,14 +37,30 @@ if TYPE_CHECKING:
     )
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import example_robots
-    from fesd_robot.robot.load import load_robot
+    from fesd_robot.robot.load import load_robot, with_joint_properties
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
     from fesd_robot.robot.robot import Robot
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'fesd_robot.robot' has no attribute '{name}'")
-    import importlib
-
-    return getattr(importlib.import_module(f"fesd_robot.robot.{_HOME[name]}"), name)
+else:
+    __getattr__, __dir__ = lazy_exports(
+        __name__,
+        {
+            "fesd_robot.robot.dynamics": [
+                "damping_force",
+                "kinetic_energy",
+                "mass_matrix",
+                "nonlinear_effects",
+                "potential_energy",
+                "rnea",
+            ],
+            "fesd_robot.robot.kinematics": [
+                "center_of_mass",
+                "frame_jacobian",
+                "frame_placement",
+                "frame_velocity",
+            ],
+            "fesd_robot.robot.library": ["example_robots"],
+            "fesd_robot.robot.load": ["load_robot", "with_joint_properties"],
+            "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
+            "fesd_robot.robot.robot": ["Robot"],
+        },
+    )

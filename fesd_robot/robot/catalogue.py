@@ -1,4 +1,4 @@
-"""The robots of the package example-robot-data at a glance."""
+"""A list of the robots of the package example-robot-data, with their main figures."""
 
 from __future__ import annotations
 

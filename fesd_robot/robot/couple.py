@@ -1,4 +1,4 @@
-"""Joints that move together: the model in which the bodies they carry are one."""
+"""Joints that move in unison: the model in which the bodies they carry are one."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import pinocchio as pin
 from fesd_robot.errors import JointError
 from fesd_robot.robot.lock import find_joint
 
-_SAME = 1e-9
+_SAME_POSE = 1e-9
 """m, or entry of a rotation matrix; bodies that move less than this against each other are one."""
 
-_PROBES = (0.0, 0.7, -1.3)
-"""m or rad; where it is seen whether two bodies keep their distance."""
+_PROBE_VALUES = (0.0, 0.7, -1.3)
+"""m or rad; joint values at which the poses of two bodies are compared."""
 
 
 def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
@@ -32,7 +32,7 @@ def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
 
     Args:
         model: the model.
-        coupled: name of a joint that follows -> name of the joint it moves with.
+        coupled: name of a joint that follows -> name of the joint it moves in unison with.
 
     Raises:
         JointError: for an unknown name, a leader that follows itself, position limits that share no value or that the
@@ -67,14 +67,14 @@ def _leader(model: pin.Model, follower: str, leader: str) -> int:
 
 
 class _Place(NamedTuple):
-    """Where a body of the model is in the result: on which joint, and its pose there."""
+    """The joint of the result that carries a body of the model, and the pose of the body on it."""
 
     joint: int
     pose: pin.SE3
 
 
 class _Builder:
-    """The result while it grows, joint by joint, and where each body of the model has gone."""
+    """Builds the result joint by joint, and keeps the place of each body of the model in it."""
 
     def __init__(self, model: pin.Model, followers: Mapping[int, int]) -> None:
         self.result = pin.Model()
@@ -146,8 +146,8 @@ class _Builder:
         if self._carrier(index) != self._carrier(leader):
             raise self._apart(index)
         for sign in (1.0, -1.0):
-            poses = [self._pose(leader, probe).inverse() * self._pose(index, sign * probe) for probe in _PROBES]
-            if all(np.abs(pose.homogeneous - poses[0].homogeneous).max() <= _SAME for pose in poses):
+            poses = [self._pose(leader, probe).inverse() * self._pose(index, sign * probe) for probe in _PROBE_VALUES]
+            if all(np.abs(pose.homogeneous - poses[0].homogeneous).max() <= _SAME_POSE for pose in poses):
                 self._merge_limits(index, leader, sign)
                 place = self._places[leader]
                 return _Place(place.joint, place.pose * poses[0])

@@ -119,21 +119,21 @@ def mass_matrix(robot: Robot, q: ca.SX) -> ca.SX:
         force = mass * link.linear - cross_columns(moment, ca.SX(link.angular))
         torque = inertia @ link.angular + cross_columns(moment, ca.SX(link.linear))
         result[link.v_indices, link.v_indices] += link.linear.T @ force + link.angular.T @ torque
-        below = link
-        below_index = index
-        while below.parent >= 0:
-            rotation, position = motions[below_index]
+        ancestor = link
+        ancestor_index = index
+        while ancestor.parent >= 0:
+            rotation, position = motions[ancestor_index]
             force = rotation @ force
             torque = rotation @ torque + cross_columns(position, force)
-            below_index = below.parent
-            below = links[below_index]
-            block = below.linear.T @ force + below.angular.T @ torque
-            result[below.v_indices, link.v_indices] += block
-            result[link.v_indices, below.v_indices] += block.T
+            ancestor_index = ancestor.parent
+            ancestor = links[ancestor_index]
+            block = ancestor.linear.T @ force + ancestor.angular.T @ torque
+            result[ancestor.v_indices, link.v_indices] += block
+            result[link.v_indices, ancestor.v_indices] += block.T
         if link.parent >= 0:
             rotation, position = motions[index]
-            counted = link.joint.origin_fixed_in_parent
-            moved, shift = _shift_inertia(0.0 if counted else mass, rotation @ moment, position)
+            in_parent = link.joint.origin_fixed_in_parent  # whose augmented body has the mass already
+            moved, shift = _shift_inertia(0.0 if in_parent else mass, rotation @ moment, position)
             moments[link.parent] = moments[link.parent] + moved
             inertias[link.parent] = inertias[link.parent] + rotate_symmetric(rotation, inertia) + shift
     return ca.sparsify(result)
@@ -207,20 +207,20 @@ class _Motion(NamedTuple):
 
     Attributes:
         rotation, position: its placement in its parent.
-        spin, spin_rate: its angular velocity and acceleration.
+        omega, omega_dot: its angular velocity and acceleration.
         acceleration: classical acceleration of its origin, gravity subtracted.
-        arrival: the same in parent coordinates.
-        step: the same relative to the parent's origin, in parent coordinates.
+        acceleration_in_parent: the same in parent coordinates.
+        relative_acceleration: the same relative to the parent's origin, in parent coordinates.
         field: [dω/dt]× + [ω]×[ω]×.
     """
 
     rotation: ca.SX
     position: ca.SX
-    spin: ca.SX
-    spin_rate: ca.SX
+    omega: ca.SX
+    omega_dot: ca.SX
     acceleration: ca.SX
-    arrival: ca.SX
-    step: ca.SX
+    acceleration_in_parent: ca.SX
+    relative_acceleration: ca.SX
     field: ca.SX
 
 
@@ -229,11 +229,11 @@ def _inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
     q, v = column("q", q, robot.model.nq), column("v", v, robot.model.nv)
     links = robot.tree.links
     zero, unit = ca.SX(3, 1), ca.SX(ca.DM.eye(3))
-    lift = ca.SX(ca.sparsify(ca.DM(-robot.model.gravity.linear)))
-    ground = _Motion(unit, zero, zero, zero, lift, lift, zero, ca.SX(3, 3))
+    minus_gravity = ca.SX(ca.sparsify(ca.DM(-robot.model.gravity.linear)))
+    world = _Motion(unit, zero, zero, zero, minus_gravity, minus_gravity, zero, ca.SX(3, 3))
     motions: list[_Motion] = []
     for link in links:
-        parent = motions[link.parent] if link.parent >= 0 else ground
+        parent = motions[link.parent] if link.parent >= 0 else world
         motions.append(_accelerate(link, parent, *link.motion(q), v[link.v_indices], a[link.v_indices]))
     forces, moments = [zero] * len(links), [zero] * len(links)
     result = ca.SX(robot.model.nv, 1)
@@ -244,10 +244,10 @@ def _inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
             force = force + motion.field @ link.first_moment
             moment = moment + _axial(motion.field @ link.second_moment)
             moment = moment + cross(ca.SX(link.first_moment), motion.acceleration)
-        moved = motion.rotation @ force
-        passed_on = link.mass * motion.arrival + moved
+        force_in_parent = motion.rotation @ force
+        joint_force = link.mass * motion.acceleration_in_parent + force_in_parent
         if link.parent_linear is not None:
-            result[link.v_indices] += link.parent_linear.T @ passed_on + link.angular.T @ moment
+            result[link.v_indices] += link.parent_linear.T @ joint_force + link.angular.T @ moment
         else:
             result[link.v_indices] += (
                 link.linear.T @ (link.mass * motion.acceleration + force) + link.angular.T @ moment
@@ -255,34 +255,38 @@ def _inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
         if link.parent < 0:
             continue
         if link.joint.origin_fixed_in_parent:
-            forces[link.parent] = forces[link.parent] + moved
-            lever_force = moved
+            forces[link.parent] = forces[link.parent] + force_in_parent
+            force_of_child = force_in_parent
         else:
-            forces[link.parent] = forces[link.parent] + link.mass * motion.step + moved
-            lever_force = passed_on
-        turned = motion.rotation @ moment + cross(motion.position, lever_force)
-        moments[link.parent] = moments[link.parent] + turned
+            forces[link.parent] = forces[link.parent] + link.mass * motion.relative_acceleration + force_in_parent
+            force_of_child = joint_force
+        moment_in_parent = motion.rotation @ moment + cross(motion.position, force_of_child)
+        moments[link.parent] = moments[link.parent] + moment_in_parent
     return result
 
 
 def _accelerate(link: Link, parent: _Motion, rotation: ca.SX, position: ca.SX, v: ca.SX, a: ca.SX) -> _Motion:
     """Return how a link moves on a moving parent; v and a are its own joint's."""
     back = rotation.T
-    carried, turning = back @ parent.spin, link.angular @ v
-    spin = carried + turning
-    spin_rate = back @ parent.spin_rate + cross(carried, turning) + link.angular @ a
-    step = parent.field @ position
+    omega_of_parent, omega_of_joint = back @ parent.omega, link.angular @ v
+    omega = omega_of_parent + omega_of_joint
+    omega_dot = back @ parent.omega_dot + cross(omega_of_parent, omega_of_joint) + link.angular @ a
+    relative_acceleration = parent.field @ position
     if link.parent_linear is not None:
-        step = step + 2 * cross(parent.spin, link.parent_linear @ v) + link.parent_linear @ a
-        arrival = parent.acceleration + step
-        acceleration = back @ arrival
+        relative_acceleration = (
+            relative_acceleration + 2 * cross(parent.omega, link.parent_linear @ v) + link.parent_linear @ a
+        )
+        acceleration_in_parent = parent.acceleration + relative_acceleration
+        acceleration = back @ acceleration_in_parent
     else:
-        sliding = cross(carried + spin, link.linear @ v) + link.linear @ a
-        acceleration = back @ (parent.acceleration + step) + sliding
-        step = step + rotation @ sliding
-        arrival = parent.acceleration + step
-    field = _acceleration_field(spin, spin_rate)
-    return _Motion(rotation, position, spin, spin_rate, acceleration, arrival, step, field)
+        sliding = cross(omega_of_parent + omega, link.linear @ v) + link.linear @ a
+        acceleration = back @ (parent.acceleration + relative_acceleration) + sliding
+        relative_acceleration = relative_acceleration + rotation @ sliding
+        acceleration_in_parent = parent.acceleration + relative_acceleration
+    field = _acceleration_field(omega, omega_dot)
+    return _Motion(
+        rotation, position, omega, omega_dot, acceleration, acceleration_in_parent, relative_acceleration, field
+    )
 
 
 def _axial(matrix: ca.SX) -> ca.SX:
@@ -290,15 +294,15 @@ def _axial(matrix: ca.SX) -> ca.SX:
     return ca.vertcat(matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1])
 
 
-def _acceleration_field(spin: ca.SX, spin_rate: ca.SX) -> ca.SX:
+def _acceleration_field(omega: ca.SX, omega_dot: ca.SX) -> ca.SX:
     """Return [dω/dt]× + [ω]×[ω]×."""
-    xx, yy, zz = spin[0] * spin[0], spin[1] * spin[1], spin[2] * spin[2]
-    xy, xz, yz = spin[0] * spin[1], spin[0] * spin[2], spin[1] * spin[2]
+    xx, yy, zz = omega[0] * omega[0], omega[1] * omega[1], omega[2] * omega[2]
+    xy, xz, yz = omega[0] * omega[1], omega[0] * omega[2], omega[1] * omega[2]
     return ca.blockcat(
         [
-            [-(yy + zz), xy - spin_rate[2], xz + spin_rate[1]],
-            [xy + spin_rate[2], -(xx + zz), yz - spin_rate[0]],
-            [xz - spin_rate[1], yz + spin_rate[0], -(xx + yy)],
+            [-(yy + zz), xy - omega_dot[2], xz + omega_dot[1]],
+            [xy + omega_dot[2], -(xx + zz), yz - omega_dot[0]],
+            [xz - omega_dot[1], yz + omega_dot[0], -(xx + yy)],
         ]
     )
 

@@ -137,8 +137,8 @@ def first_moment(robot: Robot, q: ca.SX) -> ca.SX:
         if link.parent < 0:
             world = world + moved + link.mass * position
         else:
-            counted = link.joint.origin_fixed_in_parent
-            moments[link.parent] = moments[link.parent] + (moved if counted else moved + link.mass * position)
+            in_parent = link.joint.origin_fixed_in_parent  # whose augmented body has the mass already
+            moments[link.parent] = moments[link.parent] + (moved if in_parent else moved + link.mass * position)
     return world
 
 

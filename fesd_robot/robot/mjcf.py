@@ -1,4 +1,4 @@
-"""What Pinocchio would silently drop from, or read differently in, a MuJoCo file."""
+"""Checks of a MuJoCo file for what Pinocchio drops or reads differently, and corrections of its model."""
 
 from __future__ import annotations
 
@@ -36,14 +36,20 @@ def check_mjcf(path: Path, root: ElementTree.Element, *, moving_root: bool) -> N
     for body in bodies[0].iter("body"):
         if not body.get("name"):
             raise RobotError(f"{path}: every <body> needs a name.")
-    base = bodies[0]
-    if not moving_root and base.find("joint") is None and base.find("freejoint") is None:
-        for attribute in _POSES:
-            if not _is_identity(attribute, base.get(attribute)):
-                raise RobotError(
-                    f"{path}: the pose of body '{base.get('name')}', which is fixed to the world, would be lost; "
-                    f"remove its attribute '{attribute}' and put this body into one that has a name and no pose."
-                )
+    if not moving_root:
+        _check_fixed_base(path, bodies[0])
+
+
+def _check_fixed_base(path: Path, base: ElementTree.Element) -> None:
+    """Refuse a first body without joint that has a pose in the world, for Pinocchio drops that."""
+    if base.find("joint") is not None or base.find("freejoint") is not None:
+        return
+    for attribute in _POSES:
+        if not _is_identity(attribute, base.get(attribute)):
+            raise RobotError(
+                f"{path}: the pose of body '{base.get('name')}', which is fixed to the world, would be lost; "
+                f"remove its attribute '{attribute}' and put this body into one that has a name and no pose."
+            )
 
 
 def composite_names(root: ElementTree.Element) -> dict[str, list[str]]:

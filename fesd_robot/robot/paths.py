@@ -1,4 +1,4 @@
-"""Where the file of a robot is."""
+"""The file of a robot, from a path or an address."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from fesd_robot.errors import RobotError
 from fesd_robot.robot.library import PREFIX, resolve_example
 
 PACKAGE = "package://"
-_LEVELS = 6
+_SEARCHED_LEVELS = 6
+"""Folders in which a package is looked for: that of the file and those above it."""
 
 
 def locate_robot(source: str | Path, search_path: Path | None) -> Path:
@@ -56,7 +57,7 @@ def _in_package(address: str, folder: Path) -> Path:
 
 
 def _upwards(folder: Path) -> list[Path]:
-    return [folder, *folder.parents][:_LEVELS]
+    return [folder, *folder.parents][:_SEARCHED_LEVELS]
 
 
 def _entries(variable: str) -> list[Path]:

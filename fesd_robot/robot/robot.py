@@ -68,19 +68,19 @@ class Robot:
             RobotError: if there is none, naming the nearest one, or if several at different places share the name.
         """
         frames = self.model.frames
-        found = [index for index in range(self.model.nframes) if frames[index].name == name]
-        if not found:
+        named = [index for index in range(self.model.nframes) if frames[index].name == name]
+        if not named:
             raise RobotError(f"Robot '{self.name}' has no frame '{name}'{nearest(name, self.frame_names)}.")
         joints = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
-        found = [index for index in found if frames[index].type not in joints] or found
-        first = frames[found[0]]
-        for index in found[1:]:
+        named = [index for index in named if frames[index].type not in joints] or named
+        first = frames[named[0]]
+        for index in named[1:]:
             other = frames[index]
             if other.parentJoint != first.parentJoint or not other.placement.isApprox(first.placement, 1e-12):
                 raise RobotError(
                     f"Robot '{self.name}' has several frames called '{name}' at different places; rename one of them."
                 )
-        return found[0]
+        return named[0]
 
     @property
     def joint_names(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""How the first link of a robot moves in the world."""
+"""The joint between the world and the first link of a robot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROOT_JOINT = "root_joint"
 SAGITTAL_NAMES = ("root_x", "root_z", "root_pitch")
 """Coordinates of a sagittal root: forward, m, up, m, and nose down, rad about +y."""
 
-_RIGHT_ANGLE = 1e-5
+_RIGHT_ANGLE_ROUNDING = 1e-5
 """Entry of a rotation matrix; a placement this close to right angles means them, to the digits written (1.5708)."""
 
 _ROUNDING = 1e-15
@@ -70,7 +70,7 @@ def square_placements(model: pin.Model) -> list[str]:
     for index in range(1, model.njoints):
         rotation = model.jointPlacements[index].rotation
         square = np.round(rotation)
-        if _ROUNDING < np.abs(rotation - square).max() <= _RIGHT_ANGLE:
+        if _ROUNDING < np.abs(rotation - square).max() <= _RIGHT_ANGLE_ROUNDING:
             model.jointPlacements[index].rotation = square
             turned.append(model.names[index])
     return turned

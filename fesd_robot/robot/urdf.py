@@ -1,4 +1,4 @@
-"""What Pinocchio would silently read differently from what a URDF file says."""
+"""Checks of a URDF file for what Pinocchio reads differently from what it says."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is changed when a task was not solved: other roads to the same goal, tried in this order."""
+"""Fallback settings: what is changed, in this order, for a task that was not solved."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Overrides = dict[str, Any]
 
 
 def _other_loose_iterations(iterations: int) -> int:
-    """A third of a long sketch, three times a short one."""
+    """Return a third of many iterations, or three times few."""
     return iterations // 3 if iterations >= 150 else 3 * iterations
 
 
@@ -25,17 +25,22 @@ FALLBACKS: tuple[Callable[[Task], Overrides], ...] = (
     lambda task: {"solver.sigma_start": 10 * task.solver.sigma_start},
     lambda task: {"method.elements": task.method.elements + 1},
 )
-"""Another sketch, a gentler homotopy, velocity conditions that trail less, longer elements, another relaxation, a
-softer start, more elements.
+"""Settings to try one after the other, each a function of the task.
 
-None changes what is asked for: goal, limits, costs and tolerances stay. A homotopy through a nonconvex problem ends
-where its way leads it; a small change of the way often leads elsewhere.
+In order: another number of iterations of the loose homotopy, a sigma that falls more slowly, a smaller ratio between
+velocity and position level, longer elements, another relaxation, a larger first sigma, more elements. Goal, limits,
+costs and tolerances stay as they are. Which local optimum a homotopy through a nonconvex problem ends in depends on
+such settings, so that a small change often leads to another one.
 """
 
 
-def with_overrides(task: Task, changes: Overrides) -> Task:
-    """Return the task with keys of its sections changed, ``section.key`` each."""
-    for key, value in changes.items():
+def with_overrides(task: Task, overrides: Overrides) -> Task:
+    """Return the task with some keys of its sections changed.
+
+    Args:
+        overrides: ``section.key`` -> value; values are taken as they are, without validation.
+    """
+    for key, value in overrides.items():
         section, name = key.split(".")
         task = task.model_copy(update={section: getattr(task, section).model_copy(update={name: value})})
     return task

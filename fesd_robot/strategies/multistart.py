@@ -1,4 +1,4 @@
-"""The same task from several first guesses, on all cores: where one begins decides which local optimum is reached."""
+"""The same task from several initial guesses, on all cores: which local optimum is reached depends on the guess."""
 
 from __future__ import annotations
 
@@ -8,10 +8,42 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 
 from fesd_robot.plans.plan import Plan
+from fesd_robot.strategies.attempts import AttemptedPlan, Stop, stop_requested
+from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task
 
 _POLL = 0.2
 """s between two looks at whether to stop."""
+
+
+def attempt_seeds(
+    task: Task, attempt: Callable[[Task], Plan], stop: Stop | None, started: Callable[[int, Plan], None] | None
+) -> list[AttemptedPlan]:
+    """Return the attempts at a task from `solver.starts` initial guesses, in the order of their seeds.
+
+    Args:
+        task: the task; its seeds are `solver.seed` and the numbers after it.
+        attempt: a function of a module, task -> plan.
+        stop: called with (0, NaN) while attempts are waited for; True ends them, and they are left out of the result.
+        started: called with the seed and the plan of every attempt as soon as it is there.
+
+    Returns:
+        one attempt per seed; none if the task has a single start, which needs no process of its own.
+    """
+    if task.solver.starts == 1:
+        return []
+    seeds = range(task.solver.seed, task.solver.seed + task.solver.starts)
+    plans = solve_multistart(
+        attempt,
+        [with_overrides(task, {"solver.seed": seed}) for seed in seeds],
+        (lambda number, plan: started(seeds[number], plan)) if started else None,
+        lambda: stop_requested(stop),
+    )
+    return [
+        AttemptedPlan({"solver.seed": seed}, plan, plan.statistics.build_seconds + plan.statistics.solve_seconds)
+        for seed, plan in zip(seeds, plans, strict=True)
+        if plan is not None
+    ]
 
 
 def solve_multistart(
@@ -31,21 +63,21 @@ def solve_multistart(
         on_result: called with the number of a task and its plan when it is there.
         stop: asked again and again; True ends all that still run.
     """
-    found: list[Plan | None] = [None] * len(tasks)
+    plans: list[Plan | None] = [None] * len(tasks)
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(len(tasks), os.cpu_count() or 1), mp_context=context, initializer=_ignore_interrupts)
     jobs = {pool.submit(attempt, task): number for number, task in enumerate(tasks)}
     try:
         for job in _finished(list(jobs), stop):
-            found[jobs[job]] = job.result()
+            plans[jobs[job]] = plan = job.result()
             if on_result:
-                on_result(jobs[job], job.result())
+                on_result(jobs[job], plan)
     finally:
         processes = list(pool._processes.values())
         pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:  # those that still run were stopped; the others are idle
             process.terminate()
-    return found
+    return plans
 
 
 def _finished(jobs: list[Future[Plan]], stop: Callable[[], bool] | None) -> Iterator[Future[Plan]]:

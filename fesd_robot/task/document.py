@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,10 @@ from ruamel.yaml.reader import ReaderError
 
 from fesd_robot.errors import TaskError
 from fesd_robot.task.origins import KeyPath, Origin, Origins
+from fesd_robot.task.renamed_keys import TwoNamesError, rename_keys, today
 from fesd_robot.task.yaml_hints import yaml_sentence
+
+logger = logging.getLogger(__name__)
 
 _MAX_NODES = 100_000
 _TAG = "tag:yaml.org,2002:"
@@ -109,12 +113,15 @@ class _Reader:
 def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any], Origins]:
     """Return a task file with overrides applied, as plain data, and where each key came from.
 
+    Keys under an old name (`fesd_robot.task.renamed_keys`) get their new one, with a warning for each.
+
     Args:
         path: the task file, UTF-8.
         overrides: ``key.path=value`` each, the value in YAML; the last one for a key wins.
 
     Raises:
-        TaskError: the file cannot be read, is not YAML, is not a mapping, or an override does not fit.
+        TaskError: the file cannot be read, is not YAML, is not a mapping, gives a key under its old and its new name,
+            or an override does not fit.
     """
     reader = _Reader()
     try:
@@ -128,6 +135,13 @@ def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any],
         kind = "a list" if isinstance(data, list) else "a single value"
         raise TaskError(f"found {kind}, expected the keys of a task", file=path, line=reader.lines[()])
     places = {key_path: Origin(line=line) for key_path, line in reader.lines.items()}
+    try:
+        renamings = rename_keys(data)
+    except TwoNamesError as error:
+        raise Origins(file=path, places=places).error(error.path, str(error)) from error
+    for old, new in renamings:
+        logger.warning("%s:%d: the key '%s' is now called '%s'", path, reader.lines[tuple(old.split("."))], old, new)
+    places = {today(key_path): origin for key_path, origin in places.items()}
     for override in overrides:
         _apply(override, data, places)
     return data, Origins(file=path, places=places)
@@ -150,17 +164,7 @@ def _read_text(path: Path) -> str:
 
 
 def _apply(override: str, data: dict[str, Any], places: dict[KeyPath, Origin]) -> None:
-    dotted, equals, text = override.partition("=")
-    path = tuple(part.strip() for part in dotted.split("."))
-    if not equals or not all(path):
-        raise TaskError(
-            f"found --set {override}, expected key.path=value, for example --set horizon.intervals=30",
-            key=dotted.strip() or None,
-        )
-    try:
-        value = _Reader().read(text)
-    except _Problem as problem:
-        raise TaskError(f"{problem.message} (from --set {override})", key=".".join(path)) from problem.__cause__
+    path, value = _read_override(override)
     origin = Origin(override=override)
     parent = data
     for end, part in enumerate(path[:-1], start=1):
@@ -177,3 +181,27 @@ def _apply(override: str, data: dict[str, Any], places: dict[KeyPath, Origin]) -
     for known in [known for known in places if known[: len(path)] == path]:
         del places[known]
     places[path] = origin
+
+
+def _read_override(override: str) -> tuple[KeyPath, Any]:
+    """Return the path and the value of an override, all keys under their names of today."""
+    dotted, equals, text = override.partition("=")
+    given = tuple(part.strip() for part in dotted.split("."))
+    if not equals or not all(given):
+        raise TaskError(
+            f"found --set {override}, expected key.path=value, for example --set horizon.intervals=30",
+            key=dotted.strip() or None,
+        )
+    path = today(given)
+    renamings = [(".".join(given), ".".join(path))] if path != given else []
+    try:
+        value = _Reader().read(text)
+        if isinstance(value, dict):
+            renamings += rename_keys(value, path)
+    except _Problem as problem:
+        raise TaskError(f"{problem.message} (from --set {override})", key=".".join(path)) from problem.__cause__
+    except TwoNamesError as error:
+        raise TaskError(f"{error} (from --set {override})", key=".".join(error.path)) from error
+    for old, new in renamings:
+        logger.warning("--set %s: the key '%s' is now called '%s'", override, old, new)
+    return path, value

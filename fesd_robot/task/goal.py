@@ -13,12 +13,12 @@ class Tolerance(Section):
     configuration: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> largest distance from its goal, m or rad, a hard "
-        "constraint; names not listed are only weighed by the cost.",
+        "constraint; names not listed only have a weight in the cost.",
     )
     velocity: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a velocity coordinate -> largest distance from its goal, m/s or rad/s, a hard "
-        "constraint; names not listed are only weighed by the cost.",
+        "constraint; names not listed only have a weight in the cost.",
     )
 
 
@@ -33,13 +33,13 @@ class PointTarget(Section):
     )
     tolerance: NonNegative | None = Field(
         default=None,
-        description="Largest distance from the position along every given axis, m, a hard constraint; default: only "
-        "weighed.",
+        description="Largest distance from the position along every given axis, m, a hard constraint; default: none, "
+        "only the weight.",
     )
     velocity_tolerance: NonNegative | None = Field(
         default=None,
         description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: "
-        "only weighed.",
+        "none, only the weight.",
     )
     weight: NonNegative = Field(default=100.0, description="Weight of the squared distance from the position, per m2.")
     velocity_weight: NonNegative = Field(
@@ -58,7 +58,7 @@ class PointTarget(Section):
 
 
 class Periodic(Section):
-    """A motion that repeats: it ends in the state it began in, moved on by one stride.
+    """A motion that repeats: it ends in the state it began in, shifted by one stride.
 
     The initial state is free within the limits, except for the coordinates of the stride, which begin where `initial`
     says; all other values of `initial` are the solver's start.
@@ -93,7 +93,7 @@ class Goal(Section):
         default=None, description="Where the centre of mass should be at the end; default: anywhere."
     )
     periodic: Periodic | None = Field(
-        default=None, description="Repeat: the end is the beginning moved on by a stride; default: it is not."
+        default=None, description="Repeat: the end is the beginning shifted by one stride; default: it is not."
     )
 
     @model_validator(mode="after")

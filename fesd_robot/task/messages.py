@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from fesd_robot.errors import TaskError, nearest
 from fesd_robot.task.origins import KeyPath, Origins
+from fesd_robot.task.renamed_keys import RENAMED_KEYS, old_names
 from fesd_robot.task.schema import Task
 
 _NUMBER = re.compile(r"^\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%][^\d]*)?$")
@@ -63,7 +64,7 @@ def _problem(detail: ErrorDetails) -> tuple[KeyPath, str]:
         return (*path, *context["at"]), context["sentence"]
     if kind == "extra_forbidden":
         keys = list(owner.model_fields) if owner is not None else []
-        return path, f"found an unknown key, expected a known one{nearest(path[-1], keys)}"
+        return path, f"found an unknown key, expected a known one{_nearest_key(path, keys)}"
     if kind == "missing":
         field = owner.model_fields[path[-1]] if owner is not None else None
         purpose = (field.description or "").rstrip(".") if field is not None else ""
@@ -74,11 +75,23 @@ def _problem(detail: ErrorDetails) -> tuple[KeyPath, str]:
         return (*path, "type"), (
             f"found the text '{context['tag']}', expected {_quoted(_tags(place))}{_close(context['tag'], _tags(place))}"
         )
-    found = _describe(detail["input"])
+    value = _describe(detail["input"])
     if kind not in _EXPECTED:
-        return path, f"found {found}, but {detail['msg'][:1].lower()}{detail['msg'][1:]}"
+        return path, f"found {value}, but {detail['msg'][:1].lower()}{detail['msg'][1:]}"
     hint = _close(detail["input"], get_args(place)) if kind == "literal_error" else _number_hint(kind, detail["input"])
-    return path, f"found {found}, expected {_EXPECTED[kind].format(**context)}{hint}"
+    return path, f"found {value}, expected {_EXPECTED[kind].format(**context)}{hint}"
+
+
+def _nearest_key(path: KeyPath, keys: Sequence[str]) -> str:
+    """Return a hint to the closest key of a section; one that is close to an old name, to the name it has today."""
+    for old, name in RENAMED_KEYS.items():
+        if path[-1] == old[-1]:
+            return f" (did you mean '{'.'.join((*old[:-1], name))}'?)"
+    renamed = dict(old_names(path[:-1]))
+    hint = nearest(path[-1], [*keys, *renamed])
+    if not hint.startswith(" (did"):
+        return nearest(path[-1], keys)
+    return next((f" (did you mean '{new}'?)" for old, new in renamed.items() if f"'{old}'" in hint), hint)
 
 
 def _follow(location: Sequence[str | int]) -> tuple[KeyPath, type[BaseModel] | None, Any]:
@@ -127,8 +140,8 @@ def _is_union(annotation: Any) -> bool:
 
 def _union_tags(member: Any) -> tuple[str, ...]:
     """Return what pydantic calls a member of a union: its `Tag`, or what its key `type` may say."""
-    found = tuple(mark.tag for mark in getattr(member, "__metadata__", ()) if isinstance(mark, Tag))
-    return found or get_args(_bare(member).model_fields["type"].annotation)
+    tags = tuple(mark.tag for mark in getattr(member, "__metadata__", ()) if isinstance(mark, Tag))
+    return tags or get_args(_bare(member).model_fields["type"].annotation)
 
 
 def _tags(union: Any) -> list[str]:

@@ -1,4 +1,4 @@
-"""How the task is solved and what is written: discretisation, solver, output."""
+"""The sections `method`, `solver` and `output` of a task: discretisation, solver, optional files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def _read_gap(value: Any) -> Any:
     return "true" if value is True else value  # unquoted, YAML reads `gap: true` as a boolean
 
 
-def _read_acceleration(value: Any) -> Any:
+def _read_auxiliary_force(value: Any) -> Any:
     if value == "auto" or (is_number(value) and 0 < value < math.inf):
         return value
     raise expected("'auto' or a number greater than 0 (N)")
@@ -25,8 +25,8 @@ class Formulation(Section):
 
     type: Literal["multipliers", "steps"] = Field(
         default="multipliers",
-        description="Which variables carry the contact logic: the shares of the fields themselves (multipliers), or "
-        "set-valued step functions of gap and velocities as published (steps).",
+        description="Which variables carry the contact logic: the Filippov multipliers of the fields themselves "
+        "(multipliers), or set-valued step functions of gap and velocities as published (steps).",
     )
     gap: Annotated[
         Literal["integrated", "true"],
@@ -39,8 +39,8 @@ class Formulation(Section):
     )
     baumgarte_gain: NonNegative = Field(
         default=30.0,
-        description="Rate kappa at which the integrated and the true gap approach each other, 1/s; only with an "
-        "integrated gap.",
+        description="Baumgarte stabilisation: rate kappa at which the integrated and the true gap approach each other, "
+        "1/s; only with an integrated gap.",
     )
     gate: bool = Field(
         default=True,
@@ -49,8 +49,8 @@ class Formulation(Section):
     )
     step_regularisation_weight: NonNegative = Field(
         default=1e-3,
-        description="Weight epsilon of the squared step functions in the cost; picks one representative where they "
-        "are not unique; only with type: steps.",
+        description="Regularisation of the step functions: weight epsilon of their squares in the cost, which picks "
+        "one representative where they are not unique; only with type: steps.",
     )
 
     @model_validator(mode="after")
@@ -108,25 +108,27 @@ class Method(Section):
     cross_complementarity: Literal["auto", "stage_stage", "lambda_sum", "theta_sum", "sum_sum"] = Field(
         default="auto",
         description="How complementarity pairs of one element are added up: not at all (stage_stage), over the "
-        "multipliers (lambda_sum), over the step functions or shares (theta_sum), or over both (sum_sum); auto: "
-        "theta_sum for multipliers, lambda_sum for steps. Multipliers allow stage_stage and theta_sum.",
+        "multipliers of the switching functions (lambda_sum), over the step functions or Filippov multipliers "
+        "(theta_sum), or over both (sum_sum); auto: theta_sum for multipliers, lambda_sum for steps. Multipliers allow "
+        "stage_stage and theta_sum.",
     )
     step_equilibration: StepEquilibration = Field(
         default_factory=StepEquilibration, description="What keeps elements between two switches equally long."
     )
     step_freedom: Positive = Field(
         default=1.0,
-        description="How much longer than its equal share an element may become, as a fraction gamma_h of it. With 1, "
-        "three elements hold an impact only in the middle third of their interval; with 2, anywhere.",
+        description="How much longer than an equal part of its interval an element may become, as a fraction gamma_h "
+        "of that part. With 1, three elements hold an impact only in the middle third of their interval; with 2, "
+        "anywhere.",
     )
     auxiliary_force: Annotated[
         float | Literal["auto"],
-        BeforeValidator(_read_acceleration),
+        BeforeValidator(_read_auxiliary_force),
         WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "auto"}]}),
     ] = Field(
         default="auto",
-        description="Strength a_n of the fields that resolve impacts while physical time stands still, N; auto: ten "
-        "times the robot's weight.",
+        description="Auxiliary force a_n of the fields that resolve impacts while physical time stands still, N; auto: "
+        "ten times the robot's weight.",
     )
 
     compile: Literal["auto", "never", "always"] = Field(
@@ -150,7 +152,7 @@ class Solver(Section):
     """The homotopy: a row of smooth problems whose relaxation sigma shrinks."""
 
     tolerance: Positive = Field(
-        default=1e-8, description="Largest complementarity, product a b, of a solved task, in the units of the pairs."
+        default=1e-8, description="Largest complementarity, product G H, of a solved task, in the units of the pairs."
     )
     sigma_start: Positive = Field(default=1.0, description="Relaxation of the first problem, greater than tolerance.")
     sigma_factor: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = Field(
@@ -158,20 +160,21 @@ class Solver(Section):
     )
     velocity_level_ratio: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
         default=1000.0,
-        description="How much larger the relaxation of the velocity conditions of contact is until that of the gap has "
-        "reached the tolerance, at least 1: where contact is gets decided before what happens there.",
+        description="How much larger the relaxation of complementarities on the velocity level is than that of those "
+        "on the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
+        "before what happens there.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
-    finish: bool = Field(
+    polish: bool = Field(
         default=True,
-        description="Whether the relaxation is only sketched, until it shows what touches when, and the smooth problem "
-        "on that sequence of contacts is then solved exactly. Where that fails, and without it, relaxed problems are "
-        "solved down to the tolerance.",
+        description="Whether relaxed problems are only solved loosely, until they show what touches when, and the "
+        "smooth problem on that sequence of contacts (the branch NLP) is then solved exactly. Where that fails, and "
+        "without it, relaxed problems are solved down to the tolerance.",
     )
     loose_iterations: Count = Field(
         default=200,
-        description="Largest number of iterations of each relaxed problem of the sketch; fewer are faster, more "
-        "find cheaper motions more often.",
+        description="Largest number of iterations of each relaxed problem of the loose homotopy; fewer are faster, "
+        "more find cheaper motions more often.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
@@ -193,22 +196,23 @@ class Solver(Section):
     )
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         default=1,
-        description="How many first guesses the task is solved from, on all cores at once; the cheapest solved motion "
-        "is kept, and the report tells the costs of all.",
+        description="How many initial guesses the task is solved from, on all cores at once; the cheapest solved "
+        "motion is kept, and the report lists the costs of all.",
     )
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=0,
-        description="Seed of the random bend of the first guess, 0 for none; further starts have the next seeds.",
+        description="Seed of the random perturbation of the initial guess, 0 for none; further starts have the next "
+        "seeds.",
     )
     warm_start: Annotated[str, Field(min_length=1)] | None = Field(
         default=None,
         description="An earlier plan (its folder or plan.json) or a CSV file with 'time' and names of configuration "
-        "coordinates, relative to the task file, that the first guess is taken from, whatever its grid; default: the "
+        "coordinates, relative to the task file, that the initial guess is taken from, whatever its grid; default: the "
         "reference.",
     )
     retries: Annotated[int, Field(strict=True, ge=0, le=7)] = Field(
         default=3,
-        description="How many other ways are tried when a task is not solved, 0 to 7: a third or three times "
+        description="How many fallback settings are tried when a task is not solved, 0 to 7: a third or three times "
         "loose_iterations, gentler sigma_factor, smaller velocity_level_ratio, larger method.step_freedom, relaxation "
         "fischer_burmeister, larger sigma_start, one more of method.elements.",
     )

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
+from fesd_robot.errors import ExpressionError
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.fields import Name, NonNegative, Number, Section, Values, conflict, expected, is_number
 
@@ -30,7 +31,7 @@ def _check_force(value: Any) -> Any:
         raise expected("a finite number or an expression in text")
     try:
         expression_names(value)
-    except ValueError as error:
+    except ExpressionError as error:
         raise expected(f"an arithmetic expression in configuration names, but {error}") from error
     return value
 
@@ -104,8 +105,8 @@ class Robot(Section):
     )
     coupled: dict[Name, Name] = Field(
         default_factory=dict,
-        description="Name of a joint -> name of the joint it moves with, for legs that do the same: both must be on "
-        "one body and turn about the same line or slide in the same direction. The first is no coordinate then; the "
+        description="Name of a joint -> name of the joint it moves with, for legs that move in unison: both must be "
+        "on one body and turn about the same line or slide in the same direction. The first is no coordinate then; the "
         "second stands for both, with the sum of their efforts, and one contact under it for both feet, with the sum "
         "of their forces. Default: none.",
     )

@@ -82,7 +82,7 @@ def test_a_joint_trajectory_is_a_message(run: Run, plan: Path, tmp_path: Path, n
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--format", "xml"], "'xml' is not one of 'csv', 'npz', 'json', 'joint-trajectory'"),
+        (["--format", "xml"], "found format 'xml', expected one of csv, npz, json, joint-trajectory"),
         (["--format", "csv", "--joint", "leg"], "found joints for format 'csv'"),
         (["--format", "joint-trajectory", "--joint", "lag"], "did you mean 'leg'?"),
         (["--format", "csv", "--out", "."], "is a folder"),

@@ -72,7 +72,7 @@ def test_flights_are_unbroken_rows_of_samples() -> None:
 
 
 def test_the_summary_stays_short_with_many_contacts(finished: Any) -> None:
-    """Of many contacts three are on_result, and how many more there are."""
+    """Of many contacts three are shown, and how many more there are."""
     plan = read_plan(finished.folder)
     foot = plan.contacts["foot"]
     many = plan.model_copy(update={"contacts": {f"foot {i}": foot for i in range(6)}})

@@ -26,20 +26,20 @@ def test_a_solved_task_leaves_all_files(finished: Any) -> None:
 
 
 def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> None:
-    """After one plain line per NLP come at most five lines that say what was found and where it is."""
+    """After one plain line per NLP come at most five lines that say what came of it and where it is."""
     lines = finished.outcome.out.splitlines()
     plan = read_plan(finished.folder)
-    assert lines[0].split()[:5] == ["sigma", "velocity", "sigma", "status", "iterations"]
+    assert lines[0].split()[:5] == ["sigma", "velocity", "level", "status", "iterations"]
     assert lines[0].split()[5:] == ["cost", "complementarity", "violation", "seconds"]
-    rows, rest = lines[1 : 1 + len(plan.statistics.homotopy)], lines[1 + len(plan.statistics.homotopy) :]
+    rows, summary = lines[1 : 1 + len(plan.statistics.homotopy)], lines[1 + len(plan.statistics.homotopy) :]
     for row, step in zip(rows, plan.statistics.homotopy, strict=True):
         sigmas = [f"{sigma:.0e}" if sigma else "exact" for sigma in (step.sigma, step.velocity_level_sigma)]
         assert row.split()[:4] == [*sigmas, "converged", str(step.iterations)]
-    assert 3 <= len(rest) <= 5
-    assert rest[0] == f"hopper_one_jump: {plan.status.message}"
-    assert rest[1].startswith("foot: 0 flights")
-    assert f"{plan.statistics.variables} variables" in rest[2]
-    assert rest[-1] == "written to runs/hopper_one_jump: " + ", ".join(
+    assert 3 <= len(summary) <= 5
+    assert summary[0] == f"hopper_one_jump: {plan.status.message}"
+    assert summary[1].startswith("foot: 0 flights")
+    assert f"{plan.statistics.variables} variables" in summary[2]
+    assert summary[-1] == "written to runs/hopper_one_jump: " + ", ".join(
         ["plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures/"]
     )
 

@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene, contact_of
 from fesd_robot.errors import RobotError
-from fesd_robot.recovery.physics import ContactPoint, NumericPhysics
+from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot, configuration_derivative, load_robot
 
 from .grounds import GROUNDS, HILLS
@@ -65,9 +65,7 @@ def test_expressions_and_pinocchio_agree(source: Path, pair: ContactGeometry) ->
     """Gap, J_n and J_t as expressions are those that the audit computes with Pinocchio and scipy."""
     robot = load_robot(source)
     function = expressions(robot, pair)
-    physics = NumericPhysics(
-        robot, Scene({}, {"it": pair}), [ContactPoint("it", pair.frame, 0.4)], lambda _: np.zeros((0, 0))
-    )
+    physics = NumericPhysics(robot, Scene({}, {"it": pair}), {"it": 0.4}, lambda _: np.zeros((0, 0)))
     for q, v in states(robot):
         gap, _, normal, tangent = (np.asarray(value.full()).ravel() for value in function(q, v))
         assert physics.gaps(q) == pytest.approx(gap, abs=1e-12)
@@ -103,8 +101,8 @@ def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
             fixed = placement.actInv(placement.translation - radius * normal)
             ends = [frame_motion(robot, frame, q, v, h).act(fixed) for h in (-step, step)]
             speeds.append(tangent @ (ends[1] - ends[0]) / (2 * step))
-        found = np.asarray(function(q, v)[3].full()).ravel() @ v
-        assert found == pytest.approx(speeds[0] - sum(speeds[1:]), abs=1e-7)
+        speed = np.asarray(function(q, v)[3].full()).ravel() @ v
+        assert speed == pytest.approx(speeds[0] - sum(speeds[1:]), abs=1e-7)
 
 
 def test_a_rolling_disc_does_not_slide() -> None:

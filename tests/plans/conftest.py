@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.planner import numeric_physics
 from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.plan import HomotopyStep, Provenance, Statistics, Status, Units

@@ -68,7 +68,7 @@ def test_plan_json_is_json(plan: Plan, tmp_path: Path) -> None:
 
 
 def test_csv_has_names_units_and_both_sides_of_an_impact(plan: Plan, tmp_path: Path) -> None:
-    """The header tells every name with its unit, rows are the samples, an impact stands twice at one time."""
+    """The header tells every name with its unit, rows are the samples, an impact has two at the same time."""
     folder = write_plan(plan, tmp_path / "run")
     with (folder / "trajectory.csv").open(newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)

@@ -19,7 +19,7 @@ def seconds(point: dict[str, Any]) -> float:
 
 
 def test_points_are_the_samples_after_impacts(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
-    """Times increase; the impact, which stands twice in the plan, stands once with the velocity after it."""
+    """Times increase; the impact, which has two samples in the plan, has one point with the velocity after it."""
     time, velocity = plan.trajectory.time, plan.trajectory.velocity["leg"]
     (twice,) = np.flatnonzero(np.diff(time) == 0)
     assert velocity[twice] != velocity[twice + 1]
@@ -34,7 +34,7 @@ def test_points_are_the_samples_after_impacts(plan: Plan, caplog: pytest.LogCapt
     impact = points[twice]
     assert impact["velocities"] == [velocity[twice + 1], plan.trajectory.velocity["root_z"][twice + 1]]
     assert impact["positions"] == [plan.trajectory.configuration[name][twice + 1] for name in ("leg", "root_z")]
-    assert "1 impact(s): of each only the point after it is kept" in caplog.text
+    assert "1 impact(s): of each only the point after it is written" in caplog.text
 
 
 def test_joints_with_controls_of_their_own_have_efforts(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:

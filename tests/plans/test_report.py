@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fesd_robot.plans import Plan, report
-from fesd_robot.plans.audit import TOLERANCES
+from fesd_robot.plans.audit_record import ENTRIES
 
 
 def test_the_verdict_comes_first(plan: Plan) -> None:
@@ -14,13 +14,13 @@ def test_the_verdict_comes_first(plan: Plan) -> None:
 def test_every_audit_entry_stands_in_the_report(plan: Plan) -> None:
     """Each entry of the audit has one row with value, limit and whether it passed."""
     rows = [line for line in report(plan).splitlines() if line.startswith(("| min_", "| max_"))]
-    assert [row.split(" | ")[0].strip("| ") for row in rows] == list(TOLERANCES)
+    assert [row.split(" | ")[0].strip("| ") for row in rows] == list(ENTRIES)
     for row, (name, limit) in zip(rows, plan.audit.tolerances.items(), strict=True):
         assert f"{getattr(plan.audit, name):.3e}" in row and f"{limit:g}" in row and row.endswith("| yes |")
 
 
 def test_a_failed_entry_is_marked(plan: Plan) -> None:
-    """An entry beyond its limit says so in its row and in the status table."""
+    """An entry beyond its limit says so in its row and in the status table, and is explained below its table."""
     audit = plan.audit.model_copy(update={"violations": ["max_energy_error"]})
     status = plan.status.model_copy(update={"audit_passed": False})
     lines = report(plan.model_copy(update={"audit": audit, "status": status})).splitlines()
@@ -28,10 +28,13 @@ def test_a_failed_entry_is_marked(plan: Plan) -> None:
         line for line in lines if line.startswith("| max_energy_error")
     ]
     assert "| physics audit | failed: max_energy_error |" in lines
+    assert [line for line in lines if line.startswith("- `")] == [
+        f"- `max_energy_error` is {ENTRIES['max_energy_error'].meaning}."
+    ]
 
 
 def test_contacts_costs_and_effort(plan: Plan) -> None:
-    """Switches, impulses, cost shares, sizes and every NLP of the homotopy are told."""
+    """Switches, impulses, shares of the cost, sizes and every NLP of the homotopy are in the report."""
     text = report(plan)
     for fragment in (
         "| 0.201928 | foot | touchdown |",

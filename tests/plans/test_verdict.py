@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fesd_robot.complementarity import Label, Place
 from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport, NlpStatus
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
@@ -14,7 +15,8 @@ from fesd_robot.plans.verdict import status_of
 
 def solution(words: str, *, solved: bool = False, violation: float = 0.0, steps: int = 1) -> MpccSolution:
     status = NlpStatus(words)
-    residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, "clock, interval 7", "gap, interval 3")
+    row, pair = (Label(kind, place=Place(interval=k)) for kind, k in (("clock", 7), ("gap", 3)))
+    residuals = Residuals(2.0, violation, 3e-9 if solved else 2e-3, 4e-5, row, pair)
     report = NlpReport(
         sigma=1e-2, velocity_level_sigma=10.0, status=status, iterations=5, seconds=0.1, residuals=residuals
     )
@@ -23,7 +25,7 @@ def solution(words: str, *, solved: bool = False, violation: float = 0.0, steps:
         residuals=residuals,
         feasible=solved,
         solved=solved,
-        exact=False,
+        branch=None,
         status=status,
         reports=[report] * steps,
         build_seconds=0.1,
@@ -55,11 +57,11 @@ def test_residuals_are_passed_on(clean: Audit) -> None:
 
 
 def test_converged_but_not_physical(dirty: Audit) -> None:
-    """A converged solve whose audit failed is not solved, and the entries beyond their limit are told."""
+    """A converged solve whose audit failed is not solved; entries beyond their limit are named with value and unit."""
     status = status_of(solution("converged", solved=True), dirty, 1e-8)
     assert not status.solved and not status.audit_passed
     assert status.message.startswith("Not solved: the numbers converged but the physics audit failed")
-    assert "min_gap = -2.00e-02" in status.message and "max_energy_error" not in status.message
+    assert "(min_gap = -2.00e-02 m)" in status.message and "max_energy_error" not in status.message
     assert "method.stages" in status.message
 
 
@@ -103,8 +105,8 @@ def test_no_nlp_was_run(clean: Audit) -> None:
 
 def test_the_kind_of_point_stands_beside_the_verdict(clean: Audit) -> None:
     """A certificate is told as it is, and does not decide whether a plan is solved."""
-    found = Certificate(kind="M", b_stationary="refuted", biactive=7, unresolved=2, residual=1e-7)
-    status = status_of(solution("converged", solved=True), clean, 1e-8, found)
+    certificate = Certificate(kind="M", b_stationary="refuted", biactive=7, unresolved=2, residual=1e-7)
+    status = status_of(solution("converged", solved=True), clean, 1e-8, certificate)
     assert status.solved
     assert (status.stationarity, status.b_stationary, status.biactive, status.unresolved) == ("M", "refuted", 7, 2)
     unknown = status_of(solution("time limit"), clean, 1e-8)

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.render import GroundVisual, render_page
+from fesd_robot.render import GroundVisual, PageContent, render_page
 
 from .browser import Browser
 from .conftest import Hop
@@ -26,14 +26,16 @@ def page(hop: Hop, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The hop as a page; its clock starts at 10 s."""
     return render_page(
         tmp_path_factory.mktemp("page") / "hop.html",
-        title="hopper_two_hops",
-        subtitle="solved",
-        model=hop.model,
-        visual_model=hop.visual_model,
-        time=10.0 + hop.time,
-        configuration=hop.configuration,
-        ground=GroundVisual(),
-        traces={"foot": hop.foot},
+        PageContent(
+            title="hopper_two_hops",
+            subtitle="solved",
+            model=hop.model,
+            visual_model=hop.visual_model,
+            time=10.0 + hop.time,
+            configuration=hop.configuration,
+            ground=GroundVisual(),
+            traces={"foot": hop.foot},
+        ),
     )
 
 
@@ -217,13 +219,15 @@ def test_every_shape_is_where_it_belongs(browser: Browser, tmp_path: Path) -> No
     motion = np.array([pin.integrate(model, start, rate * np.array([1.0, 0.5, 0.2, 0.3, 0.4, 0.5])) for rate in time])
     page = render_page(
         tmp_path / "shapes.html",
-        title="shapes",
-        model=model,
-        visual_model=visual_model,
-        time=time,
-        configuration=motion,
-        ground=GroundVisual(height=-0.4, slope=0.1),
-        traces={},
+        PageContent(
+            title="shapes",
+            model=model,
+            visual_model=visual_model,
+            time=time,
+            configuration=motion,
+            ground=GroundVisual(height=-0.4, slope=0.1),
+            traces={},
+        ),
     )
     browser.console.clear()
     browser.open(page)

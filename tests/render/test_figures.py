@@ -15,7 +15,7 @@ from PIL import Image
 from fesd_robot.errors import DimensionError
 from fesd_robot.plans.plan import Plan
 from fesd_robot.render import build_figures, write_figures
-from fesd_robot.render.timeline import contact_phases
+from fesd_robot.render.timeline import mode_spans
 
 from .conftest import FRICTION, NAMES
 
@@ -102,16 +102,16 @@ def test_no_friction_no_cone(plan: Plan) -> None:
     assert not [entry for entry in axes[2].collections if isinstance(entry, PolyCollection)]
 
 
-def test_phases_tile_the_time(plan: Plan) -> None:
+def test_spans_of_one_mode_tile_the_time(plan: Plan) -> None:
     """Flight and stance follow each other without a gap, whatever the samples at the switches say."""
     expected = [("flight", 0.0, 0.5), ("stick", 0.5, 0.7), ("flight", 0.7, 1.2), ("stick", 1.2, 1.4)]
     modes = list(plan.contacts["foot"].mode)
     modes[40] = "impact"
     for mode in (plan.contacts["foot"].mode, modes):
         contact = plan.contacts["foot"].model_copy(update={"mode": mode})
-        phases = contact_phases(plan.model_copy(update={"contacts": {"foot": contact}}), "foot")
-        assert [phase.mode for phase in phases] == [mode for mode, _, _ in expected]
-        np.testing.assert_allclose([phase[1:] for phase in phases], [entry[1:] for entry in expected])
+        spans = mode_spans(plan.model_copy(update={"contacts": {"foot": contact}}), "foot")
+        assert [span.mode for span in spans] == [mode for mode, _, _ in expected]
+        np.testing.assert_allclose([span[1:] for span in spans], [entry[1:] for entry in expected])
 
 
 def test_timeline_shows_impulses(plan: Plan) -> None:

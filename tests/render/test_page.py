@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 
 from fesd_robot.errors import DimensionError, FesdRobotError
-from fesd_robot.render import GroundVisual, render_page
+from fesd_robot.render import GroundVisual, PageContent, render_page
 from fesd_robot.render import files as files_module
 from fesd_robot.render import page as page_module
 from fesd_robot.render.animation import key_samples, sample_motion
@@ -21,8 +21,8 @@ from . import browser as browser_module
 from .conftest import Hop
 
 
-def arguments(hop: Hop, **changes: Any) -> dict[str, Any]:
-    """Return valid arguments of `render_page`, some of them changed."""
+def content(hop: Hop, **changes: Any) -> PageContent:
+    """Return the content of a valid page, some of it changed."""
     known: dict[str, Any] = {
         "title": "hop",
         "model": hop.model,
@@ -32,12 +32,12 @@ def arguments(hop: Hop, **changes: Any) -> dict[str, Any]:
         "ground": GroundVisual(),
         "traces": {"foot": hop.foot},
     }
-    return {**known, **changes}
+    return PageContent(**{**known, **changes})
 
 
 def test_page_is_small_and_self_contained(hop: Hop, tmp_path: Path) -> None:
     """The file is below 5 MB and refers to nothing outside itself."""
-    path = render_page(tmp_path / "new" / "plan.html", **arguments(hop))
+    path = render_page(tmp_path / "new" / "plan.html", content(hop))
     assert path == tmp_path / "new" / "plan.html"
     assert path.stat().st_size < 5e6
     text = path.read_text(encoding="utf-8")
@@ -51,22 +51,22 @@ def test_page_is_small_and_self_contained(hop: Hop, tmp_path: Path) -> None:
 
 def test_page_carries_the_licences_of_its_viewer(hop: Hop, tmp_path: Path) -> None:
     """The notices that the viewer's licence asks for travel with it."""
-    text = render_page(tmp_path / "plan.html", **arguments(hop)).read_text(encoding="utf-8")
+    text = render_page(tmp_path / "plan.html", content(hop)).read_text(encoding="utf-8")
     assert "Permission is hereby granted, free of charge" in text
     assert "Three.js Authors" in text
 
 
 def test_page_is_reproducible(hop: Hop, tmp_path: Path) -> None:
     """The same motion gives the same bytes."""
-    first = render_page(tmp_path / "a.html", **arguments(hop)).read_bytes()
-    assert render_page(tmp_path / "b.html", **arguments(hop)).read_bytes() == first
+    first = render_page(tmp_path / "a.html", content(hop)).read_bytes()
+    assert render_page(tmp_path / "b.html", content(hop)).read_bytes() == first
 
 
 def test_title_is_text(hop: Hop, tmp_path: Path) -> None:
     """Markup in titles and trace names is shown, not obeyed."""
     evil = "<script>alert(1)</script>"
-    changed = arguments(hop, title=evil, subtitle=evil, traces={evil: hop.foot})
-    assert evil not in render_page(tmp_path / "plan.html", **changed).read_text(encoding="utf-8")
+    changed = content(hop, title=evil, subtitle=evil, traces={evil: hop.foot})
+    assert evil not in render_page(tmp_path / "plan.html", changed).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_title_is_text(hop: Hop, tmp_path: Path) -> None:
 def test_wrong_shapes_are_named(hop: Hop, tmp_path: Path, name: str, wrong: Any, message: str) -> None:
     """A wrong shape is an error that says which, what and what instead; nothing is written."""
     with pytest.raises(DimensionError, match=message):
-        render_page(tmp_path / "plan.html", **arguments(hop, **{name: wrong}))
+        render_page(tmp_path / "plan.html", content(hop, **{name: wrong}))
     assert not list(tmp_path.iterdir())
 
 
@@ -91,12 +91,12 @@ def test_values_that_cannot_be_shown_are_named(hop: Hop, tmp_path: Path) -> None
     broken = hop.configuration.copy()
     broken[7, 1] = np.nan
     with pytest.raises(FesdRobotError, match="configuration has a value that is not finite in row 7"):
-        render_page(tmp_path / "plan.html", **arguments(hop, configuration=broken))
+        render_page(tmp_path / "plan.html", content(hop, configuration=broken))
     with pytest.raises(FesdRobotError, match="time decreases from"):
-        render_page(tmp_path / "plan.html", **arguments(hop, time=hop.time[::-1]))
+        render_page(tmp_path / "plan.html", content(hop, time=hop.time[::-1]))
     noisy = hop.time.copy()
     noisy[41] -= 1e-10
-    render_page(tmp_path / "plan.html", **arguments(hop, time=noisy))
+    render_page(tmp_path / "plan.html", content(hop, time=noisy))
 
 
 def test_key_times_increase_strictly() -> None:
@@ -123,14 +123,14 @@ def test_large_page_warns(
     assert page_module.LARGE_PAGE == 25e6
     monkeypatch.setattr(page_module, "LARGE_PAGE", 1e5)
     with caplog.at_level(logging.WARNING):
-        render_page(tmp_path / "plan.html", **arguments(hop))
+        render_page(tmp_path / "plan.html", content(hop))
     assert "simpler meshes or fewer samples" in caplog.text
 
 
 def test_robot_without_shapes_warns(hop: Hop, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A page without a visible robot says so in the log."""
     with caplog.at_level(logging.WARNING):
-        render_page(tmp_path / "plan.html", **arguments(hop, visual_model=pin.GeometryModel()))
+        render_page(tmp_path / "plan.html", content(hop, visual_model=pin.GeometryModel()))
     assert "shows no robot" in caplog.text
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from fesd_robot.cli.outputs import circle_visuals, ground_visual
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.render import CircleVisual, GroundVisual, WallVisual, render_page
+from fesd_robot.render import CircleVisual, GroundVisual, PageContent, WallVisual, render_page
 from fesd_robot.render.floor import floor_below, tick_labels
 from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
@@ -62,14 +62,16 @@ def test_stairs_walls_and_circles_stand_in_the_browser(browser: Browser, hop: Ho
     body = hop.model.getFrameId("body", pin.FrameType.BODY)
     page = render_page(
         tmp_path / "stairs.html",
-        title="stairs",
-        model=hop.model,
-        visual_model=hop.visual_model,
-        time=hop.time,
-        configuration=hop.configuration,
-        ground=GroundVisual(profile=CORNERS, walls={"end": WallVisual(1.5, "left")}),
-        traces={"foot": hop.foot},
-        circles={"body": CircleVisual(body, 0.25, 0)},
+        PageContent(
+            title="stairs",
+            model=hop.model,
+            visual_model=hop.visual_model,
+            time=hop.time,
+            configuration=hop.configuration,
+            ground=GroundVisual(profile=CORNERS, walls={"end": WallVisual(1.5, "left")}),
+            traces={"foot": hop.foot},
+            circles={"body": CircleVisual(body, 0.25, 0)},
+        ),
     )
     browser.console.clear()
     browser.open(page)
@@ -90,13 +92,15 @@ def test_a_wall_on_a_slope_stands_where_it_is(browser: Browser, hop: Hop, tmp_pa
     """A wall on a plane away from x = 0 is drawn upright at its own x, from the plane's height there."""
     page = render_page(
         tmp_path / "slope.html",
-        title="slope",
-        model=hop.model,
-        visual_model=hop.visual_model,
-        time=hop.time,
-        configuration=hop.configuration,
-        ground=GroundVisual(slope=0.1, walls={"end": WallVisual(1.5, "left")}),
-        traces={"foot": hop.foot},
+        PageContent(
+            title="slope",
+            model=hop.model,
+            visual_model=hop.visual_model,
+            time=hop.time,
+            configuration=hop.configuration,
+            ground=GroundVisual(slope=0.1, walls={"end": WallVisual(1.5, "left")}),
+            traces={"foot": hop.foot},
+        ),
     )
     browser.open(page)
     wall = drawn_box(browser, "wall 0 end")

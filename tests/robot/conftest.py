@@ -43,7 +43,7 @@ LEGS: dict[str, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
 
 
 def planar_legs(name: str) -> tuple[str | Path, str, dict[str, float], dict[str, float], dict[str, str]]:
-    """Return how to load a robot with legs in the plane, left and right doing the same."""
+    """Return how to load a robot with legs in the plane, left and right in unison."""
     sideways, swinging, leaders, followers = LEGS[name]
     source = MODELS / name if name.endswith(".xml") else f"example-robot-data:{name}"
     locked = {sideways.format(leg): 0.0 for leg in (*leaders, *followers) if sideways}

@@ -90,7 +90,7 @@ def test_a_row_is_that_of_the_plan(
     page = gallery.page([entry], "scripts/gallery")
     assert "**1 of 1 solved**" in page
     assert gallery.marked_long(page) == set()
-    monkeypatch.setattr(gallery, "LONG", 0.0)
+    monkeypatch.setattr(gallery, "LONG_SECONDS", 0.0)
     assert gallery.marked_long(gallery.page([entry], "scripts/gallery")) == {"block_push"}
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
+import json
 import logging
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from ruamel.yaml import YAML
 
 from fesd_robot.errors import FesdRobotError, nearest
+from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
 
 logger = logging.getLogger(__name__)
@@ -19,8 +23,8 @@ NANOSECONDS = 1_000_000_000
 def joint_trajectory(plan: Plan, joints: Sequence[str] | None = None) -> dict[str, Any]:
     """Return header, joint_names and points with positions, velocities, effort and time_from_start.
 
-    A message has one point at a time, a plan two at an impact: the later one is kept, whose velocities are those after
-    the impact; positions do not jump. Efforts are the controls on the interval that begins or goes on at a point; they
+    A message has one point at a time, a plan two samples at an impact, before and after: the one after is written,
+    where positions are the same. Efforts are the controls on the interval that begins or goes on at a point; they
     are left out if some joint has no control of its own. Accelerations are left out.
 
     Args:
@@ -47,11 +51,10 @@ def joint_trajectory(plan: Plan, joints: Sequence[str] | None = None) -> dict[st
     if not all(np.isfinite(values).all() for values in (ticks, positions, velocities)) or (np.diff(ticks) < 0).any():
         raise FesdRobotError(f"{plan.name}: its clock steps back or a value is not finite, so it cannot be followed")
     last = np.append(np.diff(ticks) > 0, True)
-    kept = np.flatnonzero(last)
     effort = (
         _efforts(plan, [driven[name] for name in chosen]) if set(chosen) <= set(driven) else np.zeros((len(last), 0))
     )
-    _tell(plan, chosen, driven, int((~last).sum()))
+    _warn(plan, chosen, driven, int((~last).sum()))
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
         "joint_names": chosen,
@@ -63,7 +66,7 @@ def joint_trajectory(plan: Plan, joints: Sequence[str] | None = None) -> dict[st
                 "effort": effort[i].tolist(),
                 "time_from_start": dict(zip(("sec", "nanosec"), divmod(int(ticks[i]), NANOSECONDS), strict=True)),
             }
-            for i in kept
+            for i in np.flatnonzero(last)
         ],
     }
 
@@ -74,8 +77,8 @@ def driven_joints(plan: Plan) -> dict[str, str]:
     controls, joints = [name for name in plan.controls if name != "time"], _single_joints(plan)
     if actuators is None:
         return {name: name for name in controls if name in joints}
-    found = {actuators[name]["joint"]: name for name in controls if actuators[name].get("type") == "joint"}
-    return {joint: name for joint, name in found.items() if joint in joints}
+    drives = {actuators[name]["joint"]: name for name in controls if actuators[name].get("type") == "joint"}
+    return {joint: name for joint, name in drives.items() if joint in joints}
 
 
 def _single_joints(plan: Plan) -> list[str]:
@@ -97,18 +100,41 @@ def _efforts(plan: Plan, controls: Sequence[str]) -> np.ndarray:
     return np.column_stack([plan.controls[name][interval] for name in controls])
 
 
-def _tell(plan: Plan, chosen: Sequence[str], driven: Mapping[str, str], doubled: int) -> None:
+def _warn(plan: Plan, chosen: Sequence[str], driven: Mapping[str, str], doubled: int) -> None:
     """Warn about what a controller would not expect."""
     if not plan.status.solved:
         logger.warning("%s is not solved: %s", plan.name, plan.status.message)
     if doubled:
-        logger.warning("%d impact(s): of each only the point after it is kept", doubled)
+        logger.warning("%d impact(s): of each only the point after it is written", doubled)
     several = [name for name in plan.controls if name != "time" and name not in driven.values()]
     if several:
         logger.warning("controls that drive more than one joint are left out: %s", ", ".join(several))
     undriven = [name for name in chosen if name not in driven]
     if undriven:
         logger.warning("efforts are left out, because no control drives %s alone", ", ".join(undriven))
-    held = {**plan.task.get("robot", {}).get("locked", {}), **plan.task.get("robot", {}).get("coupled", {})}
-    if held:
-        logger.warning("locked and coupled joints of the robot are left out: %s", ", ".join(held))
+    not_moving = {**plan.task.get("robot", {}).get("locked", {}), **plan.task.get("robot", {}).get("coupled", {})}
+    if not_moving:
+        logger.warning("locked and coupled joints of the robot are left out: %s", ", ".join(not_moving))
+
+
+def _as_yaml(plan: Plan, joints: Sequence[str] | None) -> bytes:
+    yaml, stream = YAML(typ="safe", pure=True), io.BytesIO()
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.width = 4096
+    yaml.dump(joint_trajectory(plan, joints), stream)
+    return stream.getvalue()
+
+
+def _as_json(plan: Plan, joints: Sequence[str] | None) -> bytes:
+    return (json.dumps(joint_trajectory(plan, joints), indent=1) + "\n").encode()
+
+
+JOINT_TRAJECTORY = ExportFormat(
+    name="joint-trajectory",
+    stem="joint_trajectory",
+    content="the fields of ROS's trajectory_msgs/JointTrajectory, of every impact the point after it; YAML, or JSON if "
+    "the file ends in .json",
+    writers={".yaml": _as_yaml, ".json": _as_json},
+    joints=True,
+)

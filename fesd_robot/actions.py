@@ -1,0 +1,87 @@
+"""What the program's commands do with a task or a plan, as functions: explain, draw, export."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fesd_robot.cli.outputs import write_page
+from fesd_robot.errors import PlanFileError
+from fesd_robot.plans import Plan, export, task_of
+from fesd_robot.plans.exports import export_format, format_of_suffix
+from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
+from fesd_robot.render.files import write_atomically
+from fesd_robot.task import Task
+
+
+def explain(task: Task) -> str:
+    """Return in words what a task asks for and what about it is perhaps not meant; nothing is solved.
+
+    Args:
+        task: from `load_task`.
+
+    Returns:
+        robot, controls, contacts, horizon, goal, costs, constraints and the size of the problem, a section each.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    from fesd_robot.cli.explanation import explanation  # the rooms that formulate take longest to import
+    from fesd_robot.fesd import Transcription
+    from fesd_robot.ocp import formulate
+
+    motion = formulate(task)
+    return explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
+
+
+def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = None) -> list[Path]:
+    """Draw a plan: a web page that plays the motion, ``plan.html``, and the figures, ``figures/``.
+
+    Args:
+        plan: from `plan` or `read_plan`.
+        folder: where to write; earlier drawings in it are replaced.
+        task_folder: where relative paths in the task start; default: the folder of the task file when it was planned.
+
+    Returns:
+        the files, the page first.
+
+    Raises:
+        TaskError: the robot's model or the file of a height map, which the task names, cannot be read any more.
+        RobotError: the shapes of the robot cannot be read.
+        PlanFileError: the folder cannot be written to.
+    """
+    from fesd_robot.render import write_figures  # matplotlib takes long to import
+
+    folder = Path(folder)
+    try:
+        page = write_page(plan, task_of(plan, task_folder), folder / PAGE_FILE)
+        return [page, *write_figures(plan, folder / FIGURES_FOLDER)]
+    except OSError as error:
+        raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
+
+
+def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints: Sequence[str] | None = None) -> Path:
+    """Write the trajectory of a plan into a file for another program.
+
+    Args:
+        plan: from `plan` or `read_plan`.
+        file: where to write.
+        kind: name of a format, a key of `plans.EXPORTS`, whose values say what each holds: ``csv``, ``npz``, ``json``
+            or ``joint-trajectory``. Default: the first one for the ending of the file.
+        joints: names of the joints, for a format that lets one choose; default: all it can hold.
+
+    Returns:
+        the file.
+
+    Raises:
+        PlanFileError: no such format, joints for a format that holds all of them, or the file cannot be written.
+    """
+    path = Path(file)
+    if path.is_dir():
+        raise PlanFileError(f"{path}: is a folder, expected the name of a file")
+    chosen = format_of_suffix(path) if kind is None else export_format(kind, joints)
+    content = export(plan, chosen.name, joints=joints, suffix=path.suffix)
+    try:
+        return write_atomically(path, content)
+    except OSError as error:
+        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error

@@ -1,0 +1,139 @@
+"""What one room hands on, in the form that the next room takes; every function here is one arrow of the chain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Element
+from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.plans import assemble
+from fesd_robot.plans.audit import audit
+from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.plan import Plan, Statistics, Status, Units
+from fesd_robot.plans.requirements import requirements
+from fesd_robot.recovery import PhysicalMotion, recover
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.task import Task
+
+CERTIFICATE_SECONDS = 30.0
+"""Longest time for each answer about the kind of a solution."""
+
+
+def homotopy_options(task: Task) -> HomotopyOptions:
+    """Return the solver's options from the task's section `solver`."""
+    solver = task.solver
+    return HomotopyOptions(
+        tolerance=solver.tolerance,
+        sigma_start=solver.sigma_start,
+        sigma_factor=solver.sigma_factor,
+        velocity_level_ratio=solver.velocity_level_ratio,
+        max_iterations=solver.max_iterations,
+        time_limit=solver.time_limit,
+        relaxation=solver.relaxation,
+        steering=solver.steering,
+        schedule=solver.schedule,
+        linear_solver=solver.linear_solver,
+        compile=task.method.compile,
+        polish=solver.polish,
+        loose_iterations=solver.loose_iterations,
+    )
+
+
+def numeric_physics(motion: MotionProblem) -> NumericPhysics:
+    """Return Pinocchio's numeric view of the same robot, scene and contacts."""
+    friction = {contact.name: contact.friction for contact in motion.contacts}
+    matrix = motion.actuation.matrix
+    return NumericPhysics(motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()))
+
+
+def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: Branch) -> PhysicalMotion:
+    """Return the motion in physical time from the finite elements of a solution in numerical time and its branch."""
+    return recover(
+        elements,
+        branch,
+        motion.fesd.tableau,
+        motion.dynamics,
+        motion.contacts,
+        motion.contact_system,
+        motion.auxiliary_force,
+    )
+
+
+def motion_audit(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Audit:
+    """Return what the audit says about a motion, held against its task's grid, limits and goals."""
+    grid, limits, ends = motion.grid, motion.limits, motion.endpoints
+    return audit(
+        physical,
+        physics,
+        interval_ends=grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals,
+        position_limits=(limits.lower_position, limits.upper_position),
+        velocity_limits=(limits.lower_velocity, limits.upper_velocity),
+        control_limits=(motion.actuation.lower, motion.actuation.upper),
+        requirements=requirements(
+            motion.task,
+            motion.robot,
+            physics,
+            physical,
+            (ends.initial_configuration, ends.initial_velocity),
+            (ends.goal_configuration, ends.goal_velocity),
+        ),
+    )
+
+
+def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
+    """Return what kind of point a solution is, or None if it is not solved or no time is left.
+
+    Args:
+        tolerance: product of a pair that counts as zero.
+        seconds_left: of the task's time; each of the certificate's two answers may take half of it.
+    """
+    seconds = min(CERTIFICATE_SECONDS, 0.5 * seconds_left)
+    if not solution.solved or seconds <= 0:
+        return None
+    return certify(problem, solution.w, tolerance=tolerance, time_limit=seconds)
+
+
+def assembled_plan(
+    motion: MotionProblem,
+    physical: PhysicalMotion,
+    physics: NumericPhysics,
+    controls: np.ndarray,
+    *,
+    status: Status,
+    audit: Audit,
+    statistics: Statistics,
+) -> Plan:
+    """Return the plan: every array by the names of the task and the robot.
+
+    Args:
+        motion: the formulated task.
+        physical: the motion in physical time.
+        physics: for the gaps along it.
+        controls: of every interval, with the speed of time in the last row, shape (n_u + 1, N).
+        status, audit, statistics: what is known about the solution.
+    """
+    task, robot, drive = motion.task, motion.robot, motion.actuation
+    contacts, duration = list(task.contacts), motion.grid.duration(physical.clock)
+    return Plan(
+        name=task.name,
+        status=status,
+        audit=audit,
+        units=Units(
+            configuration=configuration_units(robot),
+            velocity=velocity_units(robot),
+            controls=dict(zip(drive.names, drive.units, strict=True)),
+        ),
+        trajectory=assemble.trajectory_of(physical, robot.configuration_names, robot.velocity_names),
+        controls=assemble.controls_of(controls[: len(drive.names)], drive.names, duration),
+        contacts=assemble.contacts_of(physical, contacts, physics),
+        switches=assemble.switches_of(physical, contacts),
+        impulses=assemble.impulses_of(physical, contacts),
+        statistics=statistics,
+        provenance=assemble.provenance(task.folder),
+        task=task.model_dump(mode="json"),
+    )

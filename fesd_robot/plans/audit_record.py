@@ -1,0 +1,144 @@
+"""The entries of an audit: the one table of what is measured, in which unit, and how large it may be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from fesd_robot.plans.record import Record
+
+
+@dataclass(frozen=True)
+class AuditEntry:
+    """What one entry of an audit measures, and how large it may be.
+
+    Args:
+        meaning: what is measured, in words.
+        unit: of the value; empty for a pure number.
+        tolerance: the largest value that passes; of a smallest value, how far below zero it may lie.
+        lifting_ratio: the tolerance is at least this times the work of lifting the robot by one metre.
+        smallest: whether the value is the smallest of all, so that it passes down to minus its tolerance.
+    """
+
+    meaning: str
+    unit: str
+    tolerance: float
+    lifting_ratio: float = 0.0
+    smallest: bool = False
+
+    def limit(self, lifting: float) -> float:
+        """Return the tolerance for a robot that takes `lifting`, J, to lift by one metre."""
+        return max(self.tolerance, self.lifting_ratio * lifting)
+
+    def passes(self, value: float, limit: float) -> bool:
+        """Whether a value keeps to its limit; NaN does not."""
+        return (-value if self.smallest else value) <= limit
+
+    def bound(self, limit: float) -> str:
+        """Return the limit as an inequality in words, e.g. ``<= 0.001``."""
+        return f">= -{limit:g}" if self.smallest else f"<= {limit:g}"
+
+
+class Audit(Record):
+    """Physics recomputed from the trajectory with Pinocchio's numeric algorithms.
+
+    Every entry is a field annotated with its `AuditEntry`, so that meaning, unit and tolerance stand beside its name;
+    `ENTRIES` lists them. One that is None was not checked; an entry added later may be None, so that earlier plans
+    can still be read.
+
+    Attributes:
+        tolerances: the limit each entry was compared with.
+        violations: names of the entries beyond their limit.
+    """
+
+    min_gap: Annotated[
+        float, AuditEntry("the smallest true gap over all contacts and samples", "m", 1e-3, smallest=True)
+    ]
+    max_gap_drift: Annotated[
+        float, AuditEntry("the largest difference between the true gap and the integrated one", "m", 5e-3)
+    ]
+    max_clock_error: Annotated[float, AuditEntry("the largest |t(k) - kT/N| over the control grid", "s", 1e-6)]
+    max_theta_sum_error: Annotated[float, AuditEntry("the largest |sum of the multipliers - 1|", "", 1e-6)]
+    max_friction_cone_violation: Annotated[
+        float, AuditEntry("the largest excess of a tangential force over mu times the normal force", "N", 1e-2)
+    ]
+    max_stick_slip_violation: Annotated[
+        float,
+        AuditEntry(
+            "the largest min(tangential speed, unused friction) of a closed contact, and the largest power in W that "
+            "friction adds; zero if every contact either sticks or slips against its friction",
+            "m/s or N",
+            1e-2,
+        ),
+    ]
+    max_impact_law_error: Annotated[
+        float,
+        AuditEntry(
+            "the largest normal velocity left after an inelastic impact, as a ratio of the approach where that is "
+            "faster than 1 m/s, and the largest part of M (v+ - v-) that impulses within the friction cone do not "
+            "explain",
+            "m/s or N s",
+            1e-3,
+        ),
+    ]
+    max_normal_force_violation: Annotated[float, AuditEntry("the largest pulling (negative) normal force", "N", 1e-2)]
+    max_dynamics_error: Annotated[
+        float, AuditEntry("the largest part of M a + h - B u that closed contacts cannot supply", "relative", 1e-3)
+    ]
+    max_position_limit_violation: Annotated[
+        float, AuditEntry("the largest excess over a position limit", "m or rad", 1e-6)
+    ]
+    max_velocity_limit_violation: Annotated[
+        float, AuditEntry("the largest excess over a velocity limit", "m/s or rad/s", 1e-6)
+    ]
+    max_control_limit_violation: Annotated[
+        float, AuditEntry("the largest excess over a limit of the controls", "N or N m", 1e-6)
+    ]
+    max_position_defect: Annotated[
+        float,
+        AuditEntry(
+            "the largest difference between the change of configuration and the integral of the velocity over a "
+            "control interval",
+            "m or rad",
+            1e-3,
+        ),
+    ]
+    max_energy_error: Annotated[
+        float,
+        AuditEntry("the largest mismatch of the energy balance over a control interval", "J", 1e-2, lifting_ratio=1e-3),
+    ]
+    max_constraint_violation: Annotated[
+        float | None, AuditEntry("the largest violation of the task's constraints", "m", 1e-6)
+    ] = None
+    max_goal_violation: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest violation of the hard goals, the start, a period and the bounds of a free duration",
+            "m, rad or per s",
+            1e-6,
+        ),
+    ] = None
+    max_waypoint_violation: Annotated[
+        float | None, AuditEntry("the largest violation of the waypoints' hard targets", "m, rad or per s", 1e-6)
+    ] = None
+    tolerances: dict[str, float]
+    violations: list[str]
+
+    @classmethod
+    def of(cls, values: Mapping[str, float], lifting: float) -> Audit:
+        """Return the audit of measured values, each compared with its tolerance.
+
+        Args:
+            values: name of an entry -> value.
+            lifting: work of lifting the robot by one metre, J.
+        """
+        limits = {name: entry.limit(lifting) for name, entry in ENTRIES.items()}
+        violations = [name for name, value in values.items() if not ENTRIES[name].passes(value, limits[name])]
+        return cls(**dict(values), tolerances=limits, violations=violations)
+
+
+ENTRIES: dict[str, AuditEntry] = {
+    name: note for name, field in Audit.model_fields.items() for note in field.metadata if isinstance(note, AuditEntry)
+}
+"""Name of an entry of an audit -> what it measures and how large it may be."""

@@ -1,0 +1,68 @@
+"""The trajectory of a plan in the formats that other programs read: one module each, and the table of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fesd_robot.errors import PlanFileError, nearest
+from fesd_robot.plans.exports.csv_table import CSV
+from fesd_robot.plans.exports.format import ExportFormat
+from fesd_robot.plans.exports.joint_trajectory import JOINT_TRAJECTORY
+from fesd_robot.plans.exports.json_columns import JSON
+from fesd_robot.plans.exports.npz_arrays import NPZ
+from fesd_robot.plans.plan import Plan
+
+EXPORTS: dict[str, ExportFormat] = {each.name: each for each in (CSV, NPZ, JSON, JOINT_TRAJECTORY)}
+"""Name of a format -> what it writes."""
+
+
+def export_format(name: str, joints: Sequence[str] | None = None) -> ExportFormat:
+    """Return the format of a name.
+
+    Args:
+        name: a key of `EXPORTS`.
+        joints: the joints asked for, None if all are meant.
+
+    Raises:
+        PlanFileError: no such format, or joints for a format that always holds all of them.
+    """
+    if name not in EXPORTS:
+        raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}{nearest(name, EXPORTS)}")
+    if joints is not None and not EXPORTS[name].joints:
+        choosing = ", ".join(other for other, each in EXPORTS.items() if each.joints)
+        raise PlanFileError(f"found joints for format '{name}', which holds all of them; expected {choosing}")
+    return EXPORTS[name]
+
+
+def format_of_suffix(file: Path) -> ExportFormat:
+    """Return the first format that writes files with the ending of a file.
+
+    Raises:
+        PlanFileError: there is none.
+    """
+    endings = {suffix: each for each in reversed(EXPORTS.values()) for suffix in each.writers}
+    if file.suffix not in endings:
+        raise PlanFileError(
+            f"{file}: found the ending '{file.suffix}', expected one of {', '.join(sorted(endings))}"
+            f"{nearest(file.suffix, endings)}, or the name of a format"
+        )
+    return endings[file.suffix]
+
+
+def export(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix: str = "") -> bytes:
+    """Return the trajectory of a plan as the content of a file.
+
+    Args:
+        plan: what to write.
+        kind: name of the format, a key of `EXPORTS`.
+        joints: names of the joints to write, for a format that lets one choose; default: all it can hold.
+        suffix: of the file, e.g. ``.json``, where a format has several; default: that of its usual file.
+
+    Raises:
+        PlanFileError: no such format, or joints for a format that always holds all of them.
+        FesdRobotError: the plan cannot be written in this format.
+    """
+    chosen = export_format(kind, joints)
+    write = chosen.writer(suffix)
+    return write(plan, joints) if chosen.joints else write(plan)

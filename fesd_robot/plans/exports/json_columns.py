@@ -1,0 +1,28 @@
+"""All samples as one JSON object."""
+
+from __future__ import annotations
+
+import json
+
+from fesd_robot.plans.columns import columns_of
+from fesd_robot.plans.exports.format import ExportFormat
+from fesd_robot.plans.plan import Plan
+
+
+def json_columns(plan: Plan) -> bytes:
+    """Return name, verdict, columns by name with unit, and the modes of the contacts along them."""
+    content = {
+        "name": plan.name,
+        "solved": plan.status.solved,
+        "columns": {name: values.tolist() for name, values in columns_of(plan).items()},
+        "modes": {name: contact.mode for name, contact in plan.contacts.items()},
+    }
+    return (json.dumps(content, indent=1) + "\n").encode()
+
+
+JSON = ExportFormat(
+    name="json",
+    stem="trajectory",
+    content="all samples with both sides of every impact, as columns by name with unit",
+    writers={".json": json_columns},
+)

@@ -1,0 +1,45 @@
+"""Sizes, effort and cost of a solve, as a plan lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from fesd_robot.mpcc import Mpcc, MpccSolution, NlpReport
+from fesd_robot.plans.plan import HomotopyStep, Statistics
+
+
+def statistics_of(
+    problem: Mpcc, solution: MpccSolution, cost_terms: Mapping[str, float], build_seconds: float
+) -> Statistics:
+    """Return the statistics of a solve.
+
+    Args:
+        problem: what was solved.
+        solution: how that went.
+        cost_terms: name of a term -> its part of the objective.
+        build_seconds: time that building the problem took, without that of its derivatives.
+    """
+    return Statistics(
+        variables=problem.size,
+        constraints=problem.constraints,
+        pairs=problem.pairs,
+        iterations=solution.iterations,
+        build_seconds=build_seconds + solution.build_seconds,
+        solve_seconds=solution.solve_seconds,
+        objective=solution.residuals.objective,
+        cost_terms=dict(cost_terms),
+        homotopy=[_step(report) for report in solution.reports],
+    )
+
+
+def _step(report: NlpReport) -> HomotopyStep:
+    return HomotopyStep(
+        sigma=report.sigma,
+        velocity_level_sigma=report.velocity_level_sigma,
+        status=report.status.value,
+        iterations=report.iterations,
+        objective=report.residuals.objective,
+        complementarity=report.residuals.complementarity,
+        constraint_violation=report.residuals.constraint_violation,
+        seconds=report.seconds,
+    )

@@ -1,0 +1,139 @@
+"""What the Filippov multipliers and the branch say about one finite element."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.contact import ContactMode, ContactSystem, MultibodyDynamics, PlanarContact, contact_modes
+from fesd_robot.fesd import Element, Tableau
+
+FROZEN_MULTIPLIER = 1e-2
+"""An element whose free-flow multiplier theta_ODE stays below this is an impact: its clock stands still."""
+
+SHORTEST_ADVANCE = 1e-9
+"""An element whose clock advances by less than this many seconds is no motion of its own."""
+
+SLIP_VELOCITY = 1e-3
+"""Tangential velocity, m/s, below which a contact that could slip is said to stick."""
+
+
+@dataclass(frozen=True)
+class ElementPhysics:
+    """What happens in one element.
+
+    Attributes:
+        frozen: the clock stands still.
+        force: normal and tangential force of every contact at the points, N, (points, n_c, 2).
+        impulse: their integral over a frozen element, N s, (n_c, 2).
+        rate: theta_ODE s = dt/dtau at the points, (points,).
+        modes: of every contact; empty if frozen.
+        theta_error: largest deviation of the multipliers from their definition.
+    """
+
+    frozen: bool
+    force: np.ndarray
+    impulse: np.ndarray
+    rate: np.ndarray
+    modes: list[ContactMode]
+    theta_error: float
+
+
+class ElementReader:
+    """Reads physics off an element's variables and its branch.
+
+    Args:
+        tableau: scheme of the elements.
+        dynamics, contacts: of which the contact system was made.
+        contact_system: the time-freezing system.
+        auxiliary_force: a_n, N.
+        branch: of the trajectory, one entry an element.
+    """
+
+    def __init__(
+        self,
+        tableau: Tableau,
+        dynamics: MultibodyDynamics,
+        contacts: Sequence[PlanarContact],
+        contact_system: ContactSystem,
+        auxiliary_force: float,
+        branch: Branch,
+    ) -> None:
+        self.tableau = tableau
+        self.n_q, self.n_v = dynamics.configuration.numel(), dynamics.velocity.numel()
+        self.n_c = len(contacts)
+        self._names = [contact.name for contact in contacts]
+        self._branch = branch
+        self._auxiliary_force = auxiliary_force
+        self._friction = np.array([contact.friction for contact in contacts])
+        multipliers = ca.vertcat(*[ca.horzcat(*both) for both in contact_system.theta_auxiliary])
+        self._multipliers = ca.Function(
+            "multipliers",
+            [contact_system.system.algebraic],
+            [contact_system.theta_ode, multipliers, contact_system.theta_error],
+        )
+        self._tangential_velocities = ca.Function(
+            "tangential_velocities",
+            [dynamics.configuration, dynamics.velocity],
+            [ca.vertcat(*[ca.dot(contact.tangent, dynamics.velocity) for contact in contacts])],
+        )
+
+    def clock(self, x: np.ndarray) -> float:
+        """Physical time of a state."""
+        return float(x[self.n_q + self.n_v])
+
+    def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Configuration, velocity, integrated gaps of a state."""
+        n = self.n_q + self.n_v
+        return x[: self.n_q], x[self.n_q : n], x[n + 1 :]
+
+    def read(self, number: int, element: Element) -> ElementPhysics:
+        """Return what happens in an element, the `number`-th of the trajectory.
+
+        Forces are ``lambda_n = a_n (theta_+ + theta_-) / rate`` and ``lambda_t = mu a_n (theta_- - theta_+) / rate``.
+        """
+        values = [self._multipliers(z) for z in element.z]
+        theta = np.array([float(value[0]) for value in values])
+        both = np.array([np.asarray(ca.DM(value[1]).full()).reshape(self.n_c, 2) for value in values])
+        push = self._auxiliary_force * np.stack(
+            [both.sum(axis=2), self._friction * (both[:, :, 1] - both[:, :, 0])], axis=2
+        )
+        stages = self.tableau.stages
+        rate = theta * element.u[-1]
+        advance = self.clock(element.x[-1]) - self.clock(element.x_left)
+        frozen = bool(theta[:stages].max() < FROZEN_MULTIPLIER or advance < SHORTEST_ADVANCE)
+        return ElementPhysics(
+            frozen=frozen,
+            force=push / np.maximum(rate, 1e-300)[:, None, None],
+            impulse=element.step * np.tensordot(self.tableau.b, push[:stages], axes=1),
+            rate=rate,
+            modes=[] if frozen else self._modes(number, element),
+            theta_error=max(float(value[2]) for value in values),
+        )
+
+    def _modes(self, number: int, element: Element) -> list[ContactMode]:
+        """Return the modes of the branch; the velocity at the stages decides what it leaves open."""
+        stages = [self.split(x)[:2] for x in element.x[: self.tableau.stages]]
+        velocity = np.array([np.asarray(self._tangential_velocities(q, v)).ravel() for q, v in stages])
+        modes = contact_modes(self._branch, number)
+        return [_observed(modes[name], velocity[:, i]) for i, name in enumerate(self._names)]
+
+
+def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:
+    """Return the mode that a contact shows: one that could slip and does not, its force on the cone, sticks.
+
+    Args:
+        mode: of the branch.
+        velocity: tangential, at the stages, (n_s,).
+    """
+    if mode in (ContactMode.FLIGHT, ContactMode.STICK):
+        return mode
+    if np.abs(velocity).max() < SLIP_VELOCITY:
+        return ContactMode.STICK
+    if mode in (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS):
+        return mode
+    return ContactMode.SLIP_FORWARDS if velocity.sum() > 0 else ContactMode.SLIP_BACKWARDS

@@ -1,0 +1,116 @@
+"""The samples, impacts and phases of a motion, collected element by element."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.contact import ContactMode
+from fesd_robot.fesd import Element
+from fesd_robot.recovery.elements import ElementPhysics, ElementReader
+from fesd_robot.recovery.switches import ContactPhase
+
+VELOCITY_JUMP = 1e-6
+"""Change of a velocity, m/s or rad/s, over frozen elements above which they are an impact."""
+
+TAKES_PART = 1e-3
+"""Part of the largest impulse above which a contact takes part in an impact."""
+
+
+@dataclass(frozen=True)
+class ImpactRecord:
+    """One impact: samples before and after, impulse (normal, tangential) of every contact, N s, shape (n_c, 2)."""
+
+    before: int
+    after: int
+    impulse: np.ndarray
+
+
+class Samples:
+    """Collects samples, impacts and phases in time order."""
+
+    def __init__(self, reader: ElementReader) -> None:
+        self._reader = reader
+        self._rows: list[dict[str, object]] = []
+        self._pending = np.zeros((reader.n_c, 2))
+        self._provisional = False
+        self.impacts: list[ImpactRecord] = []
+        self.phases: list[ContactPhase] = []
+
+    def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
+        """A frozen or collapsed element."""
+        if not self._rows:
+            n_c, self._provisional = self._reader.n_c, True
+            self._append(element.x_left, element, np.zeros((n_c, 2)), [ContactMode.FLIGHT] * n_c)
+        self._pending += impulse
+
+    def add_motion(self, element: Element, physics: ElementPhysics) -> None:
+        """An element during which the clock runs."""
+        if self._provisional and not self._jumps_to(element.x_left):
+            self._rows.clear()
+        self._provisional = False
+        if not self._rows or self._jumps_to(element.x_left):
+            self._close_impact(self._reader.clock(element.x_left))
+            self._append(element.x_left, element, physics.force[0], physics.modes)
+        self._pending[:] = 0.0
+        self.phases.append(ContactPhase(self._reader.clock(element.x_left), physics.modes))
+        n_q, n_v, tableau = self._reader.n_q, self._reader.n_v, self._reader.tableau
+        slope = tableau.derivative @ np.vstack([element.x_left, element.x[: tableau.stages]])
+        for j, x in enumerate(element.x):
+            if j < tableau.stages:
+                acceleration = slope[j, n_q : n_q + n_v] / slope[j, n_q + n_v]
+                weight = element.step * tableau.b[j] * physics.rate[j]
+                self._append(x, element, physics.force[j], physics.modes, acceleration, weight)
+            else:
+                self._append(x, element, physics.force[j - 1], physics.modes)
+
+    def close(self, last: Element) -> None:
+        """Add the state after an impact at the very end."""
+        if self._rows and self._jumps_to(last.x[-1]):
+            self._close_impact(self._reader.clock(last.x[-1]))
+            self._append(last.x[-1], last, np.zeros((self._reader.n_c, 2)), [ContactMode.FLIGHT] * self._reader.n_c)
+
+    def stacked(self) -> dict[str, np.ndarray]:
+        """All samples as arrays."""
+        return {key: np.array([row[key] for row in self._rows]) for key in self._rows[0]}
+
+    def _jumps_to(self, x: np.ndarray) -> bool:
+        if not np.abs(self._pending).max() > 0:
+            return False
+        return bool(np.abs(self._reader.split(x)[1] - self._rows[-1]["velocity"]).max() > VELOCITY_JUMP)
+
+    def _close_impact(self, time: float) -> None:
+        if not self._rows:
+            return
+        hit = self._pending[:, 0] > TAKES_PART * self._pending[:, 0].max()
+        before = self._rows[-1]
+        before["mode"] = np.where(hit, "impact", np.asarray(before["mode"], dtype=object))
+        self.impacts.append(ImpactRecord(len(self._rows) - 1, len(self._rows), self._pending.copy()))
+        self.phases.append(ContactPhase(time, [ContactMode.IMPACT if h else None for h in hit]))
+        self._pending[:] = 0.0
+
+    def _append(
+        self,
+        x: np.ndarray,
+        element: Element,
+        force: np.ndarray,
+        modes: list[ContactMode],
+        acceleration: np.ndarray | None = None,
+        weight: float = 0.0,
+    ) -> None:
+        q, v, gap_state = self._reader.split(x)
+        self._rows.append(
+            {
+                "time": self._reader.clock(x),
+                "configuration": q,
+                "velocity": v,
+                "acceleration": np.full(len(v), np.nan) if acceleration is None else acceleration,
+                "weight": weight,
+                "interval": element.interval,
+                "control": element.u[:-1],
+                "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
+                "gap_state": gap_state,
+                "mode": np.array([mode.value.rstrip("+-") for mode in modes], dtype=object),
+            }
+        )

@@ -1,0 +1,69 @@
+"""Attempts at a task, each with its own settings, and which of them is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from fesd_robot.mpcc import NlpStatus
+from fesd_robot.plans.plan import Attempt, Plan
+from fesd_robot.strategies.fallbacks import Overrides
+
+Stop = Callable[[int, float], bool]
+"""(iteration, objective) -> whether the user wants the solve to end."""
+
+
+class AttemptedPlan(NamedTuple):
+    """What one attempt at a task gave.
+
+    Attributes:
+        overrides: the settings in which it differs from the task.
+        plan: its result, solved or not.
+        seconds: how long it took.
+    """
+
+    overrides: Overrides
+    plan: Plan
+    seconds: float
+
+    @property
+    def solved(self) -> bool:
+        """Whether its plan can be relied on."""
+        return self.plan.status.solved
+
+    @property
+    def final(self) -> bool:
+        """Whether no other attempt should follow: it is solved, or the user or the time limit ended it."""
+        return self.solved or self.plan.status.nlp in (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT)
+
+
+def stop_requested(stop: Stop | None) -> bool:
+    """Return whether the user wants to stop while no solver of this process is running."""
+    return stop is not None and stop(0, float("nan"))
+
+
+def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
+    """Return the cheapest solved attempt, or the first of all if none is solved."""
+    solved = [attempt for attempt in attempts if attempt.solved]
+    return min(solved, key=lambda attempt: attempt.plan.statistics.objective) if solved else attempts[0]
+
+
+def best_plan(attempts: Sequence[AttemptedPlan]) -> Plan:
+    """Return the plan of the best attempt, with all attempts listed in its statistics."""
+    best = best_attempt(attempts)
+    listed = [_listed(attempt, kept=attempt is best) for attempt in attempts]
+    statistics = best.plan.statistics.model_copy(update={"attempts": listed})
+    return best.plan.model_copy(update={"statistics": statistics})
+
+
+def _listed(attempt: AttemptedPlan, kept: bool) -> Attempt:
+    plan = attempt.plan
+    return Attempt(
+        changes=attempt.overrides,
+        kept=kept,
+        solved=attempt.solved,
+        objective=plan.statistics.objective,
+        iterations=plan.statistics.iterations,
+        seconds=attempt.seconds,
+        message=plan.status.message,
+    )

@@ -1,0 +1,69 @@
+"""Plans that an earlier version wrote are read under the names of today."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fesd_robot.errors import PlanFileError
+from fesd_robot.plans import Plan, read_plan, report, task_of, write_plan
+from fesd_robot.plans.plan import Attempt
+from fesd_robot.plans.renamed_keys import RENAMED_PLAN_KEYS
+from fesd_robot.task.renamed_keys import RENAMED_KEYS
+
+
+def test_old_keys_are_read_as_those_of_today(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The task in a plan.json with old keys is the task of today, with one warning that names the file and all keys."""
+    file = write_plan(plan, tmp_path / "plan") / "plan.json"
+    text = file.read_text(encoding="utf-8")
+    for old, name in RENAMED_KEYS.items():
+        assert text.count(f'"{name}":') == 1
+        text = text.replace(f'"{name}":', f'"{old[-1]}":')
+    file.write_text(text, encoding="utf-8")
+    assert task_of(read_plan(file)) == task_of(plan)
+    (record,) = caplog.records
+    for old, name in RENAMED_KEYS.items():
+        assert f"'{'.'.join(old)}' is now called '{'.'.join((*old[:-1], name))}'" in record.getMessage()
+    assert record.getMessage().startswith(f"{file}: ") and record.levelname == "WARNING"
+
+
+def test_a_plan_with_both_names_is_refused(plan: Plan, tmp_path: Path) -> None:
+    """A key under its old and its new name is an error that names both and the file."""
+    file = write_plan(plan, tmp_path / "plan") / "plan.json"
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["task"]["solver"]["finish"] = True
+    file.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(PlanFileError, match=r"plan\.json: task: found 'solver\.finish' beside 'solver\.polish'"):
+        read_plan(file)
+
+
+def test_old_keys_of_a_plan_are_read_as_those_of_today(
+    plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Sigmas, cost terms and attempts with old names are those of today, with one warning that names the new ones."""
+    attempt = Attempt(
+        changes={"solver.loose_iterations": 66}, solved=True, objective=1.0, iterations=1, seconds=1.0, message=""
+    )
+    terms = {"regularisation of the step functions": 0.5, "control": 1.0}
+    statistics = plan.statistics.model_copy(update={"cost_terms": terms, "attempts": [attempt]})
+    today = plan.model_copy(update={"statistics": statistics})
+    file = write_plan(today, tmp_path / "plan") / "plan.json"
+    text = file.read_text(encoding="utf-8")
+    for path, name in RENAMED_PLAN_KEYS.items():
+        assert f'"{name}":' in text
+        text = text.replace(f'"{name}":', f'"{path[-1]}":')
+    file.write_text(text.replace("solver.loose_iterations", "solver.sketch_iterations"), encoding="utf-8")
+    assert report(read_plan(file)) == report(today)
+    assert read_plan(file).statistics == statistics
+    message = caplog.records[0].getMessage()
+    for path, name in RENAMED_PLAN_KEYS.items():
+        assert message.count(f"'{path[-1]}' is now called '{name}'") == 1
+    assert "\n" not in message and message.startswith(f"{file}: ")
+
+
+def test_a_plan_of_today_is_read_in_silence(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A plan without old keys is read without a word."""
+    read_plan(write_plan(plan, tmp_path / "plan"))
+    assert caplog.records == []

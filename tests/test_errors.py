@@ -1,0 +1,43 @@
+"""Errors are part of the interface: what goes wrong is said by an exception of this package."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+from collections.abc import Iterator
+from pathlib import Path
+
+import fesd_robot
+
+SOURCES = Path(fesd_robot.__file__).parent
+
+ALLOWED = {
+    ("cli/interrupts.py", "KeyboardInterrupt"): "what Ctrl-C is",
+    ("dcs/checks.py", "TypeError"): "caught by the function that raises it",
+    ("lazy.py", "AttributeError"): "asked for by PEP 562",
+    ("ocp/constraints.py", "TypeError"): "a kind of constraint without its function, a mistake of the program",
+    ("ocp/scene.py", "TypeError"): "a kind of ground without its function, a mistake of the program",
+    ("plans/record.py", "ValueError"): "asked for by pydantic, becomes a PlanFileError with file and key",
+    ("plans/requirements.py", "TypeError"): "a kind of constraint without its audit, a mistake of the program",
+    ("render/window.py", "NotImplementedError"): "a method of Meshcat's window that a page cannot have",
+}
+"""(file, exception) -> why it may be raised although it is none of this package's."""
+
+
+def _raised(tree: ast.AST) -> Iterator[str]:
+    """Yield the names of the built-in exceptions that are raised."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            error = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+            if isinstance(error, ast.Name) and hasattr(builtins, error.id):
+                yield error.id
+
+
+def test_only_errors_of_this_package_are_raised() -> None:
+    """Outside of the places listed above with a reason, no built-in exception is raised."""
+    raised = {
+        (file.relative_to(SOURCES).as_posix(), name)
+        for file in SOURCES.rglob("*.py")
+        for name in _raised(ast.parse(file.read_text(encoding="utf-8")))
+    }
+    assert sorted(raised - set(ALLOWED)) == []
