@@ -88,7 +88,7 @@ def switching_step(start: np.ndarray) -> int:
 def run_ours(start: np.ndarray, form: Any = None) -> Run:
     """Simulate with fesd-robot."""
     from fesd_robot.dcs import Model, StepFunctions, heaviside
-    from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+    from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
 
     begin = time.process_time()
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha")
@@ -104,7 +104,7 @@ def run_ours(start: np.ndarray, form: Any = None) -> Run:
         STEPS,
         DURATION,
         options=FesdOptions(tableau=make_tableau("radau_iia", 3), elements=2, form=form),
-        tolerance=TOLERANCE,
+        settings=SimulationSettings(tolerance=TOLERANCE),
         progress=lambda _: stamps.append(time.process_time()),
     )
     seconds = np.diff(stamps)

@@ -6,6 +6,7 @@ from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, Ste
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
 from fesd_robot.fesd.simulation import Phase, Sensitivity, Simulation, SimulationError, StepReport
+from fesd_robot.fesd.stepper import SimulationSettings
 from fesd_robot.fesd.tableau import Scheme, Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -21,6 +22,7 @@ __all__ = [
     "Sensitivity",
     "Simulation",
     "SimulationError",
+    "SimulationSettings",
     "StepEquilibration",
     "StepReport",
     "Tableau",

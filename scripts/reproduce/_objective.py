@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
-from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.transcription import Transcription
@@ -76,7 +76,14 @@ class Objective:
     def __call__(self, x0: float) -> Point:
         """Return value and derivatives."""
         start = np.array([x0, 0.0])
-        simulation = simulate(self.system, start, self.steps, DURATION, options=self.options, sensitivities=True)
+        simulation = simulate(
+            self.system,
+            start,
+            self.steps,
+            DURATION,
+            options=self.options,
+            settings=SimulationSettings(sensitivities=True),
+        )
         (x, cost), sensitivity = simulation.states[-1], simulation.sensitivity.initial
         gradient = sensitivity[1, 0] + 2 * (x - TARGET) * sensitivity[0, 0]
         return Point(cost + (x - TARGET) ** 2, gradient, sensitivity[0, 0])

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.fesd import FesdOptions, Simulation, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, Simulation, SimulationSettings, make_tableau, simulate
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.recovery import PhysicalMotion, recover
@@ -50,9 +50,8 @@ def _run(
         np.tile([[0.0], [force], [1.0]], (1, steps)),
         duration,
         options=FesdOptions(tableau=tableau, elements=elements, step_freedom=elements - 1),
-        solver=SOLVER,
-        state_lower=lower,
         parameters=np.zeros(5),
+        settings=SimulationSettings(homotopy=SOLVER, state_lower=lower),
     )
     system, elements = motion.contact_system, simulation.elements
     branch = branch_of(system, elements)

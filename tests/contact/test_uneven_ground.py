@@ -23,7 +23,7 @@ from fesd_robot.contact import (
     contact_of,
     contact_system,
 )
-from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.robot import Robot, configuration_derivative, load_robot, mass_matrix, nonlinear_effects
@@ -75,8 +75,9 @@ def simulated(
         np.ones((1, steps)),
         duration,
         options=FesdOptions(tableau=tableau, elements=elements),
-        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0),
-        state_lower=lower,
+        settings=SimulationSettings(
+            homotopy=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0), state_lower=lower
+        ),
     )
     branch = branch_of(system, simulation.elements)
     return recover(simulation.elements, branch, tableau, dynamics, contacts, system, AUXILIARY_FORCE)
