@@ -131,23 +131,12 @@ class Optimizer:
     """
 
     def __init__(self, switch_detection: bool, equilibration: str) -> None:
-        system, free = crossing(with_cost=False), np.array([np.inf])
+        system = crossing(with_cost=False)
         x = system.state
         ocp = OptimalControlProblem(
             system=system,
             duration=DURATION,
-            intervals=1,
-            parameters=np.zeros((0, 1)),
-            initial_lower=-free,
-            initial_upper=free,
-            state_lower=-free,
-            state_upper=free,
-            terminal_lower=-free,
-            terminal_upper=free,
-            control_lower=np.zeros(0),
-            control_upper=np.zeros(0),
             state_guess=lambda time: np.array([-1.0]),
-            control_guess=np.zeros((0, 1)),
             running_cost={"x squared": x**2},
             terminal_cost={"distance at the end": (x - TARGET) ** 2},
         )
