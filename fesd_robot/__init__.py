@@ -32,10 +32,12 @@ __version__ = "0.1.0"
 __all__ = [
     "CompilationError",
     "DimensionError",
+    "ExpressionError",
     "FesdRobotError",
     "GroundError",
     "JointError",
     "ModelError",
+    "MotionFileError",
     "OptionError",
     "Plan",
     "PlanFileError",
@@ -63,10 +65,12 @@ if TYPE_CHECKING:
     from fesd_robot.actions import explain, export_plan, render_plan
     from fesd_robot.errors import (
         DimensionError,
+        ExpressionError,
         FesdRobotError,
         GroundError,
         JointError,
         ModelError,
+        MotionFileError,
         OptionError,
         PlanFileError,
         RobotError,
@@ -88,10 +92,12 @@ else:
             "fesd_robot.actions": ["explain", "export_plan", "render_plan"],
             "fesd_robot.errors": [
                 "DimensionError",
+                "ExpressionError",
                 "FesdRobotError",
                 "GroundError",
                 "JointError",
                 "ModelError",
+                "MotionFileError",
                 "OptionError",
                 "PlanFileError",
                 "RobotError",

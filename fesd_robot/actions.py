@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fesd_robot.cli.explanation import explanation
 from fesd_robot.cli.outputs import write_page
-from fesd_robot.errors import PlanFileError, nearest
-from fesd_robot.fesd import Transcription
-from fesd_robot.ocp import formulate
-from fesd_robot.plans import EXPORTS, Plan, export, task_of
+from fesd_robot.errors import PlanFileError
+from fesd_robot.plans import Plan, export, task_of
+from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
-from fesd_robot.render import write_figures
 from fesd_robot.render.files import write_atomically
 from fesd_robot.task import Task
 
@@ -29,6 +26,10 @@ def explain(task: Task) -> str:
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
+    from fesd_robot.cli.explanation import explanation  # the rooms that formulate take longest to import
+    from fesd_robot.fesd import Transcription
+    from fesd_robot.ocp import formulate
+
     motion = formulate(task)
     return explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
 
@@ -49,6 +50,8 @@ def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = No
         RobotError: the shapes of the robot cannot be read.
         PlanFileError: the folder cannot be written to.
     """
+    from fesd_robot.render import write_figures  # matplotlib takes long to import
+
     folder = Path(folder)
     try:
         page = write_page(plan, task_of(plan, task_folder), folder / PAGE_FILE)
@@ -63,10 +66,9 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
     Args:
         plan: from `plan` or `read_plan`.
         file: where to write.
-        kind: a key of `plans.EXPORTS`: ``csv``, ``npz`` and ``json`` hold all samples, both sides of an impact,
-            ``joint-trajectory`` the fields of a ROS message, as JSON if the file ends in ``.json`` and YAML otherwise.
-            Default: what the ending of the file says.
-        joints: of a ``joint-trajectory``; default: all that a control of their own drives.
+        kind: name of a format, a key of `plans.EXPORTS`, whose values say what each holds: ``csv``, ``npz``, ``json``
+            or ``joint-trajectory``. Default: the first one for the ending of the file.
+        joints: names of the joints, for a format that lets one choose; default: all it can hold.
 
     Returns:
         the file.
@@ -77,22 +79,9 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
     path = Path(file)
     if path.is_dir():
         raise PlanFileError(f"{path}: is a folder, expected the name of a file")
-    content = export(plan, kind or _kind_of(path), joints=joints, suffix=path.suffix)
+    chosen = format_of_suffix(path) if kind is None else export_format(kind, joints)
+    content = export(plan, chosen.name, joints=joints, suffix=path.suffix)
     try:
         return write_atomically(path, content)
     except OSError as error:
         raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
-
-
-def _kind_of(path: Path) -> str:
-    """Return the format that the ending of a file stands for."""
-    kinds: dict[str, str] = {}
-    for kind, one in EXPORTS.items():
-        for suffix in one.writers:
-            kinds.setdefault(suffix, kind)
-    if path.suffix not in kinds:
-        raise PlanFileError(
-            f"{path}: found the ending '{path.suffix}', expected one of {', '.join(kinds)}{nearest(path.suffix, kinds)}"
-            ", or the format as `kind`"
-        )
-    return kinds[path.suffix]

@@ -12,7 +12,8 @@ from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, ce
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
-from fesd_robot.plans.plan import Audit, Plan, Statistics, Status, Units
+from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.plan import Plan, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.recovery.physics import NumericPhysics

@@ -32,6 +32,14 @@ class TaskError(FesdRobotError):
         super().__init__(f"{where}{key}: {message}" if key else f"{where}{message}")
 
 
+class ExpressionError(FesdRobotError, ValueError):
+    """A text that is no arithmetic expression of a task, or one that needs a name that has no value."""
+
+
+class MotionFileError(FesdRobotError):
+    """A file that cannot be read as a motion."""
+
+
 class RobotError(FesdRobotError):
     """A robot model that cannot be loaded or used."""
 

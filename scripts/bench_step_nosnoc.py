@@ -87,16 +87,15 @@ def switching_step(start: np.ndarray) -> int:
 
 def run_ours(start: np.ndarray, form: Any = None) -> Run:
     """Simulate with fesd-robot."""
-    from fesd_robot.dcs import heaviside
+    from fesd_robot.dcs import Model, StepFunctions, heaviside
     from fesd_robot.fesd import FesdOptions, make_tableau, simulate
 
     begin = time.process_time()
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha")
     system = heaviside(
-        state=x,
-        alpha=alpha,
-        switching=ca.sumsqr(x) - 1,
-        right_hand_side=ca.mtimes(alpha * ca.DM(OUTSIDE) + (1 - alpha) * ca.DM(INSIDE), x),
+        Model(x),
+        StepFunctions(alpha, ca.sumsqr(x) - 1),
+        ca.mtimes(alpha * ca.DM(OUTSIDE) + (1 - alpha) * ca.DM(INSIDE), x),
     )
     stamps = [begin]
     simulation = simulate(
@@ -115,8 +114,8 @@ def run_ours(start: np.ndarray, form: Any = None) -> Run:
     products = []
     for element in simulation.elements:
         values = [sides(z) for z in [element.z_left, *element.z]]
-        multipliers = sum(np.abs(a.full()) for a, _ in values)
-        products += [np.abs(multipliers * b.full()).max() for _, b in values[1:]]
+        sum_G = sum(np.abs(G.full()) for G, _ in values)
+        products += [np.abs(sum_G * H.full()).max() for _, H in values[1:]]
     return Run(
         build=float(build),
         seconds=seconds,

@@ -37,10 +37,8 @@ def test_a_task_that_has_moved_cannot_be_drawn(short_plan: Plan, tmp_path: Path)
 @pytest.mark.parametrize("kind", EXPORTS)
 def test_the_ending_chooses_the_format(short_plan: Plan, tmp_path: Path, kind: str) -> None:
     """The usual name of every format is enough to get it."""
-    file = export_plan(
-        short_plan, tmp_path / EXPORTS[kind].file, joints=["leg"] if kind == "joint-trajectory" else None
-    )
-    joints = ["leg"] if kind == "joint-trajectory" else None
+    joints = ["leg"] if EXPORTS[kind].joints else None
+    file = export_plan(short_plan, tmp_path / EXPORTS[kind].file, joints=joints)
     if kind != "npz":  # which holds the time of writing
         assert file.read_bytes() == export(short_plan, kind, joints=joints)
     assert file == tmp_path / EXPORTS[kind].file and file.stat().st_size > 100

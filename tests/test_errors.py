@@ -16,10 +16,10 @@ ALLOWED = {
     ("dcs/checks.py", "TypeError"): "caught by the function that raises it",
     ("lazy.py", "AttributeError"): "asked for by PEP 562",
     ("ocp/constraints.py", "TypeError"): "a kind of constraint without its function, a mistake of the program",
-    ("ocp/reference_file.py", "ValueError"): "becomes a TaskError with file and key",
+    ("ocp/scene.py", "TypeError"): "a kind of ground without its function, a mistake of the program",
     ("plans/record.py", "ValueError"): "asked for by pydantic, becomes a PlanFileError with file and key",
+    ("plans/requirements.py", "TypeError"): "a kind of constraint without its audit, a mistake of the program",
     ("render/window.py", "NotImplementedError"): "a method of Meshcat's window that a page cannot have",
-    ("task/expression.py", "ValueError"): "becomes a TaskError with file, line and key",
 }
 """(file, exception) -> why it may be raised although it is none of this package's."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -13,20 +13,19 @@ from fesd_robot.cli.descriptions import (
     described_constraints,
     described_costs,
     described_points,
-    described_reference,
     described_waypoints,
 )
 from fesd_robot.cli.table import aligned
-from fesd_robot.cli.task_warnings import cautions, reference_gaps
-from fesd_robot.contact import Ground, Terrain
+from fesd_robot.cli.task_warnings import reference_gaps, task_warnings
 from fesd_robot.errors import RobotError
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact, Plane, Steps
+from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact
 from fesd_robot.task import Robot as RobotSection
+from fesd_robot.task.words import listed
 
 WIDTH = 100
 LABEL = 12
@@ -40,7 +39,7 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         motion: the task, formulated.
         problem: the same task, transcribed.
     """
-    warnings = cautions(motion)
+    warnings = task_warnings(motion)
     sections = {
         "Warnings": warnings,
         "Robot": _robot(motion),
@@ -51,7 +50,7 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         "Goal": _goal(motion),
         "Reference": _reference(motion),
         "Waypoints": described_waypoints(motion),
-        "Costs": _costs(motion),
+        "Costs": described_costs(motion),
         "Constraints": described_constraints(motion.task),
         "Problem": _problem(motion, problem),
         "Left out": list(motion.robot.notes) or ["nothing of what the model file says"],
@@ -106,7 +105,7 @@ def _robot(motion: MotionProblem) -> list[str]:
                 _interval(limits.lower_velocity[i], limits.upper_velocity[i]),
             ]
         )
-    armature = [f"Armature: {_values(task.robot.armature)} (kg or kg m2)."] if task.robot.armature else []
+    armature = [f"Armature: {listed(task.robot.armature)} (kg or kg m2)."] if task.robot.armature else []
     return [
         first,
         *_reduction(task.robot),
@@ -122,14 +121,14 @@ def _reduction(section: RobotSection) -> list[str]:
     """Say which joints of the model are no coordinates."""
     pairs = ", ".join(f"{name} with {leader}" for name, leader in section.coupled.items())
     return [
-        *([f"Locked: {_values(section.locked)} (rad or m)."] if section.locked else []),
+        *([f"Locked: {listed(section.locked)} (rad or m)."] if section.locked else []),
         *([f"Coupled, as one body each: {pairs}."] if pairs else []),
     ]
 
 
 def _damping(robot: Robot) -> list[str]:
     values = {name: d for name, d in zip(robot.velocity_names, robot.model.damping, strict=True) if d > 0}
-    return [f"Damping: {_values(values)} (N s/m or N m s/rad)."] if values else []
+    return [f"Damping: {listed(values)} (N s/m or N m s/rad)."] if values else []
 
 
 def _shapes(motion: MotionProblem) -> list[str]:
@@ -171,26 +170,15 @@ def _driven(motion: MotionProblem) -> str:
 
 
 def _ground(motion: MotionProblem) -> list[str]:
-    ground = motion.task.ground
-    if isinstance(ground, Plane):
-        slope = f"rising by {ground.slope:g} rad along +x" if ground.slope else "level"
-        shape = f"Plane, {slope}, at height {ground.height:g} m for x = 0"
-    elif isinstance(ground, Steps):
-        edges = ", ".join(f"{step.height:g} m from x = {step.x:g} m" for step in ground.steps)
-        shape = f"Steps: {ground.height:g} m high, then {edges}; every edge smoothed over {ground.smoothing:g} m"
-    else:
-        shape = f"Height map {ground.file}, {_extent(motion.scene.surfaces[GROUND])}; level beyond"
-    walls = [
+    ground, heights = motion.task.ground, motion.scene.surfaces[GROUND].heights()
+    lines = [f"{ground.in_words()}; friction {ground.friction:g} unless a contact has its own."]
+    if heights is not None:
+        (left, low), (right, high) = heights.min(axis=0), heights.max(axis=0)
+        lines.append(f"For x from {left:.4g} to {right:.4g} m its heights are {low:.4g} to {high:.4g} m; level beyond.")
+    return lines + [
         f"Wall '{name}' at x = {wall.x:g} m, the robot on its {wall.side}; friction {wall.friction:g}."
         for name, wall in ground.walls.items()
     ]
-    return [f"{shape}; friction {ground.friction:g} unless a contact has its own.", *walls]
-
-
-def _extent(ground: Ground) -> str:
-    assert isinstance(ground, Terrain)
-    x, height = ground.profile.sampled(0)
-    return f"x from {x[0]:.4g} to {x[-1]:.4g} m, heights from {height.min():.4g} to {height.max():.4g} m"
 
 
 def _contacts(motion: MotionProblem) -> list[str]:
@@ -204,8 +192,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
-    strength = f"a_n = {motion.auxiliary_force:g} N, {origin}"
-    return [*lines, f"Impacts are resolved while the clock stands still ({strength})."]
+    force = f"auxiliary force a_n = {motion.auxiliary_force:g} N, {origin}"
+    return [*lines, f"Impacts are resolved while the clock stands still ({force})."]
 
 
 def _touching(contact: Contact) -> tuple[str, str]:
@@ -265,21 +253,21 @@ def _goal(motion: MotionProblem) -> list[str]:
     goal, robot = motion.task.goal, motion.robot
     units = {**velocity_units(robot), **configuration_units(robot)}
     if goal.periodic is not None:
-        moved = ", ".join(f"{name} by {value:g} {units[name]}" for name, value in goal.periodic.stride.items())
-        stride = f", moved on: {moved}" if moved else ""
+        shifts = ", ".join(f"{name} by {value:g} {units[name]}" for name, value in goal.periodic.stride.items())
+        stride = f", shifted by one stride: {shifts}" if shifts else ""
         first = f"Periodic: the motion ends in the state it begins in{stride}; the start is free within the limits."
         return [first, *described_points(goal)]
     tolerance = goal.tolerance
     hard = [f"{name} within {width:g} {units[name]}" for name, width in tolerance.configuration.items()]
     speeds = velocity_units(robot)
     hard += [f"velocity of {name} within {width:g} {speeds[name]}" for name, width in tolerance.velocity.items()]
-    rest = "all else is" if hard else "The whole goal is"
-    first = (f"Hard: {', '.join(hard)}; " if hard else "") + f"{rest} soft, weighed by the terminal costs only."
+    soft = "all else is" if hard else "The whole goal is"
+    first = (f"Hard: {', '.join(hard)}; " if hard else "") + f"{soft} soft, with weights in the terminal costs only."
     return [first, *described_points(goal)]
 
 
 def _reference(motion: MotionProblem) -> list[str]:
-    what, gaps = described_reference(motion.task.reference), reference_gaps(motion)
+    what, gaps = motion.task.reference.in_words(), reference_gaps(motion)
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
     for least, (name, contact) in zip(gaps, motion.task.contacts.items(), strict=True):
         on_ground = getattr(contact, "surface", None) == GROUND
@@ -287,29 +275,6 @@ def _reference(motion: MotionProblem) -> list[str]:
             where = "below the ground" if on_ground else "too far"
             lines.append(f"Along it {name} gets {-least:.4g} m {where}; the planned motion will not.")
     return lines
-
-
-def _costs(motion: MotionProblem) -> list[str]:
-    costs, robot = motion.task.costs, motion.robot
-    configurations, velocities = robot.configuration_names, robot.velocity_names
-    goals = list(motion.task.goal.configuration) if motion.task.goal.has_points else configurations
-    groups: list[tuple[str, Mapping[str, float] | None, Sequence[str]]] = [
-        ("deviation from the reference", costs.configuration, configurations),
-        ("velocity", costs.velocity, velocities),
-        ("control", costs.control, motion.actuation.names),
-        ("distance from the goal at the end", costs.terminal_configuration, goals),
-        ("distance from the goal velocity at the end", costs.terminal_velocity, velocities),
-    ]
-    if motion.task.goal.periodic is not None:
-        groups = groups[:3]
-    lines = ["Weights of squares:"]
-    for what, weights, names in groups:
-        if weights is None:
-            lines.append(f"  {what}: the default for all {len(names)}" if names else f"  {what}: none")
-        else:
-            used = {name: weight for name, weight in weights.items() if weight}
-            lines.append(f"  {what}: {_values(used) if used else 'none'}")
-    return lines + described_costs(costs)
 
 
 def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:
@@ -329,10 +294,6 @@ def _gap(gap: float, where: str) -> str:
 
 def _interval(lower: float, upper: float) -> str:
     return "none" if np.isinf(lower) and np.isinf(upper) else f"[{lower:.4g}, {upper:.4g}]"
-
-
-def _values(values: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {value:g}" for name, value in values.items())
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -58,22 +58,14 @@ def export(
     ] = None,
 ) -> None:
     """Write the trajectory of a plan for another program."""
-    from fesd_robot.errors import PlanFileError
+    from fesd_robot.actions import export_plan
     from fesd_robot.plans import export as exported
     from fesd_robot.plans import read_plan
     from fesd_robot.plans.exports import export_format
-    from fesd_robot.render.files import write_atomically
 
     chosen, loaded = export_format(kind, joints or None), read_plan(plan)
-    path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
-    if path.is_dir():
-        raise PlanFileError(f"{path}: is a folder, expected the name of a file")
-    content = exported(loaded, kind, joints=joints or None, suffix=path.suffix)
-    if str(path) == "-":
-        typer.echo(content, nl=False)
+    if str(out) == "-":
+        typer.echo(exported(loaded, kind, joints=joints or None), nl=False)
         return
-    try:
-        write_atomically(path, content)
-    except OSError as error:
-        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
-    typer.echo(f"written to {path}")
+    path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
+    typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None)}")

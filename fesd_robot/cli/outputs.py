@@ -79,19 +79,18 @@ def ground_visual(task: Task) -> GroundVisual:
     Raises:
         TaskError: the file of its height map cannot be used any more.
     """
-    from fesd_robot.contact import Plane, Terrain
     from fesd_robot.ocp.scene import surfaces_of
     from fesd_robot.render import GroundVisual, WallVisual
     from fesd_robot.task import GROUND
 
-    ground, walls = surfaces_of(task)[GROUND], {}
-    for name, wall in task.ground.walls.items():
-        walls[name] = WallVisual(wall.x, wall.side)
-    if isinstance(ground, Terrain):
-        x, height = ground.profile.sampled(0)
-        return GroundVisual(profile=np.stack([x, height], axis=1), walls=walls)
-    assert isinstance(ground, Plane)
-    return GroundVisual(height=ground.height, slope=ground.slope, walls=walls)
+    ground = surfaces_of(task)[GROUND]
+    walls = {name: WallVisual(wall.x, wall.side) for name, wall in task.ground.walls.items()}
+    profile = ground.heights()
+    if profile is not None:
+        return GroundVisual(profile=profile, walls=walls)
+    origin = np.zeros(3)
+    x, _, z = ground.normal(origin)
+    return GroundVisual(height=-ground.distance(origin) / z, slope=float(np.arctan2(-x, z)), walls=walls)
 
 
 def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual]:

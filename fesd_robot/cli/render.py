@@ -31,20 +31,15 @@ def render(
 
     Needs the files that the task names: the robot's model, and the file of a height map.
     """
-    from fesd_robot.cli.outputs import write_page
+    from fesd_robot.actions import render_plan
     from fesd_robot.errors import PlanFileError, TaskError
-    from fesd_robot.plans import read_plan, task_of
-    from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
-    from fesd_robot.render import write_figures
+    from fesd_robot.plans import read_plan
+    from fesd_robot.plans.files import FIGURES_FOLDER
 
-    result = read_plan(plan)
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
     try:
-        page = write_page(result, task_of(result, folder), target / PAGE_FILE)
-        figures = write_figures(result, target / FIGURES_FOLDER)
+        page, *figures = render_plan(read_plan(plan), target, task_folder=folder)
     except TaskError as error:
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
         raise PlanFileError(f"{plan}: its task cannot be drawn again: {error}{hint}") from error
-    except OSError as error:
-        raise PlanFileError(f"{target}: cannot be written to ({error.strerror})") from error
     typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} figures)")

@@ -1,4 +1,4 @@
-"""What is valid in a task and perhaps not meant."""
+"""Warnings about a task: what is valid in it and perhaps not meant."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import GROUND, Jumps
 
-FAR = 0.1
-"""m; a contact further from what it may touch is not near it."""
+NEAR = 0.1
+"""m; a contact further from what it may touch than this is not near it."""
 
-BURIED = 0.1
+REFERENCE_DEPTH = 0.1
 """m; a reference that takes a contact deeper into the ground says little about the motion."""
 
-LONG = 0.2
+LONGEST_INTERVAL = 0.2
 """s; controls that stay constant for longer can hardly balance a robot."""
 
-FAST = 1e-6
-"""m/s; a slower contact does not hit."""
+IMPACT_VELOCITY = 1e-6
+"""m/s; a closed contact that approaches more slowly makes no impact."""
 
-BROKEN = 1e-6
+CONSTRAINT_VIOLATION = 1e-6
 """m; a goal that violates a constraint by less is on its boundary, rounded."""
 
 REFERENCE_SAMPLES = 400
@@ -36,7 +36,7 @@ _LEAST_DEGREES, _STEP_OF_DEGREES = 10.0, 5.0
 """Nobody writes a multiple of 5 rad from 10 rad on, but many write such angles in degrees."""
 
 
-def cautions(motion: MotionProblem) -> list[str]:
+def task_warnings(motion: MotionProblem) -> list[str]:
     """Return a sentence for everything about a task that is valid and perhaps not meant.
 
     Of a motion that repeats the start is free, so that nothing is said about what happens there.
@@ -87,7 +87,7 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
     ]
     for name in never:
         yield f"Contact '{name}' can never touch: no joint changes its distance from what it may touch."
-    if len(never) < len(gaps) and gaps.min() > FAR:
+    if len(never) < len(gaps) and gaps.min() > NEAR:
         yield (
             "Neither at the start nor at the goal is any contact near what it may touch; the nearest is "
             f"'{motion.contacts[int(np.argmin(gaps))].name}', {gaps.min():.4g} m away."
@@ -97,12 +97,12 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
 def _hitting_at_the_start(motion: MotionProblem) -> Iterator[str]:
     physics, ends = numeric_physics(motion), motion.endpoints
     gaps = physics.gaps(ends.initial_configuration)
-    speeds = physics.contact_jacobian(ends.initial_configuration)[::2] @ ends.initial_velocity
-    for contact, gap, speed in zip(motion.contacts, gaps, speeds, strict=True):
-        if gap <= TOUCHING and speed < -FAST:
+    velocities = physics.contact_jacobian(ends.initial_configuration)[::2] @ ends.initial_velocity
+    for contact, gap, velocity in zip(motion.contacts, gaps, velocities, strict=True):
+        if gap <= TOUCHING and velocity < -IMPACT_VELOCITY:
             yield (
-                f"Contact '{contact.name}' touches at the start and moves on into what it touches at {-speed:.4g} m/s: "
-                "the motion begins with an impact."
+                f"Contact '{contact.name}' touches at the start and moves on into what it touches at "
+                f"{-velocity:.4g} m/s: the motion begins with an impact."
             )
 
 
@@ -112,24 +112,24 @@ def _too_weak(motion: MotionProblem) -> Iterator[str]:
     closed = physics.gaps(q) <= TOUCHING
     if motion.endpoints.initial_velocity.any() or not closed.any():
         return
-    found = holding_effort(physics, q, (drive.lower, drive.upper), closed)
-    if found is None or found[0] <= 1 + 1e-6:
+    effort = holding_effort(physics, q, (drive.lower, drive.upper), closed)
+    if effort is None or effort[0] <= 1 + 1e-6:
         return
-    share, u = found
+    times_limits, u = effort
     over = [
         f"{name} {value:.4g} {unit}"
         for name, value, unit, lower, upper in zip(drive.names, u, drive.units, drive.lower, drive.upper, strict=True)
         if not lower - 1e-6 <= value <= upper + 1e-6
     ]
     yield (
-        f"The controls cannot hold the weight at the start: standing still takes {share:.3g} times their limits "
+        f"The controls cannot hold the weight at the start: standing still takes {times_limits:.3g} times their limits "
         f"({', '.join(over)}), so the robot sinks."
     )
 
 
 def _buried_reference(motion: MotionProblem) -> Iterator[str]:
     for (name, contact), least in zip(motion.task.contacts.items(), reference_gaps(motion), strict=True):
-        if least < -BURIED and getattr(contact, "surface", None) == GROUND:
+        if least < -REFERENCE_DEPTH and getattr(contact, "surface", None) == GROUND:
             yield (
                 f"The reference takes contact '{name}' {-least:.4g} m below the ground; one that stays above it is a "
                 "better start for the solver."
@@ -139,24 +139,24 @@ def _buried_reference(motion: MotionProblem) -> Iterator[str]:
 def _goal_against_constraints(motion: MotionProblem) -> Iterator[str]:
     if motion.task.goal.periodic is not None or motion.task.goal.has_points:
         return
-    for condition in motion.ocp.constraints:
-        if condition.name != "constraints":
+    for constraint in motion.ocp.constraints:
+        if constraint.name != "constraints":
             continue
-        point = np.zeros(condition.variables.numel())
+        point = np.zeros(constraint.variables.numel())
         q = motion.endpoints.goal_configuration
         point[: len(q)] = q
-        values = np.asarray(ca.Function("rows", [condition.variables], [condition.rows])(point)).ravel()
-        missing = np.maximum(condition.lower - values, values - condition.upper)
-        for name, depth in zip(condition.row_names, missing, strict=True):
-            if depth > BROKEN:
+        values = np.asarray(ca.Function("rows", [constraint.variables], [constraint.rows])(point)).ravel()
+        missing = np.maximum(constraint.lower - values, values - constraint.upper)
+        for name, depth in zip(constraint.row_names, missing, strict=True):
+            if depth > CONSTRAINT_VIOLATION:
                 yield f"The goal itself violates {name}, by {depth:.4g} m."
 
 
 def _long_intervals(motion: MotionProblem) -> Iterator[str]:
     length = motion.grid.upper / motion.grid.intervals
-    if length > LONG * (1 + 1e-9):
-        least = math.ceil(motion.grid.upper / LONG - 1e-9)
+    if length > LONGEST_INTERVAL * (1 + 1e-9):
+        least = math.ceil(motion.grid.upper / LONGEST_INTERVAL - 1e-9)
         yield (
             f"The controls are constant for {length:.4g} s at a time, which is long for a robot that has to balance; "
-            f"horizon.intervals of {least} or more make it at most {LONG:g} s."
+            f"horizon.intervals of {least} or more make it at most {LONGEST_INTERVAL:g} s."
         )

@@ -17,7 +17,7 @@ from fesd_robot.contact.freezing import (
 )
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.velocities import velocity_conditions
-from fesd_robot.dcs import heaviside
+from fesd_robot.dcs import Model, StepFunctions, heaviside
 
 GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY = "gap", "normal velocity", "tangential velocity"
 STEPS = (GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
@@ -80,20 +80,19 @@ def step_contact_system(
     theta_ode, products = free_flow_multiplier(complements)
     mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, multipliers)
     system = heaviside(
-        state=symbols.state,
-        control=symbols.control,
-        parameters=parameters,
-        alpha=ca.vertcat(*alpha),
-        switching=ca.vertcat(*switching),
-        right_hand_side=right_hand_side,
-        mass_matrix=mass_matrix,
+        Model(
+            state=symbols.state,
+            control=symbols.control,
+            parameters=ca.SX(0, 1) if parameters is None else parameters,
+            mass_matrix=mass_matrix,
+            state_names=symbols.state_names,
+            control_names=symbols.control_names,
+        ),
+        StepFunctions(ca.vertcat(*alpha), ca.vertcat(*switching), names=step_names, excluded=excluded),
+        right_hand_side,
         lifted=[*lifted, *products],
-        excluded=excluded,
         vanishing=vanishing,
         regularisation_weight=options.regularisation_weight,
-        state_names=symbols.state_names,
-        control_names=symbols.control_names,
-        step_names=step_names,
     )
     owner = {f"{contact.name} {step}": contact.name for contact in contacts for step in STEPS}
     conditions = [

@@ -67,11 +67,11 @@ def check_unique(what: str, names: Iterable[str]) -> None:
     Raises:
         ModelError: a name that does.
     """
-    found: set[str] = set()
+    seen: set[str] = set()
     for name in names:
-        if name in found:
+        if name in seen:
             raise ModelError(f"two {what} are called '{name}', every one needs a name of its own")
-        found.add(name)
+        seen.add(name)
 
 
 def check_shape(name: str, expression: ca.SX, shape: tuple[int, int], why: str = "") -> None:

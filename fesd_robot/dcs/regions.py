@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs.heaviside import heaviside
-from fesd_robot.dcs.model import GuessFunction, model_parts
+from fesd_robot.dcs.model import Model
+from fesd_robot.dcs.step_functions import StepFunctions
 from fesd_robot.dcs.subsystem import Subsystem, checked_subsystems, labels
 from fesd_robot.dcs.system import ComplementaritySystem
 from fesd_robot.errors import ModelError
@@ -18,22 +19,7 @@ Lifted = dict[tuple[tuple[int, int], ...], tuple[str, ca.SX, ca.SX]]
 
 
 def heaviside_from_regions(
-    *,
-    state: ca.SX,
-    subsystems: Subsystem | Sequence[Subsystem],
-    drift: ca.SX | None = None,
-    control: ca.SX | None = None,
-    parameters: ca.SX | None = None,
-    algebraic: ca.SX | None = None,
-    equations: ca.SX | None = None,
-    algebraic_lower: np.ndarray | None = None,
-    algebraic_upper: np.ndarray | None = None,
-    algebraic_guess: np.ndarray | GuessFunction | None = None,
-    quadratures: Mapping[str, ca.SX] | None = None,
-    mass_matrix: ca.SX | None = None,
-    state_names: Sequence[str] | None = None,
-    control_names: Sequence[str] | None = None,
-    algebraic_names: Sequence[str] | None = None,
+    model: Model, subsystems: Subsystem | Sequence[Subsystem], drift: ca.SX | None = None
 ) -> ComplementaritySystem:
     """Return E x' = f_0 + sum_s F_s theta_s with theta from the steps alpha_k of the switching functions c_k.
 
@@ -42,70 +28,43 @@ def heaviside_from_regions(
     theta is a product of two at most. z = (alpha, lambda_n, lambda_p, lifted, algebraic) as in `heaviside`, the steps
     of all subsystems behind each other.
 
-    Args: as in `stewart`; every subsystem is given by `switching` and `sign_matrix`.
+    Args:
+        model: state, control, mass matrix and algebraic equations.
+        subsystems: the sets of regions, each given by `switching` and `sign_matrix`.
+        drift: f_0, SX (n_x) in x, u, z, p: what holds in all regions; zero if omitted.
 
     Returns:
         the system; `describe` names the values of the steps "c1", "c2", ..., `lifted` has the lifted products.
 
     Raises:
-        DimensionError: an expression, bound, guess or list of names of the wrong shape.
+        DimensionError: an expression of the wrong shape.
         ModelError: a subsystem given by indicators, or what `stewart` refuses.
 
     Source: Nurkanovic et al., arXiv 2303.18066 and its journal version 2307.03482.
     """
-    parts = model_parts(
-        state=state,
-        control=control,
-        parameters=parameters,
-        algebraic=algebraic,
-        equations=equations,
-        algebraic_lower=algebraic_lower,
-        algebraic_upper=algebraic_upper,
-        algebraic_guess=algebraic_guess,
-        quadratures=quadratures,
-        mass_matrix=mass_matrix,
-        state_names=state_names,
-        control_names=control_names,
-        algebraic_names=algebraic_names,
-    )
-    found, right_hand_side = checked_subsystems(subsystems, drift, parts)
+    model.check_contents()
+    checked, right_hand_side = checked_subsystems(subsystems, drift, model)
     switching = []
-    for subsystem in found:
+    for subsystem in checked:
         if subsystem.switching is None:
             raise ModelError(
                 f"subsystem '{subsystem.name}' is given by indicators, step functions need switching and sign_matrix "
                 "(use stewart for indicators)"
             )
         switching.append(subsystem.switching)
-    steps = labels(found, [[f"c{k + 1}" for k in range(c.numel())] for c in switching])
+    steps = labels(checked, [[f"c{k + 1}" for k in range(c.numel())] for c in switching])
     alphas, lifted = [], []
-    for subsystem, names in zip(found, steps, strict=True):
+    for subsystem, names in zip(checked, steps, strict=True):
         assert subsystem.sign_matrix is not None
         alpha = ca.SX.sym(f"alpha_{subsystem.name}", len(names))
         theta, products = region_multipliers(subsystem.sign_matrix, alpha, names)
         right_hand_side += ca.mtimes(subsystem.fields, theta)
         alphas.append(alpha)
         lifted += products
-    return heaviside(
-        state=parts.state,
-        alpha=ca.vertcat(*alphas),
-        switching=ca.vertcat(*switching),
-        right_hand_side=right_hand_side,
-        control=parts.control,
-        parameters=parts.parameters,
-        mass_matrix=parts.mass_matrix,
-        lifted=lifted,
-        state_names=parts.state_names,
-        control_names=parts.control_names,
-        step_names=[name for names in steps for name in names],
-        algebraic=parts.algebraic,
-        equations=parts.equations,
-        algebraic_lower=parts.algebraic_lower,
-        algebraic_upper=parts.algebraic_upper,
-        algebraic_guess=parts.algebraic_guess,
-        algebraic_names=parts.algebraic_names,
-        quadratures=parts.quadratures,
+    step_functions = StepFunctions(
+        ca.vertcat(*alphas), ca.vertcat(*switching), names=[name for names in steps for name in names]
     )
+    return heaviside(model, step_functions, right_hand_side, lifted=lifted)
 
 
 def region_multipliers(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.dcs.model import GuessFunction, model_parts
+from fesd_robot.dcs.model import Model
 from fesd_robot.dcs.subsystem import Subsystem, checked_subsystems, labels
 from fesd_robot.dcs.system import ComplementaritySystem
 
@@ -26,27 +26,12 @@ class _Block:
     fields: ca.SX
     regions: list[str]
     theta: ca.SX
-    multiplier: ca.SX
-    minimum: ca.SX
+    lambda_: ca.SX
+    mu: ca.SX
 
 
 def stewart(
-    *,
-    state: ca.SX,
-    subsystems: Subsystem | Sequence[Subsystem],
-    drift: ca.SX | None = None,
-    control: ca.SX | None = None,
-    parameters: ca.SX | None = None,
-    algebraic: ca.SX | None = None,
-    equations: ca.SX | None = None,
-    algebraic_lower: np.ndarray | None = None,
-    algebraic_upper: np.ndarray | None = None,
-    algebraic_guess: np.ndarray | GuessFunction | None = None,
-    quadratures: Mapping[str, ca.SX] | None = None,
-    mass_matrix: ca.SX | None = None,
-    state_names: Sequence[str] | None = None,
-    control_names: Sequence[str] | None = None,
-    algebraic_names: Sequence[str] | None = None,
+    model: Model, subsystems: Subsystem | Sequence[Subsystem], drift: ca.SX | None = None
 ) -> ComplementaritySystem:
     """Return E x' = f_0 + sum_s F_s theta_s, theta_s in the regions of subsystem s, as complementarity conditions.
 
@@ -56,52 +41,30 @@ def stewart(
     z = (theta, lambda, mu of the first subsystem, of the second, ..., algebraic), G = lambda, H = theta.
 
     Args:
-        state: x, SX symbols (n_x).
+        model: state, control, mass matrix and algebraic equations.
         subsystems: the sets of regions, independent of each other; each has multipliers of its own.
         drift: f_0, SX (n_x) in x, u, z, p: what holds in all regions; zero if omitted.
-        control, parameters: u and p, SX symbols; none if omitted.
-        algebraic: the model's own algebraic variables, SX symbols (n); none if omitted.
-        equations: SX (n) in x, u, z, p, held at zero.
-        algebraic_lower, algebraic_upper: bounds of the model's own algebraic variables, (n); none if omitted.
-        algebraic_guess: their values, (n), or (x, u, p) -> values; zeros if omitted.
-        quadratures: name -> integrand, SX scalar in x, u, z, p.
-        mass_matrix: E, SX (n_x, n_x); identity if omitted.
-        state_names, control_names, algebraic_names: names for messages and results.
 
     Returns:
         the system; `describe` names the regions of a mode, "R1 | R2" while sliding between two.
 
     Raises:
-        DimensionError: an expression, bound, guess or list of names of the wrong shape.
-        ModelError: an unknown symbol, a symbol that occurs twice, a constant that is not finite, regions that depend
-            on control or algebraic variables, no subsystem, two subsystems of one name.
+        DimensionError: an expression of the wrong shape.
+        ModelError: an unknown symbol, a constant that is not finite, regions that depend on control or algebraic
+            variables, no subsystem, two subsystems of one name.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 2; Stewart, Numer. Math. 58 (1990).
     """
-    parts = model_parts(
-        state=state,
-        control=control,
-        parameters=parameters,
-        algebraic=algebraic,
-        equations=equations,
-        algebraic_lower=algebraic_lower,
-        algebraic_upper=algebraic_upper,
-        algebraic_guess=algebraic_guess,
-        quadratures=quadratures,
-        mass_matrix=mass_matrix,
-        state_names=state_names,
-        control_names=control_names,
-        algebraic_names=algebraic_names,
-    )
-    found, right_hand_side = checked_subsystems(subsystems, drift, parts)
-    blocks = [_block(subsystem) for subsystem in found]
+    model.check_contents()
+    checked, right_hand_side = checked_subsystems(subsystems, drift, model)
+    blocks = [_block(subsystem) for subsystem in checked]
     indicators = ca.vertcat(*[block.indicator for block in blocks])
-    evaluate = ca.Function("indicators", [parts.state, parts.parameters], [indicators])
+    evaluate = ca.Function("indicators", [model.state, model.parameters], [indicators])
     sizes = [block.theta.numel() for block in blocks]
     residual, lower = [], []
     for block, n in zip(blocks, sizes, strict=True):
         right_hand_side += ca.mtimes(block.fields, block.theta)
-        residual += [block.indicator - block.multiplier - block.minimum, ca.sum1(block.theta) - 1]
+        residual += [block.indicator - block.lambda_ - block.mu, ca.sum1(block.theta) - 1]
         lower += [np.zeros(2 * n), [-np.inf]]
 
     def guess(x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -109,37 +72,37 @@ def stewart(
         for g in np.split(np.asarray(evaluate(x, p)).ravel(), np.cumsum(sizes)[:-1]):
             least = g <= g.min() + EQUAL_INDICATORS
             values += [least / least.sum(), g - g.min(), [g.min()]]
-        return np.concatenate([*values, parts.algebraic_guess(x, u, p)])
+        return np.concatenate([*values, model.guess(x, u, p)])
 
-    regions = labels(found, [block.regions for block in blocks])
+    regions = labels(checked, [block.regions for block in blocks])
     names = [
-        [*(f"theta[{r}]" for r in own), *(f"lambda[{r}]" for r in own), f"mu[{s.name}]" if len(found) > 1 else "mu"]
-        for s, own in zip(found, regions, strict=True)
+        [*(f"theta[{r}]" for r in own), *(f"lambda[{r}]" for r in own), f"mu[{s.name}]" if len(checked) > 1 else "mu"]
+        for s, own in zip(checked, regions, strict=True)
     ]
-    variables = [part for block in blocks for part in (block.theta, block.multiplier, block.minimum)]
+    variables = [part for block in blocks for part in (block.theta, block.lambda_, block.mu)]
     return ComplementaritySystem(
-        state=parts.state,
-        control=parts.control,
-        parameters=parts.parameters,
-        algebraic=ca.vertcat(*variables, parts.algebraic),
-        mass_matrix=parts.mass_matrix,
+        state=model.state,
+        control=model.control,
+        parameters=model.parameters,
+        algebraic=ca.vertcat(*variables, model.algebraic),
+        mass_matrix=model.mass_matrix,
         right_hand_side=right_hand_side,
         residual=ca.vertcat(*residual),
-        algebraic_lower=np.concatenate([*lower, parts.algebraic_lower]),
-        algebraic_upper=np.concatenate([np.full(2 * sum(sizes) + len(sizes), np.inf), parts.algebraic_upper]),
+        algebraic_lower=np.concatenate([*lower, model.algebraic_lower]),
+        algebraic_upper=np.concatenate([np.full(2 * sum(sizes) + len(sizes), np.inf), model.algebraic_upper]),
         regularisation=ca.SX(0),
         guess=guess,
-        state_names=parts.state_names,
-        control_names=parts.control_names,
-        algebraic_names=[*(name for own in names for name in own), *parts.algebraic_names],
+        state_names=model.state_names,
+        control_names=model.control_names,
+        algebraic_names=[*(name for own in names for name in own), *model.algebraic_names],
         complementarities=[
-            Complementarity(Label("lambda _|_ theta", subject=region), block.multiplier[i], block.theta[i])
+            Complementarity(Label("lambda _|_ theta", subject=region), block.lambda_[i], block.theta[i])
             for block, own in zip(blocks, regions, strict=True)
             for i, region in enumerate(own)
         ],
-        equations=parts.equations,
-        quadratures=parts.quadratures,
-        describe=lambda active: _describe([(s.name, b.regions) for s, b in zip(found, blocks, strict=True)], active),
+        equations=model.equations,
+        quadratures=model.quadratures,
+        describe=lambda active: _describe([(s.name, b.regions) for s, b in zip(checked, blocks, strict=True)], active),
     )
 
 
@@ -158,8 +121,8 @@ def _block(subsystem: Subsystem) -> _Block:
                 names.append(f"{regions[i]}({suffix})" if len(dense) > 1 else regions[i])
         indicator, fields, regions = -ca.mtimes(ca.DM(np.array(rows)), subsystem.switching), fields[:, source], names
     n = len(regions)
-    theta, multiplier = ca.SX.sym(f"theta_{subsystem.name}", n), ca.SX.sym(f"lambda_{subsystem.name}", n)
-    return _Block(indicator, fields, regions, theta, multiplier, ca.SX.sym(f"mu_{subsystem.name}"))
+    theta, lambda_ = ca.SX.sym(f"theta_{subsystem.name}", n), ca.SX.sym(f"lambda_{subsystem.name}", n)
+    return _Block(indicator, fields, regions, theta, lambda_, ca.SX.sym(f"mu_{subsystem.name}"))
 
 
 def _describe(regions: Sequence[tuple[str, Sequence[str]]], active: np.ndarray) -> str:

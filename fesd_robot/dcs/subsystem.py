@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs.checks import as_expression, check_content, check_shape, check_switching, check_unique
-from fesd_robot.dcs.model import ModelParts
+from fesd_robot.dcs.model import Model
 from fesd_robot.errors import DimensionError, ModelError
 
 
@@ -74,7 +74,7 @@ class Subsystem:
         _check_tiling(signs, names, where)
         object.__setattr__(self, "sign_matrix", signs)
 
-    def check(self, parts: ModelParts) -> None:
+    def check(self, model: Model) -> None:
         """Check the expressions against the symbols of the model they are used in.
 
         Raises:
@@ -82,15 +82,15 @@ class Subsystem:
             ModelError: an unknown symbol, a constant that is not finite, regions that depend on what may jump.
         """
         where = f"of subsystem '{self.name}'"
-        check_shape(f"fields {where}", self.fields, (parts.state.numel(), self.fields.shape[1]))
-        check_content(f"fields {where}", self.fields, parts.symbols)
+        check_shape(f"fields {where}", self.fields, (model.state.numel(), self.fields.shape[1]))
+        check_content(f"fields {where}", self.fields, model.symbols)
         for what in ("switching", "indicator"):
             if getattr(self, what) is not None:
-                check_switching(f"{what} {where}", getattr(self, what), parts.continuous, parts.discontinuous)
+                check_switching(f"{what} {where}", getattr(self, what), model.continuous, model.discontinuous)
 
 
 def checked_subsystems(
-    subsystems: Subsystem | Sequence[Subsystem], drift: ca.SX | None, parts: ModelParts
+    subsystems: Subsystem | Sequence[Subsystem], drift: ca.SX | None, model: Model
 ) -> tuple[list[Subsystem], ca.SX]:
     """Return the subsystems and the drift of a model, checked; no drift is (n_x) zeros.
 
@@ -98,17 +98,17 @@ def checked_subsystems(
         DimensionError: an expression whose length is not that of the state.
         ModelError: no subsystem, two of one name, or what `Subsystem.check` refuses.
     """
-    found = [subsystems] if isinstance(subsystems, Subsystem) else list(subsystems)
-    if not found:
+    checked = [subsystems] if isinstance(subsystems, Subsystem) else list(subsystems)
+    if not checked:
         raise ModelError("subsystems is empty, need at least one set of regions")
-    check_unique("subsystems", [subsystem.name for subsystem in found])
-    for subsystem in found:
-        subsystem.check(parts)
-    n_x = parts.state.numel()
+    check_unique("subsystems", [subsystem.name for subsystem in checked])
+    for subsystem in checked:
+        subsystem.check(model)
+    n_x = model.state.numel()
     common = ca.SX.zeros(n_x) if drift is None else as_expression("drift", drift)
     check_shape("drift", common, (n_x, 1))
-    check_content("drift", common, parts.symbols)
-    return found, common
+    check_content("drift", common, model.symbols)
+    return checked, common
 
 
 def labels(subsystems: Sequence[Subsystem], names: Sequence[Sequence[str]]) -> list[list[str]]:

@@ -62,7 +62,7 @@ class ComplementaritySystem:
 
     def __post_init__(self) -> None:
         n_x, n_u, n_z = (part.numel() for part in (self.state, self.control, self.algebraic))
-        for what, found, expected in (
+        for what, shape, expected in (
             ("mass_matrix", self.mass_matrix.shape, (n_x, n_x)),
             ("right_hand_side", self.right_hand_side.shape, (n_x, 1)),
             ("equations", self.equations.shape, (self.equations.numel(), 1)),
@@ -73,8 +73,8 @@ class ComplementaritySystem:
             ("control_names", (len(self.control_names),), (n_u,)),
             ("algebraic_names", (len(self.algebraic_names),), (n_z,)),
         ):
-            if tuple(found) != tuple(expected):
-                raise DimensionError(f"complementarity system: {what} has shape {found}, expected {expected}")
+            if tuple(shape) != tuple(expected):
+                raise DimensionError(f"complementarity system: {what} has shape {shape}, expected {expected}")
 
     @property
     def arguments(self) -> list[ca.SX]:

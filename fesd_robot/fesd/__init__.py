@@ -1,7 +1,7 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
 from fesd_robot.fesd.constraints import TrajectoryConstraint
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import OptimalControlProblem, initial_value_problem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
@@ -27,6 +27,7 @@ __all__ = [
     "TrajectoryConstraint",
     "Transcription",
     "end_sensitivity",
+    "initial_value_problem",
     "make_tableau",
     "simulate",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.modes import ModeEquations, Modes
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import initial_value_problem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.search import ModeSearch, StepInput
 from fesd_robot.fesd.transcription import Transcription
@@ -85,21 +85,10 @@ class Stepper:
 
     def _problem(self, step: StepInput) -> Transcription:
         return Transcription(
-            OptimalControlProblem(
-                system=self.system,
-                duration=self.length,
-                intervals=1,
-                parameters=step.p.reshape(-1, 1),
-                initial_lower=step.x,
-                initial_upper=step.x,
+            replace(
+                initial_value_problem(self.system, step.x, self.length, control=step.u, parameters=step.p),
                 state_lower=self.state_lower,
                 state_upper=self.state_upper,
-                terminal_lower=np.full(len(step.x), -np.inf),
-                terminal_upper=np.full(len(step.x), np.inf),
-                control_lower=step.u,
-                control_upper=step.u,
-                state_guess=lambda _: step.x,
-                control_guess=step.u.reshape(-1, 1),
             ),
             self.options,
         )

@@ -1,4 +1,4 @@
-"""What can push: the controls of a task as columns of generalized forces."""
+"""The controls of a task as columns of generalized forces."""
 
 from __future__ import annotations
 
@@ -108,10 +108,10 @@ def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -
     high = actuator.upper if actuator.upper is not None else high
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         limited = actuator.joint in task.limits.effort
-        found = f"with effort limits [{low + 0.0:g}, {high:g}]" if low or high else "without effort limit"
+        limits = f"with effort limits [{low + 0.0:g}, {high:g}]" if low or high else "without effort limit"
         raise task.error(
             ("limits", "effort", actuator.joint) if limited else key,
-            f"found joint '{actuator.joint}' {found}, expected finite bounds with lower < upper"
+            f"found joint '{actuator.joint}' {limits}, expected finite bounds with lower < upper"
             + ("" if limited else "; write 'lower' and 'upper' beside it"),
         )
     return row, low, high

@@ -1,4 +1,4 @@
-"""Whether a formulated task has a solution at all: inertia, contacts that move, finite forces, distances in time."""
+"""Checks of a formulated task: inertia, contacts that move, finite forces, distances that fit into the time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fesd_robot.task import Task
 from fesd_robot.task.origins import KeyPath
 
 _SINGULAR = 1e-12
-"""Smallest share of the largest eigenvalue of the mass matrix that counts as inertia."""
+"""Smallest fraction of the largest eigenvalue of the mass matrix that counts as inertia."""
 
 _ROUNDED = 1e-9
 """m or rad; a distance that is too long by less than this is not."""

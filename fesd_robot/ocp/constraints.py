@@ -1,4 +1,4 @@
-"""The named constraints of a task as rows at the stages, rows at ends of intervals, and exclusions."""
+"""The named constraints of a task as trajectory constraints, and forbidden zones as vanishing constraints."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import singledispatch
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact import ContactSystem, Ground, PlanarContact
-from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import TrajectoryConstraint
+from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES, Points
-from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.task import (
     AvoidBox,
     AvoidEllipse,
@@ -25,7 +25,6 @@ from fesd_robot.task import (
     ContactWindow,
     ForbiddenZone,
     FrameLimits,
-    PointConstraint,
     Task,
 )
 
@@ -35,36 +34,36 @@ _ROUNDED = 1e-12
 _VIOLATED = 1e-6
 """m; a start that violates a constraint by less is on its boundary, rounded."""
 
-Bounded = tuple[str, ca.SX, float, float]
+BoundedRow = tuple[str, ca.SX, float, float]
 """Name, row, lower and upper bound, m."""
 
 
 @singledispatch
-def point_rows(constraint: PointConstraint, p: ca.SX, ground: Ground) -> list[Bounded]:
+def point_rows(constraint: BodyPoint, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     """Return the rows of a constraint on the position p of a point, SX (3); all of them are lengths."""
     raise TypeError(f"no rows are known for {type(constraint).__name__}")
 
 
 @point_rows.register
-def _clearance(constraint: Clearance, p: ca.SX, ground: Ground) -> list[Bounded]:
+def _clearance(constraint: Clearance, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     return [("clearance", ground.distance(p) - constraint.distance, 0.0, np.inf)]
 
 
 @point_rows.register
-def _sphere(constraint: AvoidSphere, p: ca.SX, ground: Ground) -> list[Bounded]:
+def _sphere(constraint: AvoidSphere, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     distance = ca.sqrt(ca.sumsqr(_from(constraint.center, p)) + _ROUNDED)
     return [("distance", distance - constraint.radius, 0.0, np.inf)]
 
 
 @point_rows.register
-def _ellipse(constraint: AvoidEllipse, p: ca.SX, ground: Ground) -> list[Bounded]:
+def _ellipse(constraint: AvoidEllipse, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     axes = _given(constraint.semi_axes)
     level = ca.sumsqr(_from(constraint.center, p) / ca.DM(axes)) - 1
     return [("level", 0.5 * min(axes) * level, 0.0, np.inf)]  # half the axis: near the surface it is a distance
 
 
 @point_rows.register
-def _box(constraint: AvoidBox, p: ca.SX, ground: Ground) -> list[Bounded]:
+def _box(constraint: AvoidBox, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     half = [0.5 * size for size in _given(constraint.size)]
     power = constraint.power
     mean = ca.sum1((_from(constraint.center, p) / ca.DM(half)) ** power) / len(half)
@@ -72,7 +71,7 @@ def _box(constraint: AvoidBox, p: ca.SX, ground: Ground) -> list[Bounded]:
 
 
 @point_rows.register
-def _frame_limits(constraint: FrameLimits, p: ca.SX, ground: Ground) -> list[Bounded]:
+def _frame_limits(constraint: FrameLimits, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     bounds = [(axis, getattr(constraint, axis)) for axis in AXES]
     return [(axis, p[i], *given) for i, (axis, given) in enumerate(bounds) if given is not None]
 
@@ -86,67 +85,57 @@ def _given(values: Sequence[float | None]) -> list[float]:
     return [value for value in values if value is not None]
 
 
-def path_constraints(
-    task: Task,
-    system: ComplementaritySystem,
-    points: Points,
-    contacts: Sequence[PlanarContact],
-    ground: Ground,
-    grid: TimeGrid,
-    start: np.ndarray,
-) -> list[TrajectoryConstraint]:
-    """Return the conditions of all constraints but forbidden zones.
+def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
+    """Return the trajectory constraints of all constraints but forbidden zones.
 
-    Those on positions are held at every stage; a forbidden contact has an open gap at every stage of its intervals, a
+    Those on positions hold at every stage; a forbidden contact has an open gap at every stage of its intervals, a
     required one a closed gap at every end of an interval, from the first time to the last.
 
-    Args:
-        start: initial configuration; a fixed one has to satisfy the constraints.
-
     Raises:
-        TaskError: the start violates a constraint.
+        TaskError: a fixed start violates a constraint.
     """
-    variables = ca.vertcat(system.state, system.control, system.algebraic)
-    fixed = task.goal.periodic is None
-    gaps = {contact.name: contact.gap for contact in contacts}
-    held: list[Bounded] = []
-    found: list[TrajectoryConstraint] = []
-    for name, constraint in task.constraints.items():
+    everywhere: list[BoundedRow] = []
+    windows: list[TrajectoryConstraint] = []
+    for name, constraint in parts.task.constraints.items():
         if isinstance(constraint, BodyPoint):
-            rows = point_rows(constraint, points.fixed_to(constraint), ground)
+            rows = point_rows(constraint, parts.points.fixed_to(constraint), parts.ground)
             rows = [(f"constraint '{name}', {what}", row, low, high) for what, row, low, high in rows]
-            if fixed:
-                _check_start(task, name, points, rows, start)
-            held += [row for row in rows if not row[1].is_constant()]
+            _check_start(parts, name, rows)
+            everywhere += [row for row in rows if not row[1].is_constant()]
         elif isinstance(constraint, ContactWindow):
-            first, last = (grid.node(time) for time in constraint.times)
-            gap, label = gaps[constraint.contact], f"constraint '{name}', gap"
-            forbidden = constraint.touch == "forbidden"
-            low, high = (constraint.clearance, np.inf) if forbidden else (-np.inf, constraint.tolerance)
-            if first == 0 and fixed:
-                _check_start(task, name, points, [(label, gap, low, high)], start)
-            intervals = range(first, last) if forbidden else range(max(first, 1) - 1, last)
-            found.append(
-                _condition(
-                    name,
-                    [(label, gap, low, high)],
-                    variables if forbidden else system.state,
-                    intervals,
-                    stages=forbidden,
-                )
-            )
-    if held:
-        found.append(_condition("constraints", held, variables, range(grid.intervals), stages=True))
-    return found
+            windows.append(_window(parts, name, constraint))
+    if not everywhere:
+        return windows
+    return [*windows, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
 
 
-def _condition(
-    name: str, rows: Sequence[Bounded], variables: ca.SX, intervals: Sequence[int], *, stages: bool
+def _window(parts: ProblemParts, name: str, window: ContactWindow) -> TrajectoryConstraint:
+    """Return the constraint on the gap of a contact that must, or must not, touch during some time."""
+    first, last = (parts.grid.node(time) for time in window.times)
+    (gap,) = (contact.gap for contact in parts.contacts if contact.name == window.contact)
+    forbidden = window.touch == "forbidden"
+    low, high = (window.clearance, np.inf) if forbidden else (-np.inf, window.tolerance)
+    rows = [(f"constraint '{name}', gap", gap, low, high)]
+    if first == 0:
+        _check_start(parts, name, rows)
+    if forbidden:
+        return _trajectory_constraint(parts, name, "path", range(first, last), rows)
+    return _trajectory_constraint(parts, name, "interval_end", range(max(first, 1) - 1, last), rows)
+
+
+def _trajectory_constraint(
+    parts: ProblemParts,
+    name: str,
+    kind: Literal["path", "interval_end"],
+    intervals: Sequence[int],
+    rows: Sequence[BoundedRow],
 ) -> TrajectoryConstraint:
+    system = parts.contact_system.system
+    at_stage = ca.vertcat(system.state, system.control, system.algebraic)
     return TrajectoryConstraint(
         name,
-        "path" if stages else "interval_end",
-        variables,
+        kind,
+        at_stage if kind == "path" else system.state,
         intervals,
         ca.vertcat(*[row for _, row, _, _ in rows]),
         np.array([low for _, _, low, _ in rows]),
@@ -155,14 +144,19 @@ def _condition(
     )
 
 
-def _check_start(task: Task, name: str, points: Points, rows: Sequence[Bounded], start: np.ndarray) -> None:
-    values = ca.Function("rows", [points.q], [ca.vertcat(*[row for _, row, _, _ in rows])])(start)
+def _check_start(parts: ProblemParts, name: str, rows: Sequence[BoundedRow]) -> None:
+    """Raise if a start that is not free violates the rows of a constraint."""
+    if parts.task.goal.periodic is not None:
+        return
+    values = ca.Function("rows", [parts.points.q], [ca.vertcat(*[row for _, row, _, _ in rows])])(
+        parts.endpoints.initial_configuration
+    )
     violation = max(
         max(low - value, value - high)
         for (_, _, low, high), value in zip(rows, np.asarray(values).ravel().tolist(), strict=True)
     )
     if violation > _VIOLATED:
-        raise task.error(
+        raise parts.task.error(
             ("constraints", name),
             f"found a start that violates this by {violation:.4g} m, expected a constraint that the initial "
             "configuration satisfies",

@@ -1,111 +1,178 @@
-"""The costs of a task as integrands, terminal terms and conditions."""
+"""The terms of a task's cost as integrands, terms of the final state, and costs of several states.
+
+Every key of `costs` has one function in one of the tables `INTEGRANDS`, `FINAL_TERMS` and `TRAJECTORY_COSTS`; what is
+said about it elsewhere is in `fesd_robot.task.costs`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import ContactSystem, MultibodyDynamics
 from fesd_robot.fesd import TrajectoryConstraint
-from fesd_robot.ocp.points import AXES, Points
-from fesd_robot.ocp.timing import TimeGrid
-from fesd_robot.ocp.vectors import Endpoints, vector
-from fesd_robot.task import Task
+from fesd_robot.ocp.parts import ProblemParts
+from fesd_robot.ocp.points import AXES
+from fesd_robot.ocp.vectors import vector
+from fesd_robot.task.costs import COST_TERMS
+
+Terms = dict[str, ca.SX]
+"""Name of a term -> expression."""
 
 
-def running_costs(
-    task: Task,
-    dynamics: MultibodyDynamics,
-    contact_system: ContactSystem,
-    points: Points,
-    strength: float,
-    reference: ca.SX,
-) -> dict[str, ca.SX]:
+def running_costs(parts: ProblemParts) -> Terms:
     """Return name -> integrand in numerical time.
 
-    Squares are weighed by the clock's rate theta_ODE s, so that they count per second of physical time and frozen
-    phases cost nothing. A contact's normal force F_n is a_n (theta_+ + theta_-) / rate while the clock runs and an
-    impulse while it stands still; the integral of a_n (theta_+ + theta_-) over numerical time holds both, integral of
-    F_n dt plus all impulses. (A square of the force would weigh an impulse infinitely.)
-
-    Args:
-        strength: a_n, N.
-        reference: q of the reference motion, SX symbols (n_q).
+    Squares are multiplied by the clock's rate theta_ODE s, so that they count per second of physical time and frozen
+    phases cost nothing.
     """
-    costs, rate = task.costs, contact_system.clock_rate
-    deviation = dynamics.configuration - reference
-    found = {
-        "configuration": rate * square(deviation, dynamics.configuration_names, costs.configuration, 1.0),
-        "velocity": rate * square(dynamics.velocity, dynamics.velocity_names, costs.velocity, 0.1),
-        "control": rate * square(dynamics.control, dynamics.control_names, costs.control, 1e-3),
-    }
-    for i, name in enumerate(task.contacts):
-        if costs.force.get(name):
-            plus, minus = contact_system.theta_auxiliary[i]
-            force = costs.force[name] * strength * (plus + minus)
-            found["force"] = found.get("force", ca.SX(0)) + force
-    if any(costs.center_of_mass.values()):
-        position, _ = points.center_of_mass(("costs", "center_of_mass"))
-        found["center of mass"] = rate * _tracking(position, points.q, reference, costs.center_of_mass)
-    for frame, weights in costs.frames.items():
+    return _united(term(parts) for term in INTEGRANDS.values())
+
+
+def terminal_costs(parts: ProblemParts) -> Terms:
+    """Return name -> cost of the state at the end."""
+    return _united(term(parts) for term in FINAL_TERMS.values())
+
+
+def trajectory_costs(parts: ProblemParts) -> list[TrajectoryConstraint]:
+    """Return the costs of the states or controls of several intervals, as constraints without rows."""
+    return [term(parts) for key, term in TRAJECTORY_COSTS.items() if parts.task.costs.used(key)]
+
+
+def _configuration(parts: ProblemParts) -> Terms:
+    """Rate times sum_i w_i (q_i - q_ref,i)^2."""
+    dynamics = parts.dynamics
+    deviation = dynamics.configuration - parts.reference_configuration
+    return {"configuration": _rate(parts) * _square(parts, "configuration", deviation, dynamics.configuration_names)}
+
+
+def _velocity(parts: ProblemParts) -> Terms:
+    """Rate times sum_i w_i v_i^2."""
+    dynamics = parts.dynamics
+    return {"velocity": _rate(parts) * _square(parts, "velocity", dynamics.velocity, dynamics.velocity_names)}
+
+
+def _control(parts: ProblemParts) -> Terms:
+    """Rate times sum_i w_i u_i^2."""
+    dynamics = parts.dynamics
+    return {"control": _rate(parts) * _square(parts, "control", dynamics.control, dynamics.control_names)}
+
+
+def _force(parts: ProblemParts) -> Terms:
+    """Sum of w_c a_n (theta_+ + theta_-) over the contacts.
+
+    A contact's normal force F_n is a_n (theta_+ + theta_-) / rate while the clock runs and an impulse while it stands
+    still; the integral of a_n (theta_+ + theta_-) over numerical time holds both, integral of F_n dt plus all impulses.
+    (A square of the force would count an impulse infinitely.)
+    """
+    weights = parts.task.costs.force
+    if not parts.task.costs.used("force"):
+        return {}
+    total = ca.SX(0)
+    for i, name in enumerate(parts.task.contacts):
+        if weights.get(name):
+            plus, minus = parts.contact_system.theta_auxiliary[i]
+            total = total + weights[name] * parts.auxiliary_force * (plus + minus)
+    return {"force": total}
+
+
+def _center_of_mass(parts: ProblemParts) -> Terms:
+    """Rate times sum_i w_i (c_i(q) - c_i(q_ref))^2."""
+    if not parts.task.costs.used("center_of_mass"):
+        return {}
+    position, _ = parts.points.center_of_mass(("costs", "center_of_mass"))
+    return {"center of mass": _rate(parts) * _tracking(parts, position, parts.task.costs.center_of_mass)}
+
+
+def _frames(parts: ProblemParts) -> Terms:
+    """Rate times sum_i w_i (p_i(q) - p_i(q_ref))^2 of every frame."""
+    terms = {}
+    for frame, weights in parts.task.costs.frames.items():
         if any(weights.values()):
-            position, _ = points.frame(frame)
-            found[f"frame {frame}"] = rate * _tracking(position, points.q, reference, weights)
-    return found
+            position, _ = parts.points.frame(frame)
+            terms[f"frame {frame}"] = _rate(parts) * _tracking(parts, position, weights)
+    return terms
 
 
-def terminal_costs(task: Task, dynamics: MultibodyDynamics, endpoints: Endpoints, clock: ca.SX) -> dict[str, ca.SX]:
-    """Return name -> cost of the state at the end; a periodic motion has no goal to be weighed."""
-    costs, found = task.costs, dict[str, ca.SX]()
-    if task.goal.periodic is None:
-        names, weights = dynamics.configuration_names, costs.terminal_configuration
-        if weights is None and task.goal.has_points:
-            weights = dict.fromkeys(task.goal.configuration, 100.0)
-        to_goal = dynamics.configuration - endpoints.goal_configuration
-        velocity_to_goal = dynamics.velocity - endpoints.goal_velocity
-        found["terminal configuration"] = square(to_goal, names, weights, 100.0)
-        found["terminal velocity"] = square(velocity_to_goal, dynamics.velocity_names, costs.terminal_velocity, 10.0)
-    if costs.time:
-        found["time"] = costs.time * clock
-    return found
+def _terminal_configuration(parts: ProblemParts) -> Terms:
+    """sum_i w_i (q_i - q_goal,i)^2; of a goal with points only listed coordinates have a default weight."""
+    task, dynamics = parts.task, parts.dynamics
+    if task.goal.periodic is not None:
+        return {}
+    weights, default = task.costs.terminal_configuration, COST_TERMS["terminal_configuration"].default
+    if weights is None and task.goal.has_points:
+        weights = dict.fromkeys(task.goal.configuration, default)
+    distance = dynamics.configuration - parts.endpoints.goal_configuration
+    return {"terminal configuration": square(distance, dynamics.configuration_names, weights, default)}
 
 
-def smoothness_constraints(
-    task: Task, dynamics: MultibodyDynamics, state: ca.SX, control: ca.SX, grid: TimeGrid
-) -> list[TrajectoryConstraint]:
-    """Return the costs of changes between control intervals and of the mean acceleration over them.
+def _terminal_velocity(parts: ProblemParts) -> Terms:
+    """sum_i w_i (v_i - v_goal,i)^2."""
+    dynamics = parts.dynamics
+    if parts.task.goal.periodic is not None:
+        return {}
+    distance = dynamics.velocity - parts.endpoints.goal_velocity
+    return {"terminal velocity": _square(parts, "terminal_velocity", distance, dynamics.velocity_names)}
 
-    sum_k w (u_{k+1} - u_k)^2, and sum_k w ((v_{k+1} - v_k) / h)^2 h with h = T/N, where v_k are the velocities at the
-    ends of the intervals.
 
-    Args:
-        state, control: symbols x and (u, s).
-    """
-    costs, found = task.costs, []
-    if any(costs.control_change.values()):
-        x, u = ca.SX.sym("next_x", state.numel()), ca.SX.sym("next_u", control.numel())
-        change = (u - control)[: len(dynamics.control_names)]
-        cost = square(change, dynamics.control_names, costs.control_change, 0.0)
-        variables = ca.vertcat(state, control, x, u)
-        found.append(
-            TrajectoryConstraint(
-                "control change", "coupling", variables, range(grid.intervals), cost={"control change": cost}
-            )
-        )
-    if any(costs.acceleration.values()):
-        x = ca.SX.sym("next_x", state.numel())
-        first, length = dynamics.configuration.numel(), grid.nominal / grid.intervals
-        change = (x - state)[first : first + dynamics.velocity.numel()]
-        cost = square(change, dynamics.velocity_names, costs.acceleration, 0.0) / length
-        variables = ca.vertcat(state, x)
-        found.append(
-            TrajectoryConstraint(
-                "acceleration", "interval", variables, range(grid.intervals), cost={"acceleration": cost}
-            )
-        )
-    return found
+def _time(parts: ProblemParts) -> Terms:
+    """w t at the end."""
+    return {"time": parts.task.costs.time * parts.clock} if parts.task.costs.time else {}
+
+
+def _control_change(parts: ProblemParts) -> TrajectoryConstraint:
+    """sum_k w (u_{k+1} - u_k)^2."""
+    system, names = parts.contact_system.system, parts.dynamics.control_names
+    x, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
+    change = (u - system.control)[: len(names)]
+    return TrajectoryConstraint(
+        "control change",
+        "coupling",
+        ca.vertcat(system.state, system.control, x, u),
+        range(parts.grid.intervals),
+        cost={"control change": _square(parts, "control_change", change, names)},
+    )
+
+
+def _acceleration(parts: ProblemParts) -> TrajectoryConstraint:
+    """sum_k w ((v_{k+1} - v_k) / h)^2 h with h = T/N and the velocities v_k at the ends of the intervals."""
+    state, dynamics, grid = parts.contact_system.system.state, parts.dynamics, parts.grid
+    x = ca.SX.sym("next_x", state.numel())
+    first = dynamics.configuration.numel()
+    change = (x - state)[first : first + dynamics.velocity.numel()]
+    length = grid.nominal / grid.intervals
+    return TrajectoryConstraint(
+        "acceleration",
+        "interval",
+        ca.vertcat(state, x),
+        range(grid.intervals),
+        cost={"acceleration": _square(parts, "acceleration", change, dynamics.velocity_names) / length},
+    )
+
+
+INTEGRANDS: Mapping[str, Callable[[ProblemParts], Terms]] = {
+    "configuration": _configuration,
+    "velocity": _velocity,
+    "control": _control,
+    "force": _force,
+    "center_of_mass": _center_of_mass,
+    "frames": _frames,
+}
+"""Key of `costs` -> its terms under the integral over numerical time."""
+
+FINAL_TERMS: Mapping[str, Callable[[ProblemParts], Terms]] = {
+    "terminal_configuration": _terminal_configuration,
+    "terminal_velocity": _terminal_velocity,
+    "time": _time,
+}
+"""Key of `costs` -> its terms of the state at the end."""
+
+TRAJECTORY_COSTS: Mapping[str, Callable[[ProblemParts], TrajectoryConstraint]] = {
+    "control_change": _control_change,
+    "acceleration": _acceleration,
+}
+"""Key of `costs` -> its cost of the states or controls of several intervals; called where a weight is given."""
 
 
 def square(x: ca.SX, keys: Sequence[str], weights: Mapping[str, float] | None, default: float) -> ca.SX:
@@ -114,8 +181,21 @@ def square(x: ca.SX, keys: Sequence[str], weights: Mapping[str, float] | None, d
     return ca.dot(ca.SX(ca.DM(values)), x**2)
 
 
-def _tracking(position: ca.SX, q: ca.SX, reference: ca.SX, weights: Mapping[str, float]) -> ca.SX:
+def _square(parts: ProblemParts, key: str, x: ca.SX, names: Sequence[str]) -> ca.SX:
+    """Return sum_i w_i x_i^2 with the weights of a key of `costs`."""
+    return square(x, names, getattr(parts.task.costs, key), COST_TERMS[key].default)
+
+
+def _rate(parts: ProblemParts) -> ca.SX:
+    return parts.contact_system.clock_rate
+
+
+def _tracking(parts: ProblemParts, position: ca.SX, weights: Mapping[str, float]) -> ca.SX:
     """Return sum_i w_i (p_i(q) - p_i(q_ref))^2."""
-    wanted = ca.substitute(position, q, reference)
+    wanted = ca.substitute(position, parts.points.q, parts.reference_configuration)
     values = ca.DM(np.array([weights.get(axis, 0.0) for axis in AXES]))
     return ca.dot(ca.SX(values), (position - wanted) ** 2)
+
+
+def _united(terms: Iterable[Terms]) -> Terms:
+    return {name: expression for each in terms for name, expression in each.items()}

@@ -24,8 +24,9 @@ from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
 from fesd_robot.ocp.constraints import add_forbidden_zones
 from fesd_robot.ocp.guess import guess_of
+from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import points_of
-from fesd_robot.ocp.problem import ProblemParts, optimal_control_problem
+from fesd_robot.ocp.problem import optimal_control_problem
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_types import reference_of
 from fesd_robot.ocp.scene import friction_of, scene_of
@@ -87,7 +88,7 @@ def formulate(task: Task) -> MotionProblem:
     gap = _gap_function(dynamics, contacts)
     check_inertia(task, robot, endpoints.initial_configuration)
     check_forces(task, actuation, endpoints.initial_configuration)
-    strength = _auxiliary_force(task, robot)
+    auxiliary_force = _auxiliary_force(task, robot)
     formulation = task.method.formulation
     n_q = len(robot.configuration_names)
     parameters = ca.SX.sym("reference", n_q + 1)
@@ -100,7 +101,7 @@ def formulate(task: Task) -> MotionProblem:
             baumgarte_gain=formulation.baumgarte_gain,
             gate=formulation.gate,
             regularisation_weight=formulation.step_regularisation_weight,
-            auxiliary_force=strength,
+            auxiliary_force=auxiliary_force,
         ),
         parameters,
     )
@@ -117,7 +118,7 @@ def formulate(task: Task) -> MotionProblem:
         actuation=actuation,
         contacts=contacts,
         contact_system=contact_system,
-        auxiliary_force=strength,
+        auxiliary_force=auxiliary_force,
         endpoints=endpoints,
         limits=limits,
         reference=reference,
@@ -131,7 +132,7 @@ def formulate(task: Task) -> MotionProblem:
                 contact_system=contact_system,
                 ground=scene.surfaces[GROUND],
                 gap=gap,
-                strength=strength,
+                auxiliary_force=auxiliary_force,
                 endpoints=endpoints,
                 limits=limits,
                 reference=reference,
@@ -177,13 +178,13 @@ def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics
 
 
 def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarContact]:
-    found = []
+    contacts = []
     for name, geometry in scene.geometries.items():
         try:
-            found.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
+            contacts.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
-    return found
+    return contacts
 
 
 def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:

@@ -1,4 +1,4 @@
-"""The motion that the solver starts from, where it is not the reference itself."""
+"""The initial guess of the solver, where it is not the reference itself."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
 WAVES = 3
-"""Number of sine waves that a bend is made of."""
+"""Number of sine waves that a perturbation is made of."""
 
-BEND = 0.1
+PERTURBATION = 0.1
 """Standard deviation of the longest wave's height, m or rad."""
 
 
 @dataclass(frozen=True)
-class BentMotion:
-    """q(t) moved along sum_k c_k sin(k pi t / T) / k in every velocity coordinate, c_k normal with deviation `BEND`.
+class PerturbedMotion:
+    """A motion q(t) moved along sum_k c_k sin(k pi t / T) / k in every velocity coordinate.
 
-    Start and end stay where they are.
+    The c_k are normally distributed with deviation `PERTURBATION`; start and end stay where they are.
 
     Attributes:
-        motion: what is bent.
+        motion: what is perturbed.
         heights: c_k, (WAVES, n_v).
         duration: T, s.
     """
@@ -40,18 +40,18 @@ class BentMotion:
     def configuration(self, time: float) -> np.ndarray:
         """Configuration at a time, (n_q)."""
         waves = np.arange(1, WAVES + 1)
-        bend = (np.sin(waves * np.pi * time / self.duration) / waves) @ self.heights
-        return np.asarray(pin.integrate(self.robot.model, self.motion.configuration(time), bend))
+        perturbation = (np.sin(waves * np.pi * time / self.duration) / waves) @ self.heights
+        return np.asarray(pin.integrate(self.robot.model, self.motion.configuration(time), perturbation))
 
     def velocity(self, time: float) -> np.ndarray:
-        """Velocity consistent with the configuration to first order in the bend, (n_v)."""
+        """Velocity consistent with the configuration to first order in the perturbation, (n_v)."""
         waves = np.arange(1, WAVES + 1)
         rate = np.cos(waves * np.pi * time / self.duration) * np.pi / self.duration
         return np.asarray(self.motion.velocity(time) + rate @ self.heights)
 
 
 def guess_of(task: Task, robot: Robot, reference: ReferenceMotion, duration: float) -> ReferenceMotion:
-    """Return the motion to start from: an earlier one stretched to the duration, or the reference; bent by the seed.
+    """Return the initial guess: an earlier motion stretched to the duration, or the reference, perturbed by the seed.
 
     Raises:
         TaskError: the file of `solver.warm_start` cannot be used.
@@ -62,6 +62,6 @@ def guess_of(task: Task, robot: Robot, reference: ReferenceMotion, duration: flo
         times = (times - times[0]) * duration / max(times[-1] - times[0], 1e-300)
         motion = SampledMotion(robot, lambda time: between(robot, times, rows, time), duration)
     if task.solver.seed:
-        heights = np.random.default_rng(task.solver.seed).normal(0.0, BEND, (WAVES, robot.model.nv))
-        motion = BentMotion(robot, motion, heights, duration)
+        heights = np.random.default_rng(task.solver.seed).normal(0.0, PERTURBATION, (WAVES, robot.model.nv))
+        motion = PerturbedMotion(robot, motion, heights, duration)
     return motion

@@ -10,8 +10,10 @@ import casadi as ca
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, center_of_mass, configuration_derivative, frame_placement, frame_velocity
 from fesd_robot.task import BodyPoint, Task
+from fesd_robot.task.costs import COST_TERMS
+from fesd_robot.task.fields import AXES
 
-AXES = ("x", "y", "z")
+__all__ = ["AXES", "Points", "points_of"]
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,9 @@ def _frames(task: Task) -> Iterator[tuple[tuple[str, ...], str]]:
     yield from ((("goal", "frames", frame), frame) for frame in task.goal.frames)
     for i, waypoint in enumerate(task.waypoints):
         yield from ((("waypoints", str(i), "frames", frame), frame) for frame in waypoint.frames)
-    yield from ((("costs", "frames", frame), frame) for frame in task.costs.frames)
+    for key, term in COST_TERMS.items():
+        if term.names == "frame":
+            yield from ((("costs", key, frame), frame) for frame in getattr(task.costs, key))
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
             yield ("constraints", name, "frame"), constraint.frame

@@ -2,69 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import ContactSystem, Ground, MultibodyDynamics, PlanarContact
 from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
-from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.constraints import path_constraints
-from fesd_robot.ocp.costs import running_costs, smoothness_constraints, terminal_costs
-from fesd_robot.ocp.points import Points
-from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.costs import running_costs, terminal_costs, trajectory_costs
+from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.targets import target_constraints
-from fesd_robot.ocp.timing import TimeGrid
-from fesd_robot.ocp.vectors import Endpoints, StateLimits, vector
-from fesd_robot.task import Task
-
-
-@dataclass(frozen=True)
-class ProblemParts:
-    """What an optimal control problem is made of.
-
-    Attributes:
-        gap: q -> gaps of all contacts, m.
-        strength: a_n, N.
-        parameters: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1).
-    """
-
-    task: Task
-    dynamics: MultibodyDynamics
-    actuation: Actuation
-    contacts: Sequence[PlanarContact]
-    contact_system: ContactSystem
-    ground: Ground
-    gap: ca.Function
-    strength: float
-    endpoints: Endpoints
-    limits: StateLimits
-    reference: ReferenceMotion
-    guess: ReferenceMotion
-    grid: TimeGrid
-    points: Points
-    parameters: ca.SX
-
-    @property
-    def gap_states(self) -> int:
-        """Number of integrated gaps in the state."""
-        return int(self.contact_system.system.state.numel()) - self.clock - 1
-
-    @property
-    def clock(self) -> int:
-        """Index of the clock in the state."""
-        return int(self.dynamics.configuration.numel() + self.dynamics.velocity.numel())
-
-    def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
-        """Return x of a configuration and velocity; gaps below the ground are closed."""
-        gaps = np.maximum(np.asarray(self.gap(configuration)).ravel(), 0.0) if self.gap_states else np.zeros(0)
-        return np.concatenate([configuration, velocity, [time], gaps])
-
-    def bounds(self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float) -> np.ndarray:
-        """Return a bound of x from those of its parts."""
-        return np.concatenate([position, velocity, [clock], np.full(self.gap_states, gaps)])
+from fesd_robot.ocp.vectors import vector
 
 
 def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
@@ -73,10 +19,9 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     Every interval ends when the clock says kT/N. Of a free duration T only the bounds are known: the clock at the end
     lies between them, and the intervals are equal, ``t_k = k / (k + 1) t_{k+1}``.
     """
-    task, dynamics, grid, limits = parts.task, parts.dynamics, parts.grid, parts.limits
-    contact_system, actuation, reference = parts.contact_system, parts.actuation, parts.reference
-    state, n_q = contact_system.system.state, dynamics.configuration.numel()
-    clock = state[parts.clock]
+    grid, limits, actuation = parts.grid, parts.limits, parts.actuation
+    contact_system, reference = parts.contact_system, parts.reference
+    n_q = parts.dynamics.configuration.numel()
 
     def guess(time: float) -> np.ndarray:
         velocity = np.clip(parts.guess.velocity(time), limits.lower_velocity, limits.upper_velocity)
@@ -85,7 +30,7 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     initial_lower, initial_upper = _initial_box(parts)
     goal_lower, goal_upper = _goal_box(parts)
     last_clock = (grid.lower, grid.upper) if grid.free else (-np.inf, np.inf)
-    speed = task.limits.speed_of_time
+    speed = parts.task.limits.speed_of_time
     n_gap = parts.gap_states
     return OptimalControlProblem(
         system=contact_system.system,
@@ -102,51 +47,48 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         control_upper=np.append(actuation.upper, speed.upper),
         state_guess=guess,
         control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
-        running_cost=running_costs(
-            task, dynamics, contact_system, parts.points, parts.strength, parts.parameters[:n_q]
-        ),
-        terminal_cost=terminal_costs(task, dynamics, parts.endpoints, clock),
-        interval_end=ca.SX(0, 1) if grid.free else clock - parts.parameters[n_q],
+        running_cost=running_costs(parts),
+        terminal_cost=terminal_costs(parts),
+        interval_end=ca.SX(0, 1) if grid.free else parts.clock - parts.parameters[n_q],
         interval_end_names=() if grid.free else ("clock",),
-        constraints=_constraints(parts, clock),
+        constraints=_constraints(parts),
     )
 
 
-def _constraints(parts: ProblemParts, clock: ca.SX) -> list[TrajectoryConstraint]:
-    task, system, grid = parts.task, parts.contact_system.system, parts.grid
-    start = parts.endpoints.initial_configuration
+def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
+    grid = parts.grid
     return [
-        *target_constraints(task, parts.points, system.state, grid),
-        *smoothness_constraints(task, parts.dynamics, system.state, system.control, grid),
-        *path_constraints(task, system, parts.points, parts.contacts, parts.ground, grid, start),
-        *([_equal_intervals(parts, clock)] if grid.free and grid.intervals > 1 else []),
-        *([_period(parts)] if task.goal.periodic is not None else []),
+        *target_constraints(parts.task, parts.points, parts.contact_system.system.state, grid),
+        *trajectory_costs(parts),
+        *path_constraints(parts),
+        *([_equal_intervals(parts)] if grid.free and grid.intervals > 1 else []),
+        *([_period(parts)] if parts.task.goal.periodic is not None else []),
     ]
 
 
-def _equal_intervals(parts: ProblemParts, clock: ca.SX) -> TrajectoryConstraint:
+def _equal_intervals(parts: ProblemParts) -> TrajectoryConstraint:
     """t_k = k / (k + 1) t_{k+1}, so that all intervals of a free duration are equal."""
     system, grid = parts.contact_system.system, parts.grid
     following, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
-    share, k = ca.SX.sym("share"), np.arange(1.0, grid.intervals + 1)
+    fraction, k = ca.SX.sym("fraction"), np.arange(1.0, grid.intervals + 1)
     return TrajectoryConstraint(
         "equal intervals",
         "coupling",
         ca.vertcat(system.state, system.control, following, u),
         range(grid.intervals),
-        clock - share * following[parts.clock],
+        parts.clock - fraction * following[parts.clock_index],
         np.zeros(1),
         np.zeros(1),
         ["clock"],
-        parameters=share,
+        parameters=fraction,
         values=(k / (k + 1)).reshape(1, -1),
     )
 
 
 def _period(parts: ProblemParts) -> TrajectoryConstraint:
-    """The end is the start moved on by the stride, and the integrated gaps of a free start are the true ones."""
+    """The end is the start shifted by one stride, and the integrated gaps of a free start are the true ones."""
     assert parts.task.goal.periodic is not None
-    system, n, n_q = parts.contact_system.system, parts.clock, parts.dynamics.configuration.numel()
+    system, n, n_q = parts.contact_system.system, parts.clock_index, parts.dynamics.configuration.numel()
     start, end = system.state, ca.SX.sym("end", system.state.numel())
     stride = np.zeros(n)
     stride[:n_q] = vector(parts.dynamics.configuration_names, parts.task.goal.periodic.stride, 0.0)

@@ -1,12 +1,13 @@
-"""Whether a frame can get to where a task wants it."""
+"""Reach: how far a frame or the centre of mass can get, whatever the joints do."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fesd_robot.ocp.points import AXES, Points
+from fesd_robot.ocp.points import Points
 from fesd_robot.robot import Robot
 from fesd_robot.task import PointTarget, Task
+from fesd_robot.task.words import along_axes
 
 _SLACK = 1e-6
 """m."""
@@ -37,12 +38,12 @@ def check_reach(points: Points, frame: str | None, target: PointTarget, key: tup
     ]
     missing = float(np.linalg.norm(out)) - radius - (target.tolerance or 0.0) * np.sqrt(len(out))
     if missing > _SLACK:
-        found = ", ".join(f"{a} {w:g}" for a, w in zip(AXES, target.position, strict=True) if w is not None)
         what = "the centre of mass" if frame is None else f"frame '{frame}'"
         raise points.task.error(
-            key, f"found {found}, which is {missing:.3g} m out of reach of {what}, expected a position within its "
-            "joints' limits and the lengths of its links"
-        )  # fmt: skip
+            key,
+            f"found {along_axes(target.position)}, which is {missing:.3g} m out of reach of {what}, expected a "
+            "position within its joints' limits and the lengths of its links",
+        )
 
 
 def reach(robot: Robot, task: Task, frame: str) -> Reach:
@@ -51,12 +52,12 @@ def reach(robot: Robot, task: Task, frame: str) -> Reach:
     Along the joints from the world to the frame, lengths and the travel of sliding joints add up: as a box while no
     joint before turns, as a radius afterwards. A joint of another kind, or without limits, reaches everywhere.
     """
-    found = robot.model.frames[robot.frame_id(frame)]
-    return _reach(robot, task, found.parentJoint, np.asarray(found.placement.translation))
+    pinocchio_frame = robot.model.frames[robot.frame_id(frame)]
+    return _reach(robot, task, pinocchio_frame.parentJoint, np.asarray(pinocchio_frame.placement.translation))
 
 
 def reach_of_mass(robot: Robot, task: Task) -> Reach:
-    """Return what the centre of mass can reach: the mean of what the bodies' reach, weighed by their masses."""
+    """Return what the centre of mass can reach: the mean of what the bodies' reach, weighted by their masses."""
     inertias = [(joint, robot.model.inertias[joint]) for joint in range(1, robot.model.njoints)]
     bodies = [(each.mass, _reach(robot, task, joint, each.lever)) for joint, each in inertias if each.mass > 0]
     total = sum(mass for mass, _ in bodies)

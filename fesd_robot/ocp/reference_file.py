@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.errors import nearest, nearest_file
-from fesd_robot.plans import PlanFileError, read_plan
+from fesd_robot.errors import MotionFileError, PlanFileError, nearest, nearest_file
+from fesd_robot.plans import read_plan
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
@@ -31,7 +31,7 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
         raise task.error(key, f"found '{name}', but there is no file {path}{nearest_file(path)}")
     try:
         columns = _of_plan(path) if path.is_dir() or path.suffix == ".json" else _of_csv(path)
-    except (OSError, UnicodeDecodeError, ValueError, csv.Error, PlanFileError) as error:
+    except (OSError, UnicodeDecodeError, csv.Error, MotionFileError, PlanFileError) as error:
         raise task.error(key, f"found {path}, which cannot be read as a motion: {error}") from error
     for column in ("time", *robot.configuration_names):
         if column not in columns:
@@ -54,13 +54,17 @@ def _of_plan(path: Path) -> dict[str, np.ndarray]:
 
 
 def _of_csv(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns by name without unit, of two with one name the first; text that is no number is NaN."""
+    """Return the columns by name without unit, of two with one name the first; text that is no number is NaN.
+
+    Raises:
+        MotionFileError: a row with more or less values than there are columns.
+    """
     with path.open(newline="", encoding="utf-8-sig") as stream:
         header, *rows = list(csv.reader(stream)) or [[]]
     rows = [row for row in rows if row]
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
-            raise ValueError(f"row {number} has {len(row)} values for {len(header)} columns")
+            raise MotionFileError(f"row {number} has {len(row)} values for {len(header)} columns")
     columns: dict[str, np.ndarray] = {}
     for i, title in enumerate(header):
         columns.setdefault(_UNIT.sub("", title.strip()), np.array([_number(row[i]) for row in rows]))

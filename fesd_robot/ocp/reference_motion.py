@@ -11,7 +11,7 @@ import pinocchio as pin
 from fesd_robot.robot import Robot
 
 _DIFFERENCE = 1e-6
-"""Step of the difference quotient for the reference velocity, as a share of the duration."""
+"""Step of the difference quotient for the reference velocity, as a fraction of the duration."""
 
 
 class ReferenceMotion(Protocol):
@@ -60,12 +60,12 @@ class LineMotion:
         line = self._line(time)
         if not self.apex:
             return line
-        share = time / self.duration * self.count - jump
+        s = time / self.duration * self.count - jump
         takeoff = self._line(self.duration * jump / self.count)
         for coordinate, apex in self.apex.items():
-            line[coordinate] += (apex - takeoff[coordinate]) * 4.0 * share * (1.0 - share)
+            line[coordinate] += (apex - takeoff[coordinate]) * 4.0 * s * (1.0 - s)
         return np.asarray(pin.normalize(self.robot.model, line))
 
     def _line(self, time: float) -> np.ndarray:
-        share = time / self.duration
-        return np.array(pin.interpolate(self.robot.model, self.start, self.goal, share))
+        s = time / self.duration
+        return np.array(pin.interpolate(self.robot.model, self.start, self.goal, s))

@@ -18,7 +18,7 @@ from fesd_robot.robot import Robot
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 
 _STEP = 1e-6
-"""Step of difference quotients, as a share of the duration."""
+"""Step of difference quotients, as a fraction of the duration."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,8 @@ def between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> n
     after = int(np.clip(np.searchsorted(times, time, side="right"), 1, len(times) - 1)) if len(times) > 1 else 0
     if after == 0:
         return np.array(rows[0])
-    share = float(np.clip((time - times[after - 1]) / (times[after] - times[after - 1]), 0.0, 1.0))
-    return np.array(pin.interpolate(robot.model, rows[after - 1], rows[after], share))
+    fraction = float(np.clip((time - times[after - 1]) / (times[after] - times[after - 1]), 0.0, 1.0))
+    return np.array(pin.interpolate(robot.model, rows[after - 1], rows[after], fraction))
 
 
 def _splines(

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from fesd_robot.contact import (
-    CircleOnCircle,
-    CircleOnSurface,
-    ContactGeometry,
-    Ground,
-    Plane,
-    PointOnSurface,
-    Scene,
-    Terrain,
-    Wall,
-)
-from fesd_robot.contact.ground import height_map, read_heights, steps
+from functools import singledispatch
+from pathlib import Path
+
+from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, Ground, PointOnSurface, Scene
+from fesd_robot.contact import ground as surfaces
+from fesd_robot.contact.ground import profiles
 from fesd_robot.errors import GroundError
-from fesd_robot.task import GROUND, CircleCircleContact, HeightMap, PointContact, Steps, Task
+from fesd_robot.task import GROUND, CircleCircleContact, PointContact, Task
+from fesd_robot.task.ground import HeightMap, Plane, Shape, Steps
 
 
 def surfaces_of(task: Task) -> dict[str, Ground]:
@@ -24,8 +19,11 @@ def surfaces_of(task: Task) -> dict[str, Ground]:
     Raises:
         TaskError: too many steps, or the file of a height map is missing, no table of heights, or too steep.
     """
-    walls = {name: Wall(wall.x, wall.side) for name, wall in task.ground.walls.items()}
-    return {GROUND: _ground(task), **walls}
+    walls = {name: surfaces.Wall(wall.x, wall.side) for name, wall in task.ground.walls.items()}
+    try:
+        return {GROUND: surface_of(task.ground, task.folder), **walls}
+    except GroundError as error:
+        raise task.error(("ground", task.ground.BUILT_FROM), str(error)) from error
 
 
 def scene_of(task: Task) -> Scene:
@@ -34,8 +32,8 @@ def scene_of(task: Task) -> Scene:
     Raises:
         TaskError: a ground that cannot be built, or a circle that does not fit into its hollows.
     """
-    surfaces = surfaces_of(task)
-    return Scene(surfaces, {name: _geometry(task, name, surfaces) for name in task.contacts})
+    by_name = surfaces_of(task)
+    return Scene(by_name, {name: _geometry(task, name, by_name) for name in task.contacts})
 
 
 def friction_of(task: Task, name: str) -> float:
@@ -48,27 +46,44 @@ def friction_of(task: Task, name: str) -> float:
     return ground.walls[contact.surface].friction
 
 
-def _ground(task: Task) -> Ground:
-    ground = task.ground
-    if isinstance(ground, Steps):
-        edges, heights = [step.x for step in ground.steps], [step.height for step in ground.steps]
-        try:
-            return Terrain(steps(ground.height, edges, heights, ground.smoothing))
-        except GroundError as error:
-            raise task.error("ground.steps", str(error)) from error
-    if isinstance(ground, HeightMap):
-        try:
-            return Terrain(height_map(*read_heights(task.folder / ground.file)))
-        except GroundError as error:
-            raise task.error("ground.file", f"found '{ground.file}', but {error}") from error
-    return Plane(ground.height, ground.slope)
+@singledispatch
+def surface_of(shape: Shape, folder: Path) -> Ground:
+    """Return the surface of a task's ground.
+
+    Args:
+        shape: the section `ground` of a task.
+        folder: where relative paths start.
+
+    Raises:
+        GroundError: the surface cannot be built.
+    """
+    raise TypeError(f"no surface is known for {type(shape).__name__}")
 
 
-def _geometry(task: Task, name: str, surfaces: dict[str, Ground]) -> ContactGeometry:
+@surface_of.register
+def _plane(shape: Plane, folder: Path) -> Ground:
+    return surfaces.Plane(shape.height, shape.slope)
+
+
+@surface_of.register
+def _steps(shape: Steps, folder: Path) -> Ground:
+    edges, heights = [step.x for step in shape.steps], [step.height for step in shape.steps]
+    return surfaces.Terrain(profiles.steps(shape.height, edges, heights, shape.smoothing))
+
+
+@surface_of.register
+def _height_map(shape: HeightMap, folder: Path) -> Ground:
+    try:
+        return surfaces.Terrain(profiles.height_map(*surfaces.read_heights(folder / shape.file)))
+    except GroundError as error:
+        raise GroundError(f"found '{shape.file}', but {error}") from error
+
+
+def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeometry:
     contact = task.contacts[name]
     if isinstance(contact, CircleCircleContact):
         return CircleOnCircle(contact.frame, contact.radius, contact.other_frame, contact.other_radius)
-    surface = surfaces[contact.surface]
+    surface = by_name[contact.surface]
     if isinstance(contact, PointContact):
         return PointOnSurface(contact.frame, surface)
     try:

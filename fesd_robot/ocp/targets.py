@@ -14,7 +14,7 @@ from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
 
-WHOLE = "center of mass"
+CENTER_OF_MASS = "center of mass"
 
 
 @dataclass
@@ -26,12 +26,12 @@ class _Rows:
     names: list[str] = field(default_factory=list)
     cost: dict[str, ca.SX] = field(default_factory=dict)
 
-    def hold(self, row: ca.SX, width: float, name: str) -> None:
+    def bound(self, row: ca.SX, width: float, name: str) -> None:
         self.rows.append(row)
         self.width.append(width)
         self.names.append(name)
 
-    def weigh(self, name: str, weight: float, square: ca.SX) -> None:
+    def add_cost(self, name: str, weight: float, square: ca.SX) -> None:
         if weight:
             self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
 
@@ -52,17 +52,17 @@ def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid)
     Raises:
         TaskError: a frame cannot get to its target.
     """
-    found = []
+    constraints = []
     if task.goal.has_points:
         rows = _Rows()
         _add_points(rows, ("goal",), "goal: ", task.goal, points)
-        found.append(rows.constraint("goal", state, grid.intervals - 1))
+        constraints.append(rows.constraint("goal", state, grid.intervals - 1))
     for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
         rows, name = _Rows(), f"waypoint {i + 1}"
         _add_coordinates(rows, name, waypoint, points)
         _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
-        found.append(rows.constraint(name, state, end - 1))
-    return found
+        constraints.append(rows.constraint(name, state, end - 1))
+    return constraints
 
 
 def waypoint_ends(task: Task, grid: TimeGrid) -> list[int]:
@@ -83,9 +83,9 @@ def _add_coordinates(rows: _Rows, cost: str, waypoint: Waypoint, points: Points)
     for symbols, names, wanted, widths, weight, kind in groups:
         for name, value in wanted.items():
             deviation = symbols[names.index(name)] - value
-            rows.weigh(cost, weight, deviation**2)
+            rows.add_cost(cost, weight, deviation**2)
             if name in widths:
-                rows.hold(deviation, widths[name], name + kind)
+                rows.bound(deviation, widths[name], name + kind)
 
 
 def _add_points(
@@ -99,20 +99,20 @@ def _add_points(
         at = (*key, "center_of_mass")
         symbols = points.center_of_mass(at)
         check_reach(points, None, target.center_of_mass, (*at, "position"))
-        _add_point(rows, target.center_of_mass, symbols, f"{prefix}{WHOLE}", cost, (points, at))
+        _add_point(rows, target.center_of_mass, symbols, f"{prefix}{CENTER_OF_MASS}", cost, (points, at))
 
 
 def _add_point(
     rows: _Rows,
     target: PointTarget,
-    found: tuple[ca.SX, ca.SX],
+    motion: tuple[ca.SX, ca.SX],
     name: str,
     cost: str | None,
     where: tuple[Points, tuple[str, ...]],
 ) -> None:
     groups = [
-        (target.position, found[0], target.tolerance, target.weight, "position", "m"),
-        (target.velocity, found[1], target.velocity_tolerance, target.velocity_weight, "velocity", "m/s"),
+        (target.position, motion[0], target.tolerance, target.weight, "position", "m"),
+        (target.velocity, motion[1], target.velocity_tolerance, target.velocity_weight, "velocity", "m/s"),
     ]
     for wanted, value, width, weight, kind, unit in groups:
         for i, axis in enumerate(AXES):
@@ -120,11 +120,11 @@ def _add_point(
             if goal is None:
                 continue
             deviation = value[i] - goal
-            rows.weigh(cost or name, weight, deviation**2)
+            rows.add_cost(cost or name, weight, deviation**2)
             if width is None:
                 continue
             if not deviation.is_constant():
-                rows.hold(deviation, width, f"{name} {axis} {kind}")
+                rows.bound(deviation, width, f"{name} {axis} {kind}")
             elif abs(float(deviation)) > width:
                 points, key = where
                 raise points.task.error(

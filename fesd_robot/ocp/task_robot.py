@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import JointError, RobotError
 from fesd_robot.ocp.actuation import actuators_of
-from fesd_robot.robot import Robot, load_robot
+from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import CircleCircleContact, Task, check_names, check_values
 
@@ -26,7 +26,7 @@ def load_task_robot(task: Task) -> Robot:
     """
     section, source = task.robot, task.locate_model()
     try:
-        bare = load_robot(
+        robot = load_robot(
             source, root=section.root, locked=section.locked, coupled=section.coupled, search_path=task.folder
         )
     except JointError as error:
@@ -35,21 +35,13 @@ def load_task_robot(task: Task) -> Robot:
         raise task.error("robot.model", str(error)) from error
     check_names(
         task,
-        bare.configuration_names,
-        bare.velocity_names,
-        bare.joint_names,
-        bare.frame_names,
-        list(actuators_of(task, bare)),
+        robot.configuration_names,
+        robot.velocity_names,
+        robot.joint_names,
+        robot.frame_names,
+        list(actuators_of(task, robot)),
     )
-    robot = load_robot(
-        source,
-        root=section.root,
-        locked=section.locked,
-        coupled=section.coupled,
-        armature=section.armature,
-        damping=section.damping,
-        search_path=task.folder,
-    )
+    robot = with_joint_properties(robot, armature=section.armature, damping=section.damping)
     positions = zip(robot.lower_position, robot.upper_position, strict=True)
     check_values(
         task,
@@ -62,13 +54,14 @@ def load_task_robot(task: Task) -> Robot:
 
 
 def _check_distinct_contacts(task: Task, robot: Robot) -> None:
-    """Refuse two contacts that touch together wherever the robot is: nothing would tell their forces apart."""
+    """Refuse two contacts that touch together wherever the robot is: their forces would be undetermined."""
     model = robot.model
     data, paths = model.createData(), []
     points = {name: one for name, one in task.contacts.items() if not isinstance(one, CircleCircleContact)}
     frames = {name: robot.frame_id(contact.frame) for name, contact in points.items()}
-    for share in (0.0, 0.3, -0.7):
-        pin.framesForwardKinematics(model, data, pin.integrate(model, robot.neutral, np.linspace(share, 1, model.nv)))
+    for first_step in (0.0, 0.3, -0.7):
+        q = pin.integrate(model, robot.neutral, np.linspace(first_step, 1, model.nv))
+        pin.framesForwardKinematics(model, data, q)
         paths.append({name: data.oMf[frame].translation[[0, 2]] for name, frame in frames.items()})
     kinds = {name: contact.model_copy(update={"frame": "", "friction": None}) for name, contact in points.items()}
     for first, second in combinations(frames, 2):

@@ -14,7 +14,7 @@ class TimeGrid:
     """Control intervals of equal physical length T/N.
 
     Attributes:
-        nominal: duration the motion is first thought to have, s; also the length of numerical time.
+        nominal: duration of the initial guess, s; also the length of numerical time.
         intervals: N.
         lower, upper: bounds of T, s; both `nominal` if it is fixed.
     """

@@ -112,6 +112,8 @@ class _Checks:
             for value, bounds in zip(point, (constraint.x, constraint.y, constraint.z), strict=True):
                 if bounds is not None:
                     yield float(max(bounds[0] - value, value - bounds[1]))
+        else:
+            raise TypeError(f"no violation is known for {type(constraint).__name__}")
 
     def _zone(self, zone: ForbiddenZone) -> Iterator[float]:
         i, motion = self._names.index(zone.contact), self._motion

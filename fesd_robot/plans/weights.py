@@ -6,65 +6,55 @@ from collections.abc import Mapping
 from typing import Any
 
 from fesd_robot.plans.plan import Plan
-
-_DEFAULTS = {
-    "configuration": 1.0,
-    "velocity": 0.1,
-    "control": 1e-3,
-    "terminal_configuration": 100.0,
-    "terminal_velocity": 10.0,
-}
-"""Weight of every name where the task gives no map."""
+from fesd_robot.task.costs import COST_TERMS
+from fesd_robot.task.fields import NameKind
 
 
 def weights_of(plan: Plan) -> dict[str, str]:
     """Return the weights of every term of the cost with their units; terms of the method have none."""
-    costs, goal = plan.task["costs"], plan.task["goal"]
-    units, controls = plan.units, plan.units.controls
-    contacts = dict.fromkeys(plan.contacts, "N")
-    terms: list[tuple[str, str, Mapping[str, str], str]] = [
-        ("configuration", "configuration", units.configuration, "/{0}/s"),
-        ("velocity", "velocity", units.velocity, "/{0}/s"),
-        ("control", "control", controls, "/{0}/s"),
-        ("terminal configuration", "terminal_configuration", units.configuration, "/{0}"),
-        ("terminal velocity", "terminal_velocity", units.velocity, "/{0}"),
-        ("control change", "control_change", controls, "/{0}"),
-        ("acceleration", "acceleration", units.velocity, "/{1}/s"),
-        ("force", "force", contacts, "/{2}"),
-        ("center of mass", "center_of_mass", dict.fromkeys("xyz", "m"), "/{0}/s"),
-    ]
-    found = {}
-    for term, key, names, unit in terms:
-        weights = costs.get(key)
-        if weights is None and key in _DEFAULTS:
-            only = key == "terminal_configuration" and (goal.get("frames") or goal.get("center_of_mass"))
-            weights = dict.fromkeys(goal["configuration"] if only else names, _DEFAULTS[key])
-        found[term] = _sentence(weights or {}, names, unit)
-    for frame, weights in costs.get("frames", {}).items():
-        found[f"frame {frame}"] = _sentence(weights, dict.fromkeys("xyz", "m"), "/{0}/s")
+    costs, goal, units = plan.task["costs"], plan.task["goal"], plan.units
+    axes = dict.fromkeys("xyz", "m")
+    named: dict[NameKind | None, Mapping[str, str]] = {
+        "configuration coordinate": units.configuration,
+        "velocity coordinate": units.velocity,
+        "control": units.controls,
+        "contact": dict.fromkeys(plan.contacts, "N"),
+        "axis": axes,
+        "frame": axes,
+        None: {},
+    }
+    sentences = {}
+    for key, term in COST_TERMS.items():
+        if key not in costs:  # a plan of an earlier version
+            continue
+        for name, _, weights in term.parts(key, costs[key]):
+            if weights is None:
+                only = term.goal == "configuration" and (goal.get("frames") or goal.get("center_of_mass"))
+                weights = dict.fromkeys(goal["configuration"] if only else named[term.names], term.default)
+            sentences[name] = _sentence(weights, named[term.names], term.unit)
     for frame, target in goal.get("frames", {}).items():
-        found[f"goal: {frame}"] = _target(target)
+        sentences[f"goal: {frame}"] = _target(target)
     if goal.get("center_of_mass"):
-        found["goal: center of mass"] = _target(goal["center_of_mass"])
+        sentences["goal: center of mass"] = _target(goal["center_of_mass"])
     for i, waypoint in enumerate(plan.task.get("waypoints", [])):
-        found[f"waypoint {i + 1}"] = "; ".join(_waypoint(waypoint, units.configuration, units.velocity))
-    found["time"] = f"{costs.get('time', 0.0):g} /s"
-    return {term: text for term, text in found.items() if text}
+        sentences[f"waypoint {i + 1}"] = "; ".join(_waypoint(waypoint, units.configuration, units.velocity))
+    return {term: text for term, text in sentences.items() if text}
 
 
 def _sentence(weights: Mapping[str, float], units: Mapping[str, str], form: str) -> str:
     """Return ``a, b 100 /m2/s``, the names of one weight and unit together.
 
     Args:
-        form: of the unit, from the square, the square of the rate, and the time integral of a name's own.
+        form: of the unit, see `fesd_robot.task.costs.CostTerm.unit`.
     """
     groups: dict[str, list[str]] = {}
     for name, weight in weights.items():
         if weight:
             unit = units.get(name, "")
-            forms = (_squared(unit), _squared(f"{unit}2" if unit.endswith("/s") else f"{unit}/s"), f"({unit} s)")
-            groups.setdefault(f"{weight:g} {form.format(*forms)}", []).append(name)
-    return "; ".join(f"{', '.join(names)} {weight}" for weight, names in groups.items())
+            rate = f"{unit}2" if unit.endswith("/s") else f"{unit}/s"
+            text = form.format(square=_squared(unit), rate=_squared(rate), integral=f"({unit} s)")
+            groups.setdefault(f"{weight:g} {text}", []).append(name)
+    return "; ".join(f"{', '.join(names)} {weight}".strip() for weight, names in groups.items())
 
 
 def _squared(unit: str) -> str:
@@ -82,7 +72,7 @@ def _target(target: Mapping[str, Any]) -> str:
 def _waypoint(waypoint: Mapping[str, Any], positions: Mapping[str, str], velocities: Mapping[str, str]) -> list[str]:
     found = []
     for key, weight, units in (("configuration", "weight", positions), ("velocity", "velocity_weight", velocities)):
-        found.append(_sentence(dict.fromkeys(waypoint[key], waypoint[weight]), units, "/{0}"))
+        found.append(_sentence(dict.fromkeys(waypoint[key], waypoint[weight]), units, "/{square}"))
     found += [f"{frame}: {_target(target)}" for frame, target in waypoint["frames"].items() if _target(target)]
     if waypoint["center_of_mass"] and _target(waypoint["center_of_mass"]):
         found.append(f"center of mass: {_target(waypoint['center_of_mass'])}")

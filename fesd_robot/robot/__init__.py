@@ -23,6 +23,7 @@ __all__ = [
     "nonlinear_effects",
     "potential_energy",
     "rnea",
+    "with_joint_properties",
 ]
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     )
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import example_robots
-    from fesd_robot.robot.load import load_robot
+    from fesd_robot.robot.load import load_robot, with_joint_properties
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
     from fesd_robot.robot.robot import Robot
 else:
@@ -58,7 +59,7 @@ else:
                 "frame_velocity",
             ],
             "fesd_robot.robot.library": ["example_robots"],
-            "fesd_robot.robot.load": ["load_robot"],
+            "fesd_robot.robot.load": ["load_robot", "with_joint_properties"],
             "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
             "fesd_robot.robot.robot": ["Robot"],
         },

@@ -7,6 +7,7 @@ import os
 import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -97,16 +98,15 @@ def load_robot(
         )
     if coupled:
         model = couple_joints(model, coupled)
-    return robot_from_model(
+    robot = robot_from_model(
         model,
         source=path,
         file_format=file_format,
         package_directories=package_directories(path, search_path),
         composites=composites,
         notes=notes,
-        armature=armature or {},
-        damping=damping or {},
     )
+    return with_joint_properties(robot, armature=armature or {}, damping=damping or {})
 
 
 def robot_from_model(
@@ -117,10 +117,8 @@ def robot_from_model(
     package_directories: tuple[Path, ...],
     composites: Mapping[str, Sequence[str]],
     notes: Sequence[str],
-    armature: Mapping[str, float],
-    damping: Mapping[str, float],
 ) -> Robot:
-    """Return the robot of a Pinocchio model; `model.armature` and `model.damping` are set in place.
+    """Return the robot of a Pinocchio model.
 
     Args:
         model: the model.
@@ -129,19 +127,13 @@ def robot_from_model(
         package_directories: where ``package://`` addresses are looked up.
         composites: name of a composite joint -> names of the joints it is made of.
         notes: what the file says that the equations of motion leave out.
-        armature: name of a joint or of a velocity coordinate -> inertia, kg or kg m².
-        damping: the same for the viscous damping, N s/m or N m s/rad.
 
     Raises:
-        RobotError: for a joint type that is not supported, a body without a proper mass, or a wrong armature or
-            damping.
+        RobotError: for a joint type that is not supported, or a body without a proper mass.
     """
     tree = build_tree(model, composites)
     _check_masses(source, model)
     configuration_names, velocity_names = _coordinate_names(tree, model)
-    targets = _coordinates_by_name(tree, velocity_names)
-    model.armature = _replaced("armature", model.armature, targets, armature)
-    model.damping = _replaced("damping", model.damping, targets, damping)
     lower_position, upper_position = _position_limits(model, tree)
     return Robot(
         name=model.name,
@@ -160,6 +152,23 @@ def robot_from_model(
         neutral=_frozen(pin.neutral(model)),
         notes=(*notes, *_model_notes(model, velocity_names)),
     )
+
+
+def with_joint_properties(robot: Robot, *, armature: Mapping[str, float], damping: Mapping[str, float]) -> Robot:
+    """Return the same robot with other values for the armature and the damping of some joints.
+
+    Args:
+        robot: stays as it is.
+        armature: name of a joint or of a velocity coordinate -> inertia, kg or kg m².
+        damping: the same for the viscous damping, N s/m or N m s/rad.
+
+    Raises:
+        RobotError: for an unknown name, and for a value that is negative or not finite.
+    """
+    model, targets = robot.model.copy(), _coordinates_by_name(robot.tree, robot.velocity_names)
+    model.armature = _replaced("armature", model.armature, targets, armature)
+    model.damping = _replaced("damping", model.damping, targets, damping)
+    return replace(robot, model=model)
 
 
 def _parse_xml(path: Path) -> ElementTree.Element:

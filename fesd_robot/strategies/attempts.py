@@ -50,13 +50,13 @@ def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
 
 def best_plan(attempts: Sequence[AttemptedPlan]) -> Plan:
     """Return the plan of the best attempt, with all attempts listed in its statistics."""
-    kept = best_attempt(attempts)
-    listed = [_listed(attempt, kept=attempt is kept) for attempt in attempts]
-    best = kept.plan
-    return best.model_copy(update={"statistics": best.statistics.model_copy(update={"attempts": listed})})
+    best = best_attempt(attempts)
+    listed = [_listed(attempt, kept=attempt is best) for attempt in attempts]
+    statistics = best.plan.statistics.model_copy(update={"attempts": listed})
+    return best.plan.model_copy(update={"statistics": statistics})
 
 
-def _listed(attempt: AttemptedPlan, *, kept: bool) -> Attempt:
+def _listed(attempt: AttemptedPlan, kept: bool) -> Attempt:
     plan = attempt.plan
     return Attempt(
         changes=attempt.overrides,

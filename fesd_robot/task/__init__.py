@@ -16,7 +16,6 @@ from fesd_robot.task.constraints import (
     ContactWindow,
     ForbiddenZone,
     FrameLimits,
-    PointConstraint,
 )
 from fesd_robot.task.contacts import CircleCircleContact, CircleContact, Contact, PointContact
 from fesd_robot.task.costs import Costs
@@ -66,7 +65,6 @@ __all__ = [
     "Output",
     "Periodic",
     "Plane",
-    "PointConstraint",
     "PointContact",
     "PointTarget",
     "Reference",

@@ -1,4 +1,4 @@
-"""Whether the sections of a task agree with each other."""
+"""Consistency of a task: errors about keys of different sections that contradict each other."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic_core import PydanticCustomError
 
 from fesd_robot.task.constraints import ContactWindow
+from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
 from fesd_robot.task.fields import conflict
 from fesd_robot.task.reference import Jumps, ThroughWaypoints
@@ -16,10 +17,18 @@ if TYPE_CHECKING:
     from fesd_robot.task.schema import Task
 
 _ROUNDED = 1e-3
-"""A time this near to the end of a control interval, as a share of the interval, is that end in few digits."""
+"""A time this near to the end of a control interval, as a fraction of the interval, is that end in few digits."""
 
 
-def disagreements(task: Task) -> Iterator[PydanticCustomError]:
+_WRONG_DURATION = {
+    "fixed": "found weights of what needs intervals of fixed length, which have a free length; expected a fixed "
+    "horizon.duration",
+    "free": "found a weight of the duration, which is fixed; expected horizon.duration with lower and upper",
+}
+"""Duration that a term of the cost needs -> the sentence where it is the other one."""
+
+
+def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
     """Yield an error about every pair of keys that contradict each other."""
     if isinstance(task.reference, Jumps) and task.reference.count > task.horizon.intervals:
         yield conflict(
@@ -27,22 +36,21 @@ def disagreements(task: Task) -> Iterator[PydanticCustomError]:
             f"found {task.reference.count} jumps, expected at most one per control interval ({task.horizon.intervals})",
         )
     yield from _waypoints(task)
-    yield from _periodic(task)
     for name, constraint in task.constraints.items():
         if isinstance(constraint, ContactWindow):
             for time in constraint.times:
                 yield from _time(task, ("constraints", name, "times"), time)
-    free = isinstance(task.horizon.duration, FreeDuration)
-    if free and any(task.costs.acceleration.values()):
-        yield conflict(
-            ("costs", "acceleration"), "found weights of the mean acceleration over intervals of free length; expected "
-            "a fixed horizon.duration"
-        )  # fmt: skip
-    if task.costs.time and not free:
-        yield conflict(
-            ("costs", "time"), "found a weight of the duration, which is fixed; expected horizon.duration with lower "
-            "and upper"
-        )  # fmt: skip
+    yield from _costs(task)
+
+
+def _costs(task: Task) -> Iterator[PydanticCustomError]:
+    duration = "free" if isinstance(task.horizon.duration, FreeDuration) else "fixed"
+    for key, term in COST_TERMS.items():
+        at = ("costs", key)
+        if term.duration is not None and term.duration != duration and task.costs.used(key):
+            yield conflict(at, _WRONG_DURATION[term.duration])
+        if term.goal and task.goal.periodic is not None and getattr(task.costs, key) is not None:
+            yield conflict(at, "found weights of a goal beside goal.periodic, which has none; expected no such key")
 
 
 def _waypoints(task: Task) -> Iterator[PydanticCustomError]:
@@ -66,16 +74,6 @@ def _waypoints(task: Task) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
     if isinstance(task.reference, ThroughWaypoints) and not any(w.configuration for w in task.waypoints):
         yield conflict(("reference", "type"), "found 'waypoints', but no waypoint has a configuration, expected one")
-
-
-def _periodic(task: Task) -> Iterator[PydanticCustomError]:
-    if task.goal.periodic is None:
-        return
-    for key in ("terminal_configuration", "terminal_velocity"):
-        if getattr(task.costs, key) is not None:
-            yield conflict(
-                ("costs", key), "found weights of a goal beside goal.periodic, which has none; expected no such key"
-            )
 
 
 def _time(task: Task, key: tuple[str, ...], time: float, inside: bool = False) -> Iterator[PydanticCustomError]:

@@ -1,12 +1,14 @@
-"""What the motion must keep to besides its limits, by name."""
+"""The section `constraints` of a task: constraints on the motion besides its limits, by name."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fesd_robot.task.fields import (
+    AXES,
     Bounds,
     Name,
     NonNegative,
@@ -18,6 +20,7 @@ from fesd_robot.task.fields import (
     expected,
     is_number,
 )
+from fesd_robot.task.words import along_axes
 
 _TIMES = "two times [from, to] with 0 <= from < to"
 
@@ -38,13 +41,22 @@ Times = Annotated[
 """``[from, to]``, s."""
 
 
-class BodyPoint(Section):
-    """A point fixed to a frame of the robot."""
+class BodyPoint(Section, ABC):
+    """A constraint on the position of a point that is fixed to a frame of the robot."""
 
     frame: Name = Field(description="Name of the frame.")
     offset: tuple[Number, Number, Number] = Field(
         default=(0.0, 0.0, 0.0), strict=False, description="The point in the frame's axes, m; default: its origin."
     )
+
+    def in_words(self) -> str:
+        """Return the constraint as a part of a sentence."""
+        point = f"the point {along_axes(self.offset)} m of" if any(self.offset) else "the origin of"
+        return f"{point} frame '{self.frame}' {self.place_in_words()}, at every stage"
+
+    @abstractmethod
+    def place_in_words(self) -> str:
+        """Return where the point stays."""
 
 
 class Clearance(BodyPoint):
@@ -53,6 +65,10 @@ class Clearance(BodyPoint):
     type: Literal["clearance"] = Field(description="The point stays above the ground.")
     distance: Number = Field(description="Smallest distance from the ground, m.")
 
+    def place_in_words(self) -> str:
+        """Return where the point stays."""
+        return f"stays {self.distance:g} m above the ground"
+
 
 class AvoidSphere(BodyPoint):
     """A point that stays outside a sphere."""
@@ -60,6 +76,10 @@ class AvoidSphere(BodyPoint):
     type: Literal["avoid_sphere"] = Field(description="The point stays outside a sphere.")
     center: Point = Field(description="Centre of the sphere, m; with null for one axis it is a cylinder along it.")
     radius: Positive = Field(description="Radius, m.")
+
+    def place_in_words(self) -> str:
+        """Return where the point stays."""
+        return f"stays out of the sphere of radius {self.radius:g} m around {along_axes(self.center)} m"
 
 
 class AvoidEllipse(BodyPoint):
@@ -73,6 +93,11 @@ class AvoidEllipse(BodyPoint):
     def _same_axes(self) -> AvoidEllipse:
         _check_extent("semi_axes", self.center, self.semi_axes)
         return self
+
+    def place_in_words(self) -> str:
+        """Return where the point stays."""
+        half_axes = along_axes(self.semi_axes)
+        return f"stays out of the ellipsoid around {along_axes(self.center)} m, half axes {half_axes} m"
 
 
 class AvoidBox(BodyPoint):
@@ -96,6 +121,15 @@ class AvoidBox(BodyPoint):
         _check_extent("size", self.center, self.size)
         return self
 
+    def place_in_words(self) -> str:
+        """Return where the point stays."""
+        axes = sum(value is not None for value in self.center)
+        wider = 100 * (axes ** (1 / self.power) - 1)
+        return (
+            f"stays out of the box around {along_axes(self.center)} m, size {along_axes(self.size)} m, rounded "
+            f"outwards (up to {wider:.2g} % wider)"
+        )
+
 
 class FrameLimits(BodyPoint):
     """Bounds of the position of a point."""
@@ -111,6 +145,11 @@ class FrameLimits(BodyPoint):
             raise conflict((), "found no bound, expected at least one of x, y and z")
         return self
 
+    def place_in_words(self) -> str:
+        """Return where the point stays."""
+        bounds = {axis: given for axis in AXES if (given := getattr(self, axis)) is not None}
+        return f"stays in {', '.join(f'{axis} [{low:g}, {high:g}]' for axis, (low, high) in bounds.items())} m"
+
 
 class ForbiddenZone(Section):
     """A stretch of ground that a contact may pass over but not touch."""
@@ -118,6 +157,10 @@ class ForbiddenZone(Section):
     type: Literal["forbidden_zone"] = Field(description="A contact may not touch the ground in a range of x.")
     contact: Name = Field(description="Name of the contact.")
     x: Bounds = Field(description="[from, to], m, null for no end on that side.")
+
+    def in_words(self) -> str:
+        """Return the constraint as a part of a sentence."""
+        return f"{self.contact} does not push on the ground for x in [{self.x[0]:g}, {self.x[1]:g}] m"
 
 
 class ContactWindow(Section):
@@ -144,9 +187,13 @@ class ContactWindow(Section):
             raise conflict((unused,), f"found '{unused}' with touch: {self.touch}, where it has no meaning")
         return self
 
+    def in_words(self) -> str:
+        """Return the constraint as a part of a sentence."""
+        gap = f"is closed within {self.tolerance:g} m at every interval's end"
+        if self.touch == "forbidden":
+            gap = f"is open by {self.clearance:g} m at every stage"
+        return f"the gap of {self.contact} {gap} from {self.times[0]:g} to {self.times[1]:g} s"
 
-PointConstraint = Clearance | AvoidSphere | AvoidEllipse | AvoidBox | FrameLimits
-"""Constraints on the position of a point."""
 
 Constraint = Annotated[
     Clearance | AvoidSphere | AvoidEllipse | AvoidBox | FrameLimits | ForbiddenZone | ContactWindow,

@@ -1,66 +1,164 @@
-"""What the motion costs: weights by name."""
+"""The section `costs` of a task: weights by name, and what is said about each of its keys."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
 from pydantic import Field
 
-from fesd_robot.task.fields import AxisWeights, Name, NonNegative, Section, Weights
+from fesd_robot.task.fields import AxisWeights, Name, NameKind, NonNegative, Section, Weights
+
+
+@dataclass(frozen=True)
+class CostTerm:
+    """What is said about one key of `costs` outside its expression, which is in `fesd_robot.ocp.costs`.
+
+    Attributes:
+        words: what has the weight, with ``{name}`` where every name has a term of its own.
+        names: what the names of the weights are; None for one weight without a name.
+        unit: of a weight, made of ``{square}``, the square of the named quantity's unit, ``{rate}``, the square of that
+            unit per s, and ``{integral}``, that unit times s.
+        default: weight of every name where the task gives no map.
+        prefix: of the terms of single names, whose weights are by axis; None where all names are in one term.
+        goal: the part of the goal from which a distance is measured; a motion that repeats has no such term.
+        duration: what `horizon.duration` has to be for the term to have a meaning.
+    """
+
+    words: str
+    names: NameKind | None
+    unit: str
+    default: float = 0.0
+    prefix: str | None = None
+    goal: Literal["configuration", "velocity"] | None = None
+    duration: Literal["fixed", "free"] | None = None
+
+    def parts(self, key: str, value: Any) -> Iterator[tuple[str, str, Mapping[str, float] | None]]:
+        """Yield (name of the term in a plan, words, weights) of all terms that a value of `costs` stands for.
+
+        Args:
+            key: the key of `costs`.
+            value: its value, also as plain data; None for the default.
+        """
+        if self.prefix is not None:
+            for name, weights in value.items():
+                yield f"{self.prefix} {name}", self.words.format(name=name), weights
+        else:
+            weights = value if value is None or isinstance(value, Mapping) else {"": value}
+            yield key.replace("_", " "), self.words, weights
 
 
 class Costs(Section):
-    """Weights of squared deviations; in a map that is given, names not listed weigh 0."""
+    """Weights of squared deviations; in a map that is given, names not listed have the weight 0."""
 
-    configuration: Weights | None = Field(
+    configuration: Annotated[
+        Weights | None,
+        CostTerm("deviation from the reference", "configuration coordinate", "/{square}/s", default=1.0),
+    ] = Field(
         default=None,
         description="Name of a configuration coordinate -> weight of its squared deviation from the reference, per s "
         "and m2 or rad2; default: 1 for every coordinate.",
     )
-    velocity: Weights | None = Field(
+    velocity: Annotated[
+        Weights | None,
+        CostTerm("velocity", "velocity coordinate", "/{square}/s", default=0.1),
+    ] = Field(
         default=None,
         description="Name of a velocity coordinate -> weight of its square, per s and (m/s)2 or (rad/s)2; default: "
         "0.1 for every coordinate.",
     )
-    control: Weights | None = Field(
+    control: Annotated[
+        Weights | None,
+        CostTerm("control", "control", "/{square}/s", default=1e-3),
+    ] = Field(
         default=None,
         description="Name of a control -> weight of its square, per s and N2 or (N m)2; default: 1e-3 for every "
         "control.",
     )
-    terminal_configuration: Weights | None = Field(
+    terminal_configuration: Annotated[
+        Weights | None,
+        CostTerm(
+            "distance from the goal at the end",
+            "configuration coordinate",
+            "/{square}",
+            default=100.0,
+            goal="configuration",
+        ),
+    ] = Field(
         default=None,
         description="Name of a configuration coordinate -> weight of its squared distance from the goal at the end, "
         "per m2 or rad2; default: 100 for every coordinate, or for every one listed in the goal if it has frames or a "
         "centre of mass.",
     )
-    terminal_velocity: Weights | None = Field(
+    terminal_velocity: Annotated[
+        Weights | None,
+        CostTerm(
+            "distance from the goal velocity at the end",
+            "velocity coordinate",
+            "/{square}",
+            default=10.0,
+            goal="velocity",
+        ),
+    ] = Field(
         default=None,
         description="Name of a velocity coordinate -> weight of its squared distance from the goal at the end, per "
         "(m/s)2 or (rad/s)2; default: 10 for every coordinate.",
     )
-    control_change: Weights = Field(
+    control_change: Annotated[
+        Weights,
+        CostTerm("change of control between intervals", "control", "/{square}"),
+    ] = Field(
         default_factory=dict,
         description="Name of a control -> weight of the squared change from each control interval to the next, per N2 "
         "or (N m)2; default: none.",
     )
-    acceleration: Weights = Field(
+    acceleration: Annotated[
+        Weights,
+        CostTerm("mean acceleration over intervals", "velocity coordinate", "/{rate}/s", duration="fixed"),
+    ] = Field(
         default_factory=dict,
         description="Name of a velocity coordinate -> weight of its squared mean acceleration over each control "
         "interval, impacts included, per s and (m/s2)2 or (rad/s2)2; default: none.",
     )
-    force: Weights = Field(
+    force: Annotated[
+        Weights,
+        CostTerm("integral of the normal force (not squared)", "contact", "/{integral}"),
+    ] = Field(
         default_factory=dict,
         description="Name of a contact -> weight of the time integral of its normal force, the impulses of impacts "
         "included, per N s; default: none.",
     )
-    center_of_mass: AxisWeights = Field(
+    center_of_mass: Annotated[
+        AxisWeights,
+        CostTerm("distance of the centre of mass from the reference's", "axis", "/{square}/s"),
+    ] = Field(
         default_factory=dict,
         description="Weight of the squared distance of the centre of mass from its place in the reference, per s and "
         "m2; one number, or by axis x, y, z; default: none.",
     )
-    frames: dict[Name, AxisWeights] = Field(
+    frames: Annotated[
+        dict[Name, AxisWeights],
+        CostTerm("distance of frame {name} from the reference's", "frame", "/{square}/s", prefix="frame"),
+    ] = Field(
         default_factory=dict,
         description="Name of a frame -> weight of the squared distance of its origin from its place in the reference, "
         "per s and m2; one number, or by axis x, y, z; default: none.",
     )
-    time: NonNegative = Field(
-        default=0.0, description="Weight of the duration, per s; needs a horizon.duration with lower and upper."
-    )
+    time: Annotated[
+        NonNegative,
+        CostTerm("duration (not squared)", None, "/s", duration="free"),
+    ] = Field(default=0.0, description="Weight of the duration, per s; needs a horizon.duration with lower and upper.")
+
+    def used(self, key: str) -> bool:
+        """Return whether the task gives any weight to the terms of a key."""
+        return any(
+            weights and any(weights.values()) for _, _, weights in COST_TERMS[key].parts(key, getattr(self, key))
+        )
+
+
+COST_TERMS: Mapping[str, CostTerm] = {
+    key: next(mark for mark in field.metadata if isinstance(mark, CostTerm))
+    for key, field in Costs.model_fields.items()
+}
+"""Key of `costs` -> what is said about it."""

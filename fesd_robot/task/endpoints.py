@@ -1,4 +1,4 @@
-"""How long the motion lasts and where it begins."""
+"""The sections `horizon` and `initial` of a task: duration, control intervals, state at time 0."""
 
 from __future__ import annotations
 

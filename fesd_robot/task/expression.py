@@ -8,6 +8,8 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from fesd_robot.errors import ExpressionError, nearest
+
 FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp")
 """Names of the functions an expression may call, each of one argument (angles in radians)."""
 
@@ -30,7 +32,7 @@ def expression_names(expression: str | float) -> frozenset[str]:
         expression: a number, or text such as ``-sin(root_pitch)``.
 
     Raises:
-        ValueError: the text is no expression of the allowed kind; the message says why.
+        ExpressionError: the text is no expression of the allowed kind; the message says why.
     """
     return frozenset(_names(_parse(expression)))
 
@@ -48,8 +50,7 @@ def evaluate_expression(
         functions: implementation of every name in `FUNCTIONS`; those of `math` by default.
 
     Raises:
-        ValueError: not an expression of the allowed kind.
-        KeyError: a name that is not in `values`.
+        ExpressionError: not an expression of the allowed kind, or a name that is not in `values`.
     """
     table = functions if functions is not None else {name: getattr(math, name) for name in FUNCTIONS}
     return _evaluate(_parse(expression), values, table)
@@ -59,14 +60,14 @@ def _parse(expression: str | float) -> ast.expr:
     if isinstance(expression, int | float):
         return ast.Constant(float(expression))
     if len(expression) > _MAX_LENGTH:
-        raise ValueError(f"an expression of {len(expression)} characters is longer than {_MAX_LENGTH}")
+        raise ExpressionError(f"an expression of {len(expression)} characters is longer than {_MAX_LENGTH}")
     if "^" in expression:
-        raise ValueError("'^' is no operator here, write ** for powers")
+        raise ExpressionError("'^' is no operator here, write ** for powers")
     try:
         node = ast.parse(expression.strip(), mode="eval").body
         _check(node)
     except (SyntaxError, RecursionError, MemoryError) as error:
-        raise ValueError("it is not an arithmetic expression") from error
+        raise ExpressionError("it is not an arithmetic expression") from error
     _check_constants(node)
     return node
 
@@ -81,17 +82,17 @@ def _check_constants(node: ast.expr) -> None:
             except (ArithmeticError, ValueError):
                 value = math.nan
             if isinstance(value, complex) or not math.isfinite(value):
-                raise ValueError(f"'{ast.unparse(part)}' is no finite number")
+                raise ExpressionError(f"'{ast.unparse(part)}' is no finite number")
 
 
 def _check(node: ast.expr) -> None:
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             if abs(value) > 1e300:
-                raise ValueError("it contains a number that is not finite")
+                raise ExpressionError("it contains a number that is not finite")
         case ast.Name(id=name):
             if name in FUNCTIONS:
-                raise ValueError(f"'{name}' is a function, write {name}(...)")
+                raise ExpressionError(f"'{name}' is a function, write {name}(...)")
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _UNARY:
             _check(operand)
         case ast.BinOp(left=left, op=binary, right=right) if type(binary) in _BINARY:
@@ -100,7 +101,7 @@ def _check(node: ast.expr) -> None:
         case ast.Call(func=ast.Name(id=name), args=[ast.expr() as argument], keywords=[]) if name in FUNCTIONS:
             _check(argument)
         case _:
-            raise ValueError(f"'{ast.unparse(node)}' is not allowed, only {_ALLOWED}")
+            raise ExpressionError(f"'{ast.unparse(node)}' is not allowed, only {_ALLOWED}")
 
 
 def _names(node: ast.expr) -> Iterator[str]:
@@ -117,6 +118,8 @@ def _evaluate(node: ast.expr, values: Mapping[str, Any], functions: Mapping[str,
         case ast.Name(id="pi"):
             return math.pi
         case ast.Name(id=name):
+            if name not in values:
+                raise ExpressionError(f"found '{name}', expected a name that has a value{nearest(name, values)}")
             return values[name]
         case ast.UnaryOp(op=op, operand=operand):
             return _UNARY[type(op)](_evaluate(operand, values, functions))
@@ -124,4 +127,4 @@ def _evaluate(node: ast.expr, values: Mapping[str, Any], functions: Mapping[str,
             return _BINARY[type(binary)](_evaluate(left, values, functions), _evaluate(right, values, functions))
         case ast.Call(func=ast.Name(id=name), args=[argument]):
             return functions[name](_evaluate(argument, values, functions))
-    raise ValueError(f"'{ast.unparse(node)}' is not allowed, only {_ALLOWED}")
+    raise ExpressionError(f"'{ast.unparse(node)}' is not allowed, only {_ALLOWED}")

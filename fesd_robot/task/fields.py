@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -78,6 +78,9 @@ _BOUNDS_SCHEMA: dict[str, Any] = {
     "maxItems": 2,
 }
 
+NameKind = Literal["configuration coordinate", "velocity coordinate", "joint", "frame", "control", "contact", "axis"]
+"""What a name in a task stands for."""
+
 Name = Annotated[str, Field(min_length=1)]
 """Name of a joint, coordinate, frame, contact or control."""
 
@@ -109,13 +112,13 @@ SymmetricBounds = Annotated[
 ]
 """`Bounds`, or one positive number b for ``[-b, b]``."""
 
-_AXES = ("x", "y", "z")
+AXES = ("x", "y", "z")
 _POINT = "[x, y, z] or a mapping of x, y and z, null or left out where an axis does not matter"
 
 
 def _read_point(value: Any) -> tuple[float | None, float | None, float | None]:
-    if isinstance(value, dict) and set(value) <= set(_AXES):
-        value = [value.get(axis) for axis in _AXES]
+    if isinstance(value, dict) and set(value) <= set(AXES):
+        value = [value.get(axis) for axis in AXES]
     if not isinstance(value, list | tuple) or len(value) != 3:
         raise expected(_POINT)
     if any(part is not None and not (is_number(part) and math.isfinite(part)) for part in value):
@@ -127,8 +130,8 @@ def _read_point(value: Any) -> tuple[float | None, float | None, float | None]:
 
 
 def _read_axis_weights(value: Any) -> dict[str, float]:
-    weights = dict.fromkeys(_AXES, value) if is_number(value) else value
-    if not isinstance(weights, dict) or not set(weights) <= set(_AXES):
+    weights = dict.fromkeys(AXES, value) if is_number(value) else value
+    if not isinstance(weights, dict) or not set(weights) <= set(AXES):
         raise expected("a number of at least 0, or a mapping of x, y and z to such numbers")
     if any(not is_number(weight) or math.isinf(weight) or weight < 0 for weight in weights.values()):
         raise expected("a number of at least 0, or a mapping of x, y and z to such numbers")
@@ -138,7 +141,7 @@ def _read_axis_weights(value: Any) -> dict[str, float]:
 _AXIS_SCHEMA: dict[str, Any] = {"type": ["number", "null"]}
 _BY_AXIS: dict[str, Any] = {
     "type": "object",
-    "properties": {axis: {"description": f"The {axis} axis.", **_AXIS_SCHEMA} for axis in _AXES},
+    "properties": {axis: {"description": f"The {axis} axis.", **_AXIS_SCHEMA} for axis in AXES},
     "additionalProperties": False,
 }
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from abc import ABC, abstractmethod
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
@@ -36,8 +37,6 @@ def _check_walls(walls: dict[str, Wall]) -> dict[str, Wall]:
 
 
 Walls = Annotated[dict[Name, Wall], AfterValidator(_check_walls)]
-_FRICTION = "Coefficient of Coulomb friction of the ground, without unit."
-_WALLS = "Name of a wall -> where it stands; contacts choose it by that name as their surface; default: none."
 
 
 def _check_slope(value: float) -> float:
@@ -47,8 +46,30 @@ def _check_slope(value: float) -> float:
     return value
 
 
-class Plane(Section):
+class Shape(Section, ABC):
+    """A ground of any shape."""
+
+    BUILT_FROM: ClassVar[str]
+    """The key to blame where a surface of this shape cannot be built."""
+
+    friction: NonNegative = Field(
+        default=0.8, description="Coefficient of Coulomb friction of the ground, without unit."
+    )
+    walls: Walls = Field(
+        default_factory=dict,
+        description="Name of a wall -> where it stands; contacts choose it by that name as their surface; default: "
+        "none.",
+    )
+
+    @abstractmethod
+    def in_words(self) -> str:
+        """Return the shape, without friction and walls."""
+
+
+class Plane(Shape):
     """A flat ground, horizontal or sloped."""
+
+    BUILT_FROM = "slope"
 
     type: Literal["plane"] = Field(default="plane", description="Shape of the ground.")
     height: Number = Field(default=0.0, description="Height of the ground at x = 0, m.")
@@ -57,8 +78,11 @@ class Plane(Section):
         description="Angle by which the ground rises along +x, rad, between -pi/2 and pi/2.",
         json_schema_extra={"exclusiveMinimum": -math.pi / 2, "exclusiveMaximum": math.pi / 2},
     )
-    friction: NonNegative = Field(default=0.8, description=_FRICTION)
-    walls: Walls = Field(default_factory=dict, description=_WALLS)
+
+    def in_words(self) -> str:
+        """Return the shape, without friction and walls."""
+        slope = f"rising by {self.slope:g} rad along +x" if self.slope else "level"
+        return f"Plane, {slope}, at height {self.height:g} m for x = 0"
 
 
 class Step(Section):
@@ -68,8 +92,10 @@ class Step(Section):
     height: Number = Field(description="Height of the ground from this edge to the next, m.")
 
 
-class Steps(Section):
+class Steps(Shape):
     """Level treads at different heights: stairs, gaps, holes."""
+
+    BUILT_FROM = "steps"
 
     type: Literal["steps"] = Field(description="Shape of the ground.")
     height: Number = Field(default=0.0, description="Height of the ground before the first edge, m.")
@@ -79,8 +105,6 @@ class Steps(Section):
         description="Length along x over which the ground rises or falls at an edge, centred there, m; edges are at "
         "least as far apart. It should be longer than what a contact travels within a finite element.",
     )
-    friction: NonNegative = Field(default=0.8, description=_FRICTION)
-    walls: Walls = Field(default_factory=dict, description=_WALLS)
 
     @model_validator(mode="after")
     def _fit(self) -> Steps:
@@ -109,9 +133,16 @@ class Steps(Section):
             height = step.height
         return self
 
+    def in_words(self) -> str:
+        """Return the shape, without friction and walls."""
+        edges = ", ".join(f"{step.height:g} m from x = {step.x:g} m" for step in self.steps)
+        return f"Steps: {self.height:g} m high, then {edges}; every edge smoothed over {self.smoothing:g} m"
 
-class HeightMap(Section):
+
+class HeightMap(Shape):
     """A ground through measured heights."""
+
+    BUILT_FROM = "file"
 
     type: Literal["height_map"] = Field(description="Shape of the ground.")
     file: Annotated[str, Field(min_length=1)] = Field(
@@ -119,8 +150,10 @@ class HeightMap(Section):
         "increasing. A natural cubic spline joins them; beyond both ends the ground levels off over a tenth of the "
         "map's length and is flat."
     )
-    friction: NonNegative = Field(default=0.8, description=_FRICTION)
-    walls: Walls = Field(default_factory=dict, description=_WALLS)
+
+    def in_words(self) -> str:
+        """Return the shape, without friction and walls."""
+        return f"Height map {self.file}"
 
 
 Ground = Annotated[

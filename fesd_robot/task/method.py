@@ -1,4 +1,4 @@
-"""How the task is solved and what is written: discretisation, solver, output."""
+"""The sections `method`, `solver` and `output` of a task: discretisation, solver, optional files."""
 
 from __future__ import annotations
 

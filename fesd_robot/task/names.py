@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
 from fesd_robot.task.contacts import CircleCircleContact
+from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import Initial
 from fesd_robot.task.expression import expression_names
+from fesd_robot.task.fields import AXES, NameKind
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.reference import Jumps
@@ -19,7 +21,8 @@ from fesd_robot.task.schema import Task
 _SLACK = 1e-9
 """m or rad (or per s): a value this far outside its limit is on it, rounded."""
 
-_CONFIGURATION, _VELOCITY, _JOINT, _FRAME = "configuration coordinate", "velocity coordinate", "joint", "frame"
+_CONFIGURATION: NameKind = "configuration coordinate"
+_VELOCITY: NameKind = "velocity coordinate"
 
 
 def check_names(
@@ -45,13 +48,14 @@ def check_names(
     """
     if control_names is None:
         control_names = joint_names if task.robot.actuators is None else list(task.robot.actuators)
-    valid = {
+    valid: dict[NameKind, Collection[str]] = {
         _CONFIGURATION: configuration_names,
         _VELOCITY: velocity_names,
-        _JOINT: joint_names,
-        _FRAME: frame_names,
+        "joint": joint_names,
+        "frame": frame_names,
         "control": control_names,
         "contact": list(task.contacts),
+        "axis": AXES,
     }
     problems = [
         (path, _unknown(task, kind, name, valid[kind]))
@@ -63,9 +67,9 @@ def check_names(
         raise error
 
 
-def _unknown(task: Task, kind: str, name: str, valid: Collection[str]) -> str:
+def _unknown(task: Task, kind: NameKind, name: str, valid: Collection[str]) -> str:
     """Return what is wrong with a name that is not valid, perhaps only because the task has taken it away."""
-    if kind in (_CONFIGURATION, _VELOCITY, _JOINT):
+    if kind in (_CONFIGURATION, _VELOCITY, "joint"):
         if name in task.robot.locked:
             return f"found '{name}', which robot.locked holds, expected a {kind}: one that moves"
         if name in task.robot.coupled:
@@ -149,49 +153,56 @@ def _in_another_unit(value: float, unit: str | None, lower: float, upper: float)
     return f" ({value:g} {foreign} are {value * size:.6g} {unit})" if lower <= value * size <= upper else ""
 
 
-def _names_used(task: Task) -> Iterator[tuple[KeyPath, str, str]]:
+def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     """Yield (key path, kind, name) of every name in a task that must exist on the robot."""
-    for path, kind, names in (
-        (("robot", "armature"), _JOINT, task.robot.armature),
-        (("robot", "damping"), _JOINT, task.robot.damping),
-        (("limits", "effort"), _JOINT, task.limits.effort),
-        (("initial", "configuration"), _CONFIGURATION, task.initial.configuration),
-        (("initial", "velocity"), _VELOCITY, task.initial.velocity),
-        (("reference", "apex"), _CONFIGURATION, task.reference.apex if isinstance(task.reference, Jumps) else {}),
-        (("costs", "configuration"), _CONFIGURATION, task.costs.configuration),
-        (("costs", "velocity"), _VELOCITY, task.costs.velocity),
-        (("costs", "control"), "control", task.costs.control),
-        (("costs", "terminal_configuration"), _CONFIGURATION, task.costs.terminal_configuration),
-        (("costs", "terminal_velocity"), _VELOCITY, task.costs.terminal_velocity),
-        (("costs", "control_change"), "control", task.costs.control_change),
-        (("costs", "acceleration"), _VELOCITY, task.costs.acceleration),
-        (("costs", "force"), "contact", task.costs.force),
-        (("costs", "frames"), _FRAME, task.costs.frames),
-        (("limits", "position"), _CONFIGURATION, task.limits.position),
-        (("limits", "velocity"), _VELOCITY, task.limits.velocity),
-    ):
-        for name in names or ():
-            yield (*path, name), kind, name
+    yield from _maps(
+        ("robot", "armature", "joint", task.robot.armature),
+        ("robot", "damping", "joint", task.robot.damping),
+        ("limits", "effort", "joint", task.limits.effort),
+        ("initial", "configuration", _CONFIGURATION, task.initial.configuration),
+        ("initial", "velocity", _VELOCITY, task.initial.velocity),
+        ("reference", "apex", _CONFIGURATION, task.reference.apex if isinstance(task.reference, Jumps) else None),
+        *(("costs", key, term.names, getattr(task.costs, key)) for key, term in COST_TERMS.items() if term.names),
+        ("limits", "position", _CONFIGURATION, task.limits.position),
+        ("limits", "velocity", _VELOCITY, task.limits.velocity),
+    )
     for i, name in enumerate(task.robot.passive):
-        yield ("robot", "passive", str(i)), _JOINT, name
+        yield ("robot", "passive", str(i)), "joint", name
     if task.goal.periodic is not None:
         for name in task.goal.periodic.stride:
             yield ("goal", "periodic", "stride", name), _CONFIGURATION, name
     for at, target in _targets(task):
         yield from _target_names(at, target)
+    yield from _constraint_names(task)
+    for name, contact in task.contacts.items():
+        yield ("contacts", name, "frame"), "frame", contact.frame
+        if isinstance(contact, CircleCircleContact):
+            yield ("contacts", name, "other_frame"), "frame", contact.other_frame
+    yield from _actuator_names(task)
+
+
+def _maps(
+    *maps: tuple[str, str, NameKind, Mapping[str, object] | None],
+) -> Iterator[tuple[KeyPath, NameKind, str]]:
+    """Yield (key path, kind, name) of all names in maps, given as (section, key, kind of its names, map)."""
+    for section, key, kind, names in maps:
+        for name in names or ():
+            yield (section, key, name), kind, name
+
+
+def _constraint_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
-            yield ("constraints", name, "frame"), _FRAME, constraint.frame
+            yield ("constraints", name, "frame"), "frame", constraint.frame
         else:
             yield ("constraints", name, "contact"), "contact", constraint.contact
-    for name, contact in task.contacts.items():
-        yield ("contacts", name, "frame"), _FRAME, contact.frame
-        if isinstance(contact, CircleCircleContact):
-            yield ("contacts", name, "other_frame"), _FRAME, contact.other_frame
+
+
+def _actuator_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     for control, actuator in (task.robot.actuators or {}).items():
         at = ("robot", "actuators", control)
         if isinstance(actuator, JointActuator):
-            yield (*at, "joint"), _JOINT, actuator.joint
+            yield (*at, "joint"), "joint", actuator.joint
             continue
         for name, force in actuator.force.items():
             yield (*at, "force", name), _VELOCITY, name
@@ -206,14 +217,15 @@ def _targets(task: Task) -> Iterator[tuple[KeyPath, Goal | Waypoint]]:
         yield ("waypoints", str(i)), waypoint
 
 
-def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, str, str]]:
+def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, NameKind, str]]:
     """Yield (key path, kind, name) of every name in a goal or waypoint."""
-    for keys, kind, names in (
+    groups: tuple[tuple[KeyPath, NameKind, Iterable[str]], ...] = (
         (("configuration",), _CONFIGURATION, target.configuration),
         (("velocity",), _VELOCITY, target.velocity),
         (("tolerance", "configuration"), _CONFIGURATION, target.tolerance.configuration),
         (("tolerance", "velocity"), _VELOCITY, target.tolerance.velocity),
-        (("frames",), _FRAME, target.frames),
-    ):
+        (("frames",), "frame", target.frames),
+    )
+    for keys, kind, names in groups:
         for name in names:
             yield (*path, *keys, name), kind, name

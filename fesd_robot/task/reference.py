@@ -7,12 +7,17 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fesd_robot.task.fields import Count, Section, Values
+from fesd_robot.task.words import listed
 
 
 class Line(Section):
     """A straight line from the initial to the goal configuration."""
 
     type: Literal["line"] = Field(description="Straight line from the initial to the goal configuration.")
+
+    def in_words(self) -> str:
+        """Return what the reference is, as a sentence."""
+        return "The line from start to goal."
 
 
 class Jumps(Section):
@@ -29,6 +34,11 @@ class Jumps(Section):
         "not listed stay on the straight line.",
     )
 
+    def in_words(self) -> str:
+        """Return what the reference is, as a sentence."""
+        jumps = f"{self.count} jump{'s' * (self.count != 1)}"
+        return f"{jumps} over the line from start to goal, at their middle {listed(self.apex)}."
+
 
 class ThroughWaypoints(Section):
     """Cubic splines through the configurations of the waypoints, one a coordinate.
@@ -39,6 +49,10 @@ class ThroughWaypoints(Section):
     type: Literal["waypoints"] = Field(
         description="Cubic spline from the initial through the waypoints' to the goal configuration."
     )
+
+    def in_words(self) -> str:
+        """Return what the reference is, as a sentence."""
+        return "Cubic splines through the waypoints."
 
 
 class FromFile(Section):
@@ -54,6 +68,10 @@ class FromFile(Section):
         description="Stretch the file's times to the duration of the motion; default: keep them, and hold the last "
         "configuration if the file ends early.",
     )
+
+    def in_words(self) -> str:
+        """Return what the reference is, as a sentence."""
+        return f"The motion in {self.path}{', stretched to the duration' if self.stretch else ''}."
 
 
 Reference = Annotated[Line | Jumps | ThroughWaypoints | FromFile, Field(discriminator="type")]

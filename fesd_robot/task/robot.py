@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
+from fesd_robot.errors import ExpressionError
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.fields import Name, NonNegative, Number, Section, Values, conflict, expected, is_number
 
@@ -30,7 +31,7 @@ def _check_force(value: Any) -> Any:
         raise expected("a finite number or an expression in text")
     try:
         expression_names(value)
-    except ValueError as error:
+    except ExpressionError as error:
         raise expected(f"an arithmetic expression in configuration names, but {error}") from error
     return value
 

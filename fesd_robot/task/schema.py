@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import Field, PrivateAttr, model_validator
 
 from fesd_robot.errors import TaskError, nearest, nearest_file
-from fesd_robot.task.consistency import disagreements
+from fesd_robot.task.consistency import consistency_errors
 from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import CircleCircleContact, Contact
 from fesd_robot.task.costs import Costs
@@ -62,8 +62,8 @@ class Task(Section):
     _origins: Origins = PrivateAttr(default_factory=Origins)
 
     @model_validator(mode="after")
-    def _agrees(self) -> Task:
-        for error in disagreements(self):
+    def _consistent(self) -> Task:
+        for error in consistency_errors(self):
             raise error
         return self
 

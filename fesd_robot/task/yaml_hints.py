@@ -1,4 +1,4 @@
-"""What a complaint of the YAML parser usually means, in words for somebody who does not know its grammar."""
+"""The YAML parser's complaints in words for somebody who does not know its grammar."""
 
 from __future__ import annotations
 

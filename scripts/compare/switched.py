@@ -13,7 +13,7 @@ import numpy as np
 from compare import nosnoc_tool
 from compare.outcome import Outcome, Settings, show_nlp
 from compare.samples import Samples
-from fesd_robot.dcs import Subsystem, stewart
+from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
@@ -86,9 +86,8 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
     problem = describe()
     n_u, count = problem.control.numel(), problem.intervals
     system = stewart(
-        state=problem.state,
-        control=problem.control,
-        subsystems=[
+        Model(problem.state, problem.control),
+        [
             Subsystem(
                 name=f"switch {i}",
                 switching=side.switching,
@@ -102,7 +101,6 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
         system=system,
         duration=problem.duration,
         intervals=count,
-        parameters=np.zeros((0, count)),
         initial_lower=problem.initial,
         initial_upper=problem.initial,
         state_lower=-problem.state_limit,
@@ -111,8 +109,6 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
         terminal_upper=np.nan_to_num(problem.target, nan=np.inf),
         control_lower=np.full(n_u, -problem.control_limit),
         control_upper=np.full(n_u, problem.control_limit),
-        state_guess=lambda time: problem.initial.astype(float),
-        control_guess=np.zeros((n_u, count)),
         running_cost={"running": problem.running},
         terminal_cost={"terminal": problem.terminal},
     )

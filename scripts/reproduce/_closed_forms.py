@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, heaviside_from_regions, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, heaviside_from_regions, stewart
 from fesd_robot.fesd import Simulation
 
 Values = Mapping[str, float]
@@ -72,8 +72,8 @@ class Case:
 def both_forms(state: ca.SX, subsystems: Subsystem | list[Subsystem]) -> dict[str, ComplementaritySystem]:
     """Return a system given by regions in both forms."""
     return {
-        "Stewart": stewart(state=state, subsystems=subsystems),
-        "step functions": heaviside_from_regions(state=state, subsystems=subsystems),
+        "Stewart": stewart(Model(state), subsystems),
+        "step functions": heaviside_from_regions(Model(state), subsystems),
     }
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, make_tableau, simulate
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.tableau import Tableau
@@ -44,8 +44,8 @@ def crossing(with_cost: bool) -> ComplementaritySystem:
     state = ca.SX.sym("x", 1 + with_cost)
     fields = np.array([[3.0, 1.0]])
     return stewart(
-        state=state,
-        subsystems=Subsystem(
+        Model(state),
+        Subsystem(
             fields=np.vstack([fields, np.zeros((int(with_cost), 2))]),
             switching=state[0],
             sign_matrix=np.array([[-1], [1]]),
@@ -131,23 +131,12 @@ class Optimizer:
     """
 
     def __init__(self, switch_detection: bool, equilibration: str) -> None:
-        system, free = crossing(with_cost=False), np.array([np.inf])
+        system = crossing(with_cost=False)
         x = system.state
         ocp = OptimalControlProblem(
             system=system,
             duration=DURATION,
-            intervals=1,
-            parameters=np.zeros((0, 1)),
-            initial_lower=-free,
-            initial_upper=free,
-            state_lower=-free,
-            state_upper=free,
-            terminal_lower=-free,
-            terminal_upper=free,
-            control_lower=np.zeros(0),
-            control_upper=np.zeros(0),
             state_guess=lambda time: np.array([-1.0]),
-            control_guess=np.zeros((0, 1)),
             running_cost={"x squared": x**2},
             terminal_cost={"distance at the end": (x - TARGET) ** 2},
         )

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from _filippov import BENDS, replay
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.mpcc.assembly import assemble
@@ -78,10 +78,8 @@ def system_of(variant: Variant) -> ComplementaritySystem:
         )
         for i, surface in enumerate(surfaces)
     ]
-    return stewart(
-        state=ca.vertcat(q, v), control=u, subsystems=subsystems, drift=ca.vertcat(v, variant.gain * u),
-        state_names=("q1", "q2", "v1", "v2"), control_names=("u1", "u2"),
-    )  # fmt: skip
+    model = Model(ca.vertcat(q, v), u, state_names=("q1", "q2", "v1", "v2"), control_names=("u1", "u2"))
+    return stewart(model, subsystems, drift=ca.vertcat(v, variant.gain * u))
 
 
 def problem_of(variant: Variant, start: int = 0) -> OptimalControlProblem:
@@ -95,7 +93,6 @@ def problem_of(variant: Variant, start: int = 0) -> OptimalControlProblem:
         system=system,
         duration=DURATION,
         intervals=INTERVALS,
-        parameters=np.zeros((0, INTERVALS)),
         initial_lower=initial,
         initial_upper=initial,
         state_lower=-bounds,

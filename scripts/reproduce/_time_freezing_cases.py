@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 from _closed_forms import Case, Values, both_forms, by_sign, oscillation_error
 
-from fesd_robot.dcs import Subsystem, heaviside, stewart
+from fesd_robot.dcs import Model, StepFunctions, Subsystem, heaviside, stewart
 from fesd_robot.fesd import Simulation
 
 
@@ -28,12 +28,10 @@ def frictional_mass(acceleration: float) -> Case:
     )
     alpha, beta = ca.SX.sym("alpha", 3), ca.SX.sym("beta")
     steps = heaviside(
-        state=state,
-        alpha=alpha,
-        switching=switching,
-        right_hand_side=(1 - beta) * flight + beta * (alpha[2] * forward + (1 - alpha[2]) * backward),
+        Model(state),
+        StepFunctions(alpha, switching, names=["gap", "v_y", "v_x"]),
+        (1 - beta) * flight + beta * (alpha[2] * forward + (1 - alpha[2]) * backward),
         lifted=[("beta", beta, (1 - alpha[0]) * (1 - alpha[1]))],
-        step_names=["gap", "v_y", "v_x"],
     )
     impact, speed = math.sqrt(0.2), math.sqrt(20)  # y = 1 - 5 t^2, v_y = -10 t
     rate = acceleration / (acceleration + gravity)
@@ -75,7 +73,7 @@ def frictional_mass(acceleration: float) -> Case:
         name=f"inelastic frictional mass, a_n = {acceleration:g}",
         about=f"m = 1, q(0) = (0, 1), v(0) = (4, 0), g = 10, mu = 0.3; floor as an auxiliary force of "
         f"{acceleration:g} in frozen time",
-        systems={"Stewart": stewart(state=state, subsystems=regions), "step functions": steps},
+        systems={"Stewart": stewart(Model(state), regions), "step functions": steps},
         initial=[0.0, 1.0, 4.0, 0.0, 0.0],
         duration=impact + speed / acceleration + (duration - impact) / rate,
         steps=33,

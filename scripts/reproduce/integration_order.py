@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 from matplotlib.figure import Figure
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, heaviside, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, StepFunctions, Subsystem, heaviside, stewart
 from fesd_robot.fesd import FesdOptions, Simulation, SimulationError, make_tableau, simulate
 
 FAMILIES = {
@@ -56,10 +56,10 @@ def oscillator(form: str) -> ComplementaritySystem:
             sign_matrix=np.array([[-1], [1]]),
             region_names=("inside", "outside"),
         )
-        return stewart(state=x, subsystems=regions)
+        return stewart(Model(x), regions)
     alpha = ca.SX.sym("alpha")
     field_ = ca.mtimes(alpha * outside + (1 - alpha) * inside, x)
-    return heaviside(state=x, alpha=alpha, switching=circle, right_hand_side=field_)
+    return heaviside(Model(x), StepFunctions(alpha, circle), field_)
 
 
 def tableau_options(scheme: str, switch_detection: bool = True, elements: int = 2) -> FesdOptions:

@@ -19,7 +19,7 @@ def explained(*overrides: str) -> str:
     return " ".join(text.split())
 
 
-def test_targets_and_constraints_are_told() -> None:
+def test_targets_and_constraints_are_described() -> None:
     """Each goal of a point, waypoint, further cost and constraint is one sentence or row with its numbers."""
     text = explained(
         "goal.frames={foot: {position: {x: 1, z: 0}, tolerance: 0.01}}",
@@ -58,7 +58,7 @@ def test_targets_and_constraints_are_told() -> None:
         assert words in text, words
 
 
-def test_a_free_duration_and_a_period_are_told() -> None:
+def test_a_free_duration_and_a_period_are_described() -> None:
     """The bounds of the duration, the stride, and that the goal's own weights have no place."""
     text = explained(
         "horizon.duration={lower: 0.5, upper: 2}",
@@ -67,8 +67,8 @@ def test_a_free_duration_and_a_period_are_told() -> None:
     )
     for words in (
         "0.5 to 2 s, first taken as 1.25 s, in 20 intervals of 0.0625 s",
-        "Periodic: the motion ends in the state it begins in, moved on: root_x by 0.5 m; the start is free",
-        "duration (not squared): s 4",
+        "Periodic: the motion ends in the state it begins in, shifted by one stride: root_x by 0.5 m; the start",
+        "duration (not squared): 4",
     ):
         assert words in text, words
     assert "distance from the goal" not in text and "Waypoints" not in text and "Constraints" not in text

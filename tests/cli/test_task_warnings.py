@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from fesd_robot.cli.task_warnings import cautions
+from fesd_robot.cli.task_warnings import task_warnings
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
 
@@ -21,7 +21,7 @@ STILL = ["goal.configuration.root_x=0.1", LINE]
 FLYING = ["initial.configuration.root_z=0.9", "goal.configuration.root_z=0.9"]
 
 # (overrides, sentence)
-CAUTIONS: list[tuple[list[str], str]] = [
+WARNINGS: list[tuple[list[str], str]] = [
     (
         ["limits.position.root_pitch=[null, null]", "reference.apex.root_pitch=30"],
         "reference.apex.root_pitch is 30 rad, 4.8 turns; 30 degrees would be 0.523599 rad.",
@@ -65,10 +65,10 @@ CAUTIONS: list[tuple[list[str], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("overrides", "sentence"), CAUTIONS, ids=[sentence[:40] for _, sentence in CAUTIONS])
+@pytest.mark.parametrize(("overrides", "sentence"), WARNINGS, ids=[sentence[:40] for _, sentence in WARNINGS])
 def test_what_is_perhaps_not_meant_is_told(overrides: list[str], sentence: str) -> None:
     """Each doubtful setting is one warning with its numbers, and there is no other."""
-    assert cautions(formulate(load_task(ONE_JUMP, overrides))) == [sentence]
+    assert task_warnings(formulate(load_task(ONE_JUMP, overrides))) == [sentence]
 
 
 QUIET: list[list[str]] = [
@@ -83,14 +83,14 @@ QUIET: list[list[str]] = [
 
 @pytest.mark.parametrize("overrides", QUIET, ids=lambda value: value[0][:40])
 def test_what_is_just_meant_is_not(overrides: list[str]) -> None:
-    """Landing, taking off, just enough strength, intervals of 0.2 s and a goal that is free are no reason to warn."""
-    assert cautions(formulate(load_task(ONE_JUMP, overrides))) == []
+    """Landing, taking off, just enough force, intervals of 0.2 s and a goal that is free are no reason to warn."""
+    assert task_warnings(formulate(load_task(ONE_JUMP, overrides))) == []
 
 
 @pytest.mark.parametrize("task", sorted((ROOT / "tasks").glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_shipped_tasks_are_meant(task: Path) -> None:
     """No ready task has a warning."""
-    assert cautions(formulate(load_task(task))) == []
+    assert task_warnings(formulate(load_task(task))) == []
 
 
 def test_warnings_come_first_and_do_not_fail(run: Callable[..., Any], task: Path) -> None:

@@ -8,18 +8,20 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Branch
 from fesd_robot.contact import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact, contact_system
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Tableau, Transcription, make_tableau
+from fesd_robot.fesd.polishing import conditions_of, read_branch
 
-GRAVITY, FRICTION, STRENGTH = 10.0, 0.3, 100.0
+GRAVITY, FRICTION, AUXILIARY_FORCE = 10.0, 0.3, 100.0
 RADAU = make_tableau("radau_iia", 2)
 
 FORMS = {
-    "multipliers": ContactOptions(form="multipliers", auxiliary_force=STRENGTH),
-    "steps": ContactOptions(form="steps", auxiliary_force=STRENGTH),
-    "steps, no gate": ContactOptions(form="steps", gate=False, auxiliary_force=STRENGTH),
-    "steps, true gap": ContactOptions(form="steps", gap="true", auxiliary_force=STRENGTH),
-    "steps, published": ContactOptions(form="steps", gate=False, gap="true", auxiliary_force=STRENGTH),
+    "multipliers": ContactOptions(form="multipliers", auxiliary_force=AUXILIARY_FORCE),
+    "steps": ContactOptions(form="steps", auxiliary_force=AUXILIARY_FORCE),
+    "steps, no gate": ContactOptions(form="steps", gate=False, auxiliary_force=AUXILIARY_FORCE),
+    "steps, true gap": ContactOptions(form="steps", gap="true", auxiliary_force=AUXILIARY_FORCE),
+    "steps, published": ContactOptions(form="steps", gate=False, gap="true", auxiliary_force=AUXILIARY_FORCE),
 }
 
 
@@ -51,9 +53,9 @@ def two_contacts() -> tuple[MultibodyDynamics, list[PlanarContact]]:
 
 @dataclass
 class Motion:
-    """Elements one after the other, each with constant shares of the fields, starting from `state` (x, z, x', z', t).
+    """Elements one after the other, each with constant Filippov multipliers, starting from `state` (x, z, x', z', t).
 
-    With constant shares the state is a polynomial of degree two in numerical time, which two stages represent exactly.
+    The state is then a polynomial of degree two in numerical time, which two stages represent exactly.
     """
 
     options: ContactOptions
@@ -62,12 +64,15 @@ class Motion:
     elements: list[Element] = field(default_factory=list)
     time: float = 0.0
     interval: int = 0
+    friction: float = FRICTION
 
     def add(self, duration: float, plus: float = 0.0, minus: float = 0.0, *, settled: bool = False) -> None:
         """Append an element; `settled` puts the speed exactly at zero where it ends up at round-off."""
         left = self.state
         free = 1.0 - plus - minus
-        slope = np.array([STRENGTH * FRICTION * (minus - plus), STRENGTH * (plus + minus) - GRAVITY * free])
+        slope = np.array(
+            [AUXILIARY_FORCE * self.friction * (minus - plus), AUXILIARY_FORCE * (plus + minus) - GRAVITY * free]
+        )
 
         def at(tau: float) -> np.ndarray:
             position = left[:2] + free * (left[2:4] * tau + 0.5 * slope * tau**2)
@@ -79,7 +84,7 @@ class Motion:
             states[-1][np.abs(states[-1]) < 1e-12] = 0.0
         before = self.elements[-1] if self.elements else None
         points = [self._with_gap(state) for state in states]
-        shares = [(plus, minus)] * len(points)
+        multipliers = [(plus, minus)] * len(points)
         self.elements.append(
             Element(
                 interval=self.interval,
@@ -88,8 +93,9 @@ class Motion:
                 x_left=self._with_gap(left),
                 z_left=before.z[-1] if before else self.algebraic(left, plus, minus),
                 x=np.array(points),
-                z=np.array([self.algebraic(s, *share) for s, share in zip(states, shares, strict=True)]),
+                z=np.array([self.algebraic(s, *both) for s, both in zip(states, multipliers, strict=True)]),
                 u=np.ones(1),
+                slopes=np.zeros((self.tableau.stages, len(points[0]))),
             )
         )
         self.state = states[-1]
@@ -99,9 +105,9 @@ class Motion:
         return np.append(state, state[1]) if self.options.gap == "integrated" else state
 
     def algebraic(self, state: np.ndarray, plus: float, minus: float) -> np.ndarray:
-        """The algebraic variables that belong to a state and to shares theta_+ and theta_-."""
+        """The algebraic variables that belong to a state and to the multipliers theta_+ and theta_-."""
         if self.options.form == "multipliers":
-            return np.array([plus, minus, 1 - plus - minus])
+            return np.array([plus, minus, 1 - plus - minus] if self.friction > 0 else [plus])
         beta = plus + minus
         x_speed, z_speed = state[2:4]
         flying = float(beta == 0 and state[1] >= 0)
@@ -110,13 +116,14 @@ class Motion:
         parting = 1 - beta if flying == 0 else float(z_speed > 0)
         if flying and self.options.gate:
             parting = 0.5
-        c = np.array([state[1], gate * z_speed, gate * x_speed])
-        alpha = np.array([flying, parting, sliding])
+        steps = 3 if self.friction > 0 else 2
+        c = np.array([state[1], gate * z_speed, gate * x_speed])[:steps]
+        alpha = np.array([flying, parting, sliding])[:steps]
         return np.concatenate([alpha, np.maximum(-c, 0), np.maximum(c, 0), [(1 - flying) * (1 - parting)]])
 
     def system(self) -> ContactSystem:
         """The contact system that the motion is one of."""
-        return contact_system(*point_mass(), self.options)
+        return contact_system(*point_mass(self.friction), self.options)
 
     def transcription(self, mode: str | None = None) -> Transcription:
         """The problem of finding the motion with as many elements in as many intervals, without cost."""
@@ -170,6 +177,11 @@ class Motion:
         return np.concatenate(parts)
 
 
+def branch_of(system: ContactSystem, elements: Sequence[Element]) -> Branch:
+    """The branch of elements one after the other, in which no flight is too low and no element too short to count."""
+    return read_branch(conditions_of(system.system), elements, np.zeros(len(elements)), 0.0)
+
+
 def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), stance: float = 0.2) -> Motion:
     """The point mass of benchmark (i) 3: flight, inelastic impact with friction, sliding stance.
 
@@ -180,6 +192,6 @@ def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), s
     z, z_speed = motion.state[[1, 3]]
     fall = (z_speed + np.sqrt(z_speed**2 + 2 * GRAVITY * z)) / GRAVITY
     motion.add(fall, settled=True)
-    motion.add(-motion.state[3] / STRENGTH, plus=1.0, settled=True)
-    motion.add(stance, plus=GRAVITY / (STRENGTH + GRAVITY), settled=True)
+    motion.add(-motion.state[3] / AUXILIARY_FORCE, plus=1.0, settled=True)
+    motion.add(stance, plus=GRAVITY / (AUXILIARY_FORCE + GRAVITY), settled=True)
     return motion

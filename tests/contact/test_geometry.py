@@ -101,8 +101,8 @@ def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
             fixed = placement.actInv(placement.translation - radius * normal)
             ends = [frame_motion(robot, frame, q, v, h).act(fixed) for h in (-step, step)]
             speeds.append(tangent @ (ends[1] - ends[0]) / (2 * step))
-        found = np.asarray(function(q, v)[3].full()).ravel() @ v
-        assert found == pytest.approx(speeds[0] - sum(speeds[1:]), abs=1e-7)
+        speed = np.asarray(function(q, v)[3].full()).ravel() @ v
+        assert speed == pytest.approx(speeds[0] - sum(speeds[1:]), abs=1e-7)
 
 
 def test_a_rolling_disc_does_not_slide() -> None:

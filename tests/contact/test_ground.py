@@ -78,8 +78,8 @@ def test_near_the_ground_the_gap_is_the_distance(ground: Terrain) -> None:
     for x in np.linspace(-1.0, 2.0, 31):
         foot = on(ground, x)
         for s in (1e-3, -1e-3, 1e-4):
-            bend = ground.profile.bend
-            assert ground.distance(foot + s * ground.normal(foot)) == pytest.approx(s, abs=20 * bend * s * s)
+            curvature = ground.profile.curvature
+            assert ground.distance(foot + s * ground.normal(foot)) == pytest.approx(s, abs=20 * curvature * s * s)
         assert ground.distance(foot + 5.0 * np.eye(3)[2]) == pytest.approx(5.0, rel=0.02)
 
 

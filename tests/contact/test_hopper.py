@@ -14,11 +14,13 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.task import load_task
 
+from .motions import branch_of
+
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
 INVERSE_INERTIA = 10.909090909090909
 RESTING_FORCE = 0.89925
 CLOCK_RATE = 0.99108764435810970
-STRENGTH = 100.0
+AUXILIARY_FORCE = 100.0
 SOLVER = HomotopyOptions(tolerance=1e-9, max_iterations=200)
 
 
@@ -42,7 +44,7 @@ def _run(
     tableau = make_tableau("radau_iia", 2)
     lower = np.full(len(start), -np.inf)
     lower[-1] = motion.contact_system.gap_lower
-    found = simulate(
+    simulation = simulate(
         motion.contact_system.system,
         start,
         np.tile([[0.0], [force], [1.0]], (1, steps)),
@@ -52,8 +54,10 @@ def _run(
         state_lower=lower,
         parameters=np.zeros(5),
     )
-    physical = recover(found.elements, tableau, motion.dynamics, motion.contacts, motion.contact_system, STRENGTH)
-    return found, physical
+    system, elements = motion.contact_system, simulation.elements
+    branch = branch_of(system, elements)
+    physical = recover(elements, branch, tableau, motion.dynamics, motion.contacts, system, AUXILIARY_FORCE)
+    return simulation, physical
 
 
 def test_inverse_inertia_and_resting_force(motion: MotionProblem) -> None:
@@ -73,8 +77,8 @@ def test_inverse_inertia_and_resting_force(motion: MotionProblem) -> None:
     assert inverse_inertia == pytest.approx(INVERSE_INERTIA, rel=1e-14)
     assert phi == pytest.approx(-9.81, rel=1e-14)
     assert -phi / inverse_inertia == pytest.approx(RESTING_FORCE, rel=1e-14)
-    assert motion.auxiliary_force == STRENGTH
-    push = inverse_inertia * STRENGTH
+    assert motion.auxiliary_force == AUXILIARY_FORCE
+    push = inverse_inertia * AUXILIARY_FORCE
     assert push / (push - phi) == pytest.approx(CLOCK_RATE, rel=1e-14)
 
 
@@ -98,20 +102,20 @@ def test_directions_at_an_angle(motion: MotionProblem) -> None:
 
 @pytest.mark.parametrize("split", [0.0, 0.5, 1.0])
 def test_stance_is_a_sliding_mode(split: float) -> None:
-    """The share β = 1 - γ keeps the foot's normal speed at zero and lets the clock run at γ = 0.991087644358."""
+    """The multiplier β = 1 - γ keeps the foot's normal speed at zero and lets the clock run at γ = 0.991087644358."""
     motion = _motion("multipliers")
     parts = motion.contact_system.system
     beta = 1 - CLOCK_RATE
     right = ca.Function("f", parts.arguments, [ca.solve(parts.mass_matrix, parts.right_hand_side)])
-    shares = [beta * split, beta * (1 - split), CLOCK_RATE]
-    rate = np.asarray(right(_standing(), [0, 0, 1], shares, np.zeros(5))).ravel()
+    multipliers = [beta * split, beta * (1 - split), CLOCK_RATE]
+    rate = np.asarray(right(_standing(), [0, 0, 1], multipliers, np.zeros(5))).ravel()
     assert rate[5] - rate[7] == pytest.approx(0, abs=1e-13)  # J_n v' with J_n = (0, 1, 0, -1)
     assert rate[8] == pytest.approx(CLOCK_RATE, rel=1e-14)
 
 
 def test_standing_still(motion: MotionProblem) -> None:
     """Without controls the body sinks on its leg: true clock rate to 1e-8, normal force 0.89925 N, foot at rest."""
-    found, physical = _run(motion, _standing(), 0.1, 2, 2)
+    simulation, physical = _run(motion, _standing(), 0.1, 2, 2)
     assert physical.time[-1] / 0.1 == pytest.approx(CLOCK_RATE, abs=1e-8)
     assert physical.force[:, 0, 0] == pytest.approx(RESTING_FORCE, abs=1e-5)
     assert physical.force[:, 0, 1] == pytest.approx(0, abs=1e-5)
@@ -120,7 +124,7 @@ def test_standing_still(motion: MotionProblem) -> None:
     # Body and leg together: 1.2 kg fall with the 1.1 kg body's weight minus the foot's force.
     t = physical.time[-1]
     drop = 0.5 * (9.81 - RESTING_FORCE / 1.1) * t**2
-    assert found.states[-1][:4] == pytest.approx([0, 0.5 - drop, 0, 0.5 - drop], abs=1e-8)
+    assert simulation.states[-1][:4] == pytest.approx([0, 0.5 - drop, 0, 0.5 - drop], abs=1e-8)
 
 
 def test_lifting_off(motion: MotionProblem) -> None:

@@ -1,4 +1,4 @@
-"""The shares of the fields: their sum, the product rule, the fields they weigh, and the shape of the system."""
+"""Filippov multipliers of the fields: sum, product rule, the fields they weight, and the shape of the system."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.contact import ContactOptions, ContactSystem, contact_system
 from fesd_robot.errors import OptionError
 
-from .motions import FORMS, FRICTION, GRAVITY, STRENGTH, point_mass, two_contacts
+from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, point_mass, two_contacts
 
 STEPS = [options for options in FORMS.values() if options.form == "steps"]
 each_steps = pytest.mark.parametrize("options", STEPS, ids=[name for name in FORMS if name.startswith("steps")])
@@ -30,10 +30,10 @@ def _consistent(system: ContactSystem, z: np.ndarray) -> np.ndarray:
     return z
 
 
-def _shares(system: ContactSystem, z: np.ndarray) -> tuple[float, np.ndarray, float]:
+def _multipliers(system: ContactSystem, z: np.ndarray) -> tuple[float, np.ndarray, float]:
     """theta_ODE, rows (theta_+, theta_-) of the contacts, and the system's own measure of their error."""
     pairs = ca.vertcat(*[ca.horzcat(*pair) for pair in system.theta_auxiliary])
-    function = ca.Function("shares", [system.system.algebraic], [system.theta_ode, pairs, system.theta_error])
+    function = ca.Function("multipliers", [system.system.algebraic], [system.theta_ode, pairs, system.theta_error])
     ode, auxiliary, error = function(z)
     return float(ode), np.asarray(ca.DM(auxiliary).full()), float(error)
 
@@ -49,7 +49,7 @@ def test_one_contact_sums_to_one(options: ContactOptions, seed: int) -> None:
     system = contact_system(*point_mass(), options)
     z = _random(system, seed)
     q, n, t = z[:3]
-    ode, auxiliary, error = _shares(system, z)
+    ode, auxiliary, error = _multipliers(system, z)
     assert ode + auxiliary.sum() == pytest.approx(1, abs=1e-15)
     assert ode == pytest.approx(q + n - q * n, abs=1e-15)
     assert auxiliary[0] == pytest.approx((1 - q) * (1 - n) * np.array([t, 1 - t]), abs=1e-15)
@@ -58,12 +58,12 @@ def test_one_contact_sums_to_one(options: ContactOptions, seed: int) -> None:
     assert abs(ode - faulty) > 1e-3
 
 
-def test_shares_as_variables_sum_to_one() -> None:
-    """With the shares as variables theta_ODE is what the others leave, and never negative, for one contact."""
+def test_multipliers_as_variables_sum_to_one() -> None:
+    """With the multipliers as variables theta_ODE is what the others leave, and never negative, for one contact."""
     system = contact_system(*point_mass(), FORMS["multipliers"])
     assert system.system.algebraic_lower.tolist() == [0, 0, 0]
     for plus, minus in np.random.default_rng(0).uniform(0, 0.5, (5, 2)):
-        ode, auxiliary, error = _shares(system, _consistent(system, np.array([plus, minus, 0.5])))
+        ode, auxiliary, error = _multipliers(system, _consistent(system, np.array([plus, minus, 0.5])))
         assert auxiliary.tolist() == [[plus, minus]]
         assert ode + plus + minus == pytest.approx(1, abs=1e-15)
         assert error <= 1e-15
@@ -78,7 +78,7 @@ def test_two_contacts_multiply(options: ContactOptions, seed: int) -> None:
     if options.form == "multipliers":
         z[:3] /= 2
         z = _consistent(system, z)
-    ode, auxiliary, error = _shares(system, z)
+    ode, auxiliary, error = _multipliers(system, z)
     beta = auxiliary.sum(axis=1)
     assert ode == pytest.approx(np.prod(1 - beta), abs=1e-14)
     assert auxiliary[1, 1] == 0  # the wall has no friction
@@ -96,19 +96,19 @@ def test_an_inconsistent_product_is_an_error(options: ContactOptions) -> None:
     system = contact_system(*two_contacts(), options)
     z = _random(system, 0)
     z[-1] += 0.02
-    assert _shares(system, z)[2] == pytest.approx(0.02)
+    assert _multipliers(system, z)[2] == pytest.approx(0.02)
 
 
 @each_steps
 def test_an_approach_excludes_all_but_the_impact(options: ContactOptions) -> None:
-    """Gated, the multiplier of J_n v < 0 excludes 1 - beta, not alpha_n: a half-shut gate smears no impact."""
+    """Gated, lambda_n of J_n v excludes 1 - beta, not alpha_n: a half-shut gate smears no impact."""
     system = contact_system(*point_mass(), options)
     z = _random(system, 0)
     q, n, t = z[:3]
-    partner = ca.Function("partner", [system.system.algebraic], [system.system.partner])
+    H = ca.Function("H", [system.system.algebraic], [system.system.H])
     beta = (1 - q) * (1 - n)
     excluded = 1 - beta if options.gate else n
-    assert np.asarray(partner(z)).ravel() == pytest.approx([q, excluded, t, 1 - q, 1 - n, 1 - t])
+    assert np.asarray(H(z)).ravel() == pytest.approx([q, excluded, t, 1 - q, 1 - n, 1 - t])
 
 
 @each_form
@@ -120,12 +120,12 @@ def test_the_fields(options: ContactOptions) -> None:
     z = _random(system, 1)
     if options.form == "multipliers":
         z /= 2
-    ode, ((plus, minus),), _ = _shares(system, z)
+    ode, ((plus, minus),), _ = _multipliers(system, z)
     x = np.random.default_rng(2).normal(size=parts.state.numel())
     speed = 1.7
     value, mass = (np.asarray(part.full()) for part in right(x, [speed], z, []))
-    rate, push = ode * speed, STRENGTH * (plus + minus)
-    expected = [rate * x[2], rate * x[3], STRENGTH * FRICTION * (minus - plus), push - rate * GRAVITY, rate]
+    rate, push = ode * speed, AUXILIARY_FORCE * (plus + minus)
+    expected = [rate * x[2], rate * x[3], AUXILIARY_FORCE * FRICTION * (minus - plus), push - rate * GRAVITY, rate]
     if options.gap == "integrated":
         expected.append(rate * (x[3] + options.baumgarte_gain * (x[1] - x[5])))
     assert value.ravel() == pytest.approx(np.array(expected))
@@ -138,35 +138,42 @@ def test_the_fields(options: ContactOptions) -> None:
 def test_the_guess_is_consistent(options: ContactOptions) -> None:
     """In flight, on the ground and below it the guess has no residual and complementary sides."""
     system = contact_system(*two_contacts(), options).system
-    sides = ca.Function("sides", system.arguments, [system.residual, system.multiplier, system.partner])
+    sides = ca.Function("sides", system.arguments, [system.residual, system.G, system.H])
     rng = np.random.default_rng(3)
     for _ in range(10):
         x = rng.normal(size=system.state.numel())
         z = system.guess(x, np.ones(1), np.zeros(0))
-        residual, multiplier, partner = (np.asarray(value).ravel() for value in sides(x, [1.0], z, []))
+        residual, G, H = (np.asarray(value).ravel() for value in sides(x, [1.0], z, []))
         assert np.abs(residual).max(initial=0) <= 1e-14
-        assert np.abs(multiplier * partner).max(initial=0) <= 1e-14
-        assert multiplier.min(initial=0) >= 0 and partner.min(initial=0) >= 0
+        assert np.abs(G * H).max(initial=0) <= 1e-14
+        assert G.min(initial=0) >= 0 and H.min(initial=0) >= 0
 
 
 @pytest.mark.parametrize(
-    ("name", "states", "algebraics", "pairs"),
-    [("multipliers", 6, 3, 0), ("steps", 6, 10, 6), ("steps, true gap", 5, 10, 6)],
+    ("name", "states", "algebraics", "pairs", "vanishing"),
+    [
+        ("multipliers", 6, 3, 0, 5),
+        ("steps", 6, 10, 6, 4),
+        ("steps, true gap", 5, 10, 6, 4),
+        ("steps, no gate", 6, 10, 6, 0),
+    ],
 )
-def test_sizes_and_names(name: str, states: int, algebraics: int, pairs: int) -> None:
+def test_sizes_and_names(name: str, states: int, algebraics: int, pairs: int, vanishing: int) -> None:
     """One contact with friction: the clock, the gap if integrated, the variables of its logic, all with names."""
-    found = contact_system(*point_mass(), FORMS[name])
-    system = found.system
-    assert (system.state.numel(), system.algebraic.numel(), system.multiplier.numel()) == (states, algebraics, pairs)
+    contact = contact_system(*point_mass(), FORMS[name])
+    system = contact.system
+    assert (system.state.numel(), system.algebraic.numel(), len(system.pairs)) == (states, algebraics, pairs)
+    assert len(system.vanishing) == vanishing
+    assert {condition.label.contact for condition in system.complementarities} == {"foot"}
     assert system.state_names[:5] == ["x", "z", "x velocity", "z velocity", "clock"]
-    assert found.integrated_gap == (states == 6)
+    assert contact.integrated_gap == (states == 6)
     assert system.state_names[5:] == ["foot integrated gap"][: states - 5]
     assert list(system.control_names) == ["speed of time"]
     assert all("foot" in label for label in system.algebraic_names)
 
 
 def test_without_friction_there_is_no_tangential_logic() -> None:
-    """A contact without friction has neither a tangential step nor a second share, and pushes along its normal."""
+    """A contact without friction has neither a tangential step nor a second multiplier, and pushes along its normal."""
     for name, algebraics in (("multipliers", 1), ("steps", 7)):
         system = contact_system(*point_mass(friction=0.0), FORMS[name])
         assert system.system.algebraic.numel() == algebraics
@@ -175,7 +182,7 @@ def test_without_friction_there_is_no_tangential_logic() -> None:
         assert float(right(np.zeros(6), [1.0], z, [])[2]) == 0
 
 
-def test_shares_need_the_integrated_gap() -> None:
+def test_multipliers_need_the_integrated_gap() -> None:
     """Only the step functions can switch on the true gap."""
     with pytest.raises(OptionError, match="'multipliers' needs gap='integrated', found gap='true'"):
         contact_system(*point_mass(), replace(FORMS["multipliers"], gap="true"))

@@ -31,8 +31,8 @@ def test_normal_and_tangent_are_derivatives(source: Path, ground: Plane) -> None
     rng = np.random.default_rng(4)
     for _ in range(3):
         at = robot.neutral + rng.uniform(-0.3, 0.3, robot.model.nq)
-        found, expected = (np.asarray(value).ravel() for value in both(at, rng.normal(size=robot.model.nv)))
-        assert found == pytest.approx(expected, abs=1e-12)
+        values, expected = (np.asarray(value).ravel() for value in both(at, rng.normal(size=robot.model.nv)))
+        assert values == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(

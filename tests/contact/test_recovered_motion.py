@@ -11,18 +11,19 @@ from fesd_robot.contact import ContactOptions
 from fesd_robot.fesd import Element, make_tableau
 from fesd_robot.recovery import PhysicalMotion, recover
 
-from .motions import FORMS, FRICTION, GRAVITY, STRENGTH, Motion, landing, point_mass
+from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, Motion, branch_of, landing, point_mass
 
 IMPACT_TIME, IMPACT_SPEED = np.sqrt(0.2), np.sqrt(20)
-RATE = STRENGTH / (STRENGTH + GRAVITY)
-BETA = GRAVITY / (STRENGTH + GRAVITY)
+RATE = AUXILIARY_FORCE / (AUXILIARY_FORCE + GRAVITY)
+BETA = GRAVITY / (AUXILIARY_FORCE + GRAVITY)
 
 each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
 
 
 def _recover(motion: Motion, elements: Sequence[Element] | None = None) -> PhysicalMotion:
-    dynamics, contacts = point_mass()
-    return recover(elements or motion.elements, motion.tableau, dynamics, contacts, motion.system(), STRENGTH)
+    (dynamics, contacts), system = point_mass(), motion.system()
+    chosen = elements or motion.elements
+    return recover(chosen, branch_of(system, chosen), motion.tableau, dynamics, contacts, system, AUXILIARY_FORCE)
 
 
 def _kinds(motion: PhysicalMotion) -> list[tuple[str, float]]:
@@ -32,54 +33,54 @@ def _kinds(motion: PhysicalMotion) -> list[tuple[str, float]]:
 @each_form
 def test_both_sides_of_the_impact_are_kept(options: ContactOptions) -> None:
     """The frozen element leaves no sample but two at one time and place, with the velocities before and after."""
-    found = _recover(landing(options))
-    assert len(found.time) == 3 + 3
-    assert (np.diff(found.time) >= -1e-15).all()
-    (impact,) = found.impacts
+    recovered = _recover(landing(options))
+    assert len(recovered.time) == 3 + 3
+    assert (np.diff(recovered.time) >= -1e-15).all()
+    (impact,) = recovered.impacts
     assert impact.after == impact.before + 1
-    assert found.time[[impact.before, impact.after]] == pytest.approx(IMPACT_TIME, abs=1e-14)
-    assert found.configuration[impact.before] == pytest.approx(found.configuration[impact.after], abs=1e-14)
-    assert found.velocity[impact.before] == pytest.approx([4, -IMPACT_SPEED])
-    assert found.velocity[impact.after] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
+    assert recovered.time[[impact.before, impact.after]] == pytest.approx(IMPACT_TIME, abs=1e-14)
+    assert recovered.configuration[impact.before] == pytest.approx(recovered.configuration[impact.after], abs=1e-14)
+    assert recovered.velocity[impact.before] == pytest.approx([4, -IMPACT_SPEED])
+    assert recovered.velocity[impact.after] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
     assert impact.impulse == pytest.approx(np.array([[IMPACT_SPEED, -FRICTION * IMPACT_SPEED]]))
 
 
 @each_form
 def test_forces_and_modes(options: ContactOptions) -> None:
     """Flight carries no force, sliding stance the weight and its friction; the sample before the impact says impact."""
-    found = _recover(landing(options))
-    assert found.force[:3] == pytest.approx(0)
-    assert found.force[3:, 0] == pytest.approx(np.tile([GRAVITY, -FRICTION * GRAVITY], (3, 1)))
-    assert found.mode[:, 0].tolist() == ["flight", "flight", "impact", "slip", "slip", "slip"]
-    assert _kinds(found) == [("touchdown", round(IMPACT_TIME, 9))]
-    assert found.theta_sum_error <= 1e-15
+    recovered = _recover(landing(options))
+    assert recovered.force[:3] == pytest.approx(0)
+    assert recovered.force[3:, 0] == pytest.approx(np.tile([GRAVITY, -FRICTION * GRAVITY], (3, 1)))
+    assert recovered.mode[:, 0].tolist() == ["flight", "flight", "impact", "slip", "slip", "slip"]
+    assert _kinds(recovered) == [("touchdown", round(IMPACT_TIME, 9))]
+    assert recovered.theta_sum_error <= 1e-15
 
 
 @each_form
 def test_accelerations_are_physical(options: ContactOptions) -> None:
     """At stages the acceleration by the clock is that of free fall or of sliding; elsewhere there is none."""
-    found = _recover(landing(options))
-    stages = np.isfinite(found.acceleration).all(axis=1)
+    recovered = _recover(landing(options))
+    stages = np.isfinite(recovered.acceleration).all(axis=1)
     assert stages.tolist() == [False, True, True, False, True, True]
-    assert found.acceleration[1:3] == pytest.approx(np.tile([0, -GRAVITY], (2, 1)), abs=1e-11)
-    assert found.acceleration[4:] == pytest.approx(np.tile([-FRICTION * GRAVITY, 0], (2, 1)), abs=1e-11)
+    assert recovered.acceleration[1:3] == pytest.approx(np.tile([0, -GRAVITY], (2, 1)), abs=1e-11)
+    assert recovered.acceleration[4:] == pytest.approx(np.tile([-FRICTION * GRAVITY, 0], (2, 1)), abs=1e-11)
 
 
 @each_form
 def test_weights_integrate_physical_time(options: ContactOptions) -> None:
     """Quadrature weights sit at the stages and add up to the time that passed."""
-    found = _recover(landing(options))
-    assert found.weight.sum() == pytest.approx(found.time[-1] - found.time[0], abs=1e-14)
-    assert (found.weight[np.isnan(found.acceleration).any(axis=1)] == 0).all()
-    assert found.time[-1] == pytest.approx(IMPACT_TIME + 0.2 * RATE)
-    distance = found.weight @ found.velocity
-    assert distance == pytest.approx(found.configuration[-1] - found.configuration[0], abs=1e-13)
+    recovered = _recover(landing(options))
+    assert recovered.weight.sum() == pytest.approx(recovered.time[-1] - recovered.time[0], abs=1e-14)
+    assert (recovered.weight[np.isnan(recovered.acceleration).any(axis=1)] == 0).all()
+    assert recovered.time[-1] == pytest.approx(IMPACT_TIME + 0.2 * RATE)
+    distance = recovered.weight @ recovered.velocity
+    assert distance == pytest.approx(recovered.configuration[-1] - recovered.configuration[0], abs=1e-13)
 
 
 def test_gap_states_are_kept_where_there_are_any() -> None:
     """The integrated gap is returned as it was; a form on the true gap has none."""
-    found = _recover(landing(FORMS["steps"]))
-    assert found.gap_state[:, 0] == pytest.approx(found.configuration[:, 1], abs=1e-15)
+    recovered = _recover(landing(FORMS["steps"]))
+    assert recovered.gap_state[:, 0] == pytest.approx(recovered.configuration[:, 1], abs=1e-15)
     assert _recover(landing(FORMS["steps, true gap"])).gap_state.shape == (6, 0)
 
 
@@ -91,39 +92,39 @@ def test_a_hop(options: ContactOptions) -> None:
     motion.interval = 1
     motion.state = np.array([0.0, 0.0, 0.0, 1.0, 0.1])  # kicked off by nothing we look at
     motion.add(0.2, settled=True)
-    motion.add(1.0 / STRENGTH, plus=0.5, minus=0.5, settled=True)
+    motion.add(1.0 / AUXILIARY_FORCE, plus=0.5, minus=0.5, settled=True)
     motion.interval = 2
     motion.add(0.11, plus=BETA / 2, minus=BETA / 2, settled=True)
-    found = _recover(motion)
-    assert _kinds(found) == [("takeoff", 0.1), ("touchdown", 0.3)]
-    assert found.clock == pytest.approx([0.1, 0.3, 0.4])
-    assert sorted(set(found.interval.tolist())) == [0, 1, 2]
-    assert [impact.impulse.ravel().tolist() for impact in found.impacts] == [pytest.approx([1.0, 0.0])]
-    assert found.mode[found.time > 0.31, 0].tolist() == ["stick", "stick"]
-    assert found.force[-1, 0] == pytest.approx([GRAVITY, 0])
+    recovered = _recover(motion)
+    assert _kinds(recovered) == [("takeoff", 0.1), ("touchdown", 0.3)]
+    assert recovered.clock == pytest.approx([0.1, 0.3, 0.4])
+    assert sorted(set(recovered.interval.tolist())) == [0, 1, 2]
+    assert [impact.impulse.ravel().tolist() for impact in recovered.impacts] == [pytest.approx([1.0, 0.0])]
+    assert recovered.mode[recovered.time > 0.31, 0].tolist() == ["stick", "stick"]
+    assert recovered.force[-1, 0] == pytest.approx([GRAVITY, 0])
 
 
 @each_form
 def test_an_impact_at_the_very_end(options: ContactOptions) -> None:
     """A motion that ends in an impact keeps the state after it as its last sample."""
     motion = landing(options)
-    found = _recover(motion, motion.elements[:2])
-    assert len(found.time) == 4
-    (impact,) = found.impacts
+    recovered = _recover(motion, motion.elements[:2])
+    assert len(recovered.time) == 4
+    (impact,) = recovered.impacts
     assert (impact.before, impact.after) == (2, 3)
-    assert found.velocity[-1] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
-    assert _kinds(found) == [("touchdown", round(IMPACT_TIME, 9))]
-    assert found.clock == pytest.approx([IMPACT_TIME])
+    assert recovered.velocity[-1] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
+    assert _kinds(recovered) == [("touchdown", round(IMPACT_TIME, 9))]
+    assert recovered.clock == pytest.approx([IMPACT_TIME])
 
 
 @each_form
 def test_an_impact_at_the_very_start(options: ContactOptions) -> None:
     """A motion that starts in an impact keeps the velocity that it was given, the impulse, and the velocity after."""
     motion = landing(options)
-    found = _recover(motion, motion.elements[1:])
-    (impact,) = found.impacts
-    assert found.velocity[impact.before] == pytest.approx([4, -IMPACT_SPEED])
-    assert found.velocity[impact.after] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
+    recovered = _recover(motion, motion.elements[1:])
+    (impact,) = recovered.impacts
+    assert recovered.velocity[impact.before] == pytest.approx([4, -IMPACT_SPEED])
+    assert recovered.velocity[impact.after] == pytest.approx([4 - FRICTION * IMPACT_SPEED, 0], abs=1e-14)
     assert impact.impulse[0, 0] == pytest.approx(IMPACT_SPEED)
 
 
@@ -133,12 +134,12 @@ def test_an_impact_in_two_elements_is_one(options: ContactOptions) -> None:
     motion = Motion(options, np.array([0, 1, 4, 0, 0], dtype=float))
     motion.add(IMPACT_TIME, settled=True)
     for part in (0.3, 0.7):
-        motion.add(part * IMPACT_SPEED / STRENGTH, plus=1.0, settled=True)
+        motion.add(part * IMPACT_SPEED / AUXILIARY_FORCE, plus=1.0, settled=True)
     motion.add(0.1, plus=BETA, settled=True)
-    found = _recover(motion)
-    (impact,) = found.impacts
+    recovered = _recover(motion)
+    (impact,) = recovered.impacts
     assert impact.impulse == pytest.approx(np.array([[IMPACT_SPEED, -FRICTION * IMPACT_SPEED]]))
-    assert len(found.time) == 6
+    assert len(recovered.time) == 6
 
 
 @pytest.mark.parametrize("form", ["multipliers", "steps"])
@@ -149,21 +150,21 @@ def test_an_empty_element_is_no_motion(form: str) -> None:
     motion.add(0.2)
     motion.add(0.0)
     motion.add(0.1)
-    found = _recover(motion)
-    assert (len(found.time), found.impacts, found.switches) == (5, [], [])
-    assert found.time[-1] == pytest.approx(0.3)
+    recovered = _recover(motion)
+    assert (len(recovered.time), recovered.impacts, recovered.switches) == (5, [], [])
+    assert recovered.time[-1] == pytest.approx(0.3)
 
 
-def test_friction_forces_have_the_sign_of_their_shares() -> None:
-    """Sliding backwards is slowed down by a forward force; sticking carries what its shares say."""
+def test_friction_forces_have_the_sign_of_their_multipliers() -> None:
+    """Sliding backwards is slowed down by a forward force; sticking carries what its multipliers say."""
     options = FORMS["multipliers"]
     motion = Motion(options, np.array([0, 0, -2, 0, 0], dtype=float))
     motion.add(0.11, minus=BETA, settled=True)
     motion.state = np.array([0, 0, 0, 0, 0.1])
     motion.add(0.11, plus=0.75 * BETA, minus=0.25 * BETA, settled=True)
-    found = _recover(motion)
-    assert found.force[1, 0] == pytest.approx([GRAVITY, FRICTION * GRAVITY])
-    assert found.force[-1, 0] == pytest.approx([GRAVITY, -0.5 * FRICTION * GRAVITY])
+    recovered = _recover(motion)
+    assert recovered.force[1, 0] == pytest.approx([GRAVITY, FRICTION * GRAVITY])
+    assert recovered.force[-1, 0] == pytest.approx([GRAVITY, -0.5 * FRICTION * GRAVITY])
 
 
 @pytest.mark.parametrize("start", [2.0, -2.0])
@@ -192,8 +193,8 @@ def test_right_ends_that_are_no_stages_are_samples() -> None:
     motion = Motion(FORMS["multipliers"], np.array([0, 1, 4, 0, 0], dtype=float), make_tableau("gauss_legendre", 2))
     motion.add(0.2)
     motion.add(0.1)
-    found = _recover(motion)
-    assert len(found.time) == 1 + 2 * 3
-    assert found.time[[0, 3, 6]] == pytest.approx([0, 0.2, 0.3])
-    assert np.isnan(found.acceleration[[0, 3, 6]]).all()
-    assert found.weight.sum() == pytest.approx(0.3)
+    recovered = _recover(motion)
+    assert len(recovered.time) == 1 + 2 * 3
+    assert recovered.time[[0, 3, 6]] == pytest.approx([0, 0.2, 0.3])
+    assert np.isnan(recovered.acceleration[[0, 3, 6]]).all()
+    assert recovered.weight.sum() == pytest.approx(0.3)

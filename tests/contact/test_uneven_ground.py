@@ -29,9 +29,11 @@ from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.robot import Robot, configuration_derivative, load_robot, mass_matrix, nonlinear_effects
 
 from .grounds import HILLS
+from .motions import branch_of
 
 DISCS = Path(__file__).parent / "models" / "discs.urdf"
 GRAVITY, MASS, INERTIA, RADIUS = 9.81, 2.0, 0.04, 0.2
+AUXILIARY_FORCE = 200.0
 WEDGE = Plane(slope=0.5)
 
 
@@ -45,7 +47,6 @@ def simulated(
     form: str = "multipliers",
     elements: int = 2,
     stages: int = 3,
-    strength: float = 200.0,
 ) -> PhysicalMotion:
     """Return the motion of the two discs without any drive, by finite elements.
 
@@ -62,13 +63,13 @@ def simulated(
     system = contact_system(
         dynamics,
         contacts,
-        ContactOptions(form=form, auxiliary_force=strength),  # type: ignore[arg-type]
+        ContactOptions(form=form, auxiliary_force=AUXILIARY_FORCE),  # type: ignore[arg-type]
     )
     gaps = ca.Function("gaps", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
     initial = np.concatenate([q, v, [0.0], np.maximum(np.asarray(gaps(q).full()).ravel(), 0.0)])
     lower = np.full(initial.size, -np.inf)
     lower[-len(contacts) :] = system.gap_lower
-    found = simulate(
+    simulation = simulate(
         system.system,
         initial,
         np.ones((1, steps)),
@@ -77,7 +78,8 @@ def simulated(
         solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0),
         state_lower=lower,
     )
-    return recover(found.elements, tableau, dynamics, contacts, system, strength)
+    branch = branch_of(system, simulation.elements)
+    return recover(simulation.elements, branch, tableau, dynamics, contacts, system, AUXILIARY_FORCE)
 
 
 def _multibody_dynamics(robot: Robot) -> MultibodyDynamics:
@@ -129,9 +131,9 @@ class Slide:
 
     def after(self, duration: float, x: float, speed: float, spin: float = 0.0) -> np.ndarray:
         """State (x, speed, angle, angular speed) after sliding for a duration, s, without coming to stick."""
-        found = solve_ivp(self._rates, [0.0, duration], [x, speed, 0.0, spin], rtol=1e-10, atol=1e-12)
-        assert (np.sign(found.y[1] - self.radius * found.y[3]) == np.sign(speed - self.radius * spin)).all()
-        return np.asarray(found.y[:, -1])
+        solution = solve_ivp(self._rates, [0.0, duration], [x, speed, 0.0, spin], rtol=1e-10, atol=1e-12)
+        assert (np.sign(solution.y[1] - self.radius * solution.y[3]) == np.sign(speed - self.radius * spin)).all()
+        return np.asarray(solution.y[:, -1])
 
 
 def height_of(surface: Ground, x: float, guess: float = 0.0) -> float:
@@ -160,11 +162,13 @@ def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float
     tangent = np.asarray(surface.tangent(np.array([start, 0, 0])))
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(surface, start)], speed * tangent[[0, 2]]
-    found = simulated({"tip": (PointOnSurface("first", surface), friction)}, q, v, duration=0.15, steps=2, form=form)
-    x, along, _, _ = Slide(surface, friction).after(found.time[-1], start, speed)
-    assert found.configuration[-1, :2] == pytest.approx([x, height_of(surface, x)], abs=1e-5)
-    assert np.hypot(*found.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
-    assert set(found.mode[:, 0]) == {"slip"}
+    recovered = simulated(
+        {"tip": (PointOnSurface("first", surface), friction)}, q, v, duration=0.15, steps=2, form=form
+    )
+    x, along, _, _ = Slide(surface, friction).after(recovered.time[-1], start, speed)
+    assert recovered.configuration[-1, :2] == pytest.approx([x, height_of(surface, x)], abs=1e-5)
+    assert np.hypot(*recovered.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
+    assert set(recovered.mode[:, 0]) == {"slip"}
 
 
 @pytest.mark.parametrize("surface", [WEDGE, HILLS], ids=["wedge", "hills"])
@@ -176,7 +180,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
     tangent = np.asarray(surface.tangent(np.array([x, 0, 0])))[[0, 2]]
     v[:2] = 2.0 * tangent - 1.0 * np.array([-tangent[1], tangent[0]])
     tip = {"tip": (PointOnSurface("first", surface), 0.3)}
-    found = simulated(tip, q, v, duration=0.1, steps=2, elements=3, stages=2)
+    recovered = simulated(tip, q, v, duration=0.1, steps=2, elements=3, stages=2)
 
     def flight(time: float) -> np.ndarray:
         return np.array([q[0] + v[0] * time, 0.0, q[1] + v[1] * time - 0.5 * GRAVITY * time**2])
@@ -185,16 +189,16 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
         lambda t, y: [0.0], [0, 0.1], [0.0], events=lambda t, y: surface.distance(flight(t)), rtol=1e-12, max_step=0.01
     )
     touchdown = float(event.t_events[0][0])
-    (switch,) = found.switches
+    (switch,) = recovered.switches
     assert (switch.kind, switch.time) == ("touchdown", pytest.approx(touchdown, abs=3e-6))
     tangent = np.asarray(surface.tangent(flight(touchdown)))[[0, 2]]
     before = np.array([v[0], v[1] - GRAVITY * touchdown])
     hit = abs(before @ [-tangent[1], tangent[0]])
-    (impact,) = found.impacts
+    (impact,) = recovered.impacts
     assert impact.impulse[0] == pytest.approx([MASS * hit, -0.3 * MASS * hit], abs=1e-3)
-    assert found.velocity[impact.after, :2] == pytest.approx((before @ tangent - 0.3 * hit) * tangent, abs=1e-3)
-    left = Slide(surface, 0.3).after(found.time[-1] - touchdown, flight(touchdown)[0], before @ tangent - 0.3 * hit)
-    assert found.configuration[-1, :2] == pytest.approx([left[0], height_of(surface, left[0])], abs=1e-4)
+    assert recovered.velocity[impact.after, :2] == pytest.approx((before @ tangent - 0.3 * hit) * tangent, abs=1e-3)
+    left = Slide(surface, 0.3).after(recovered.time[-1] - touchdown, flight(touchdown)[0], before @ tangent - 0.3 * hit)
+    assert recovered.configuration[-1, :2] == pytest.approx([left[0], height_of(surface, left[0])], abs=1e-4)
 
 
 @pytest.mark.parametrize("ground", [WEDGE, HILLS], ids=["wedge", "hills"])
@@ -204,11 +208,11 @@ def test_a_disc_slides_and_turns(ground: Ground) -> None:
     tangent = np.asarray(path.tangent(np.array([start, 0, 0])))
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(path, start)], speed * tangent[[0, 2]]
-    found = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.2)}, q, v, duration=0.1, steps=2)
-    x, along, turned, spin = Slide(path, 0.2, RADIUS).after(found.time[-1], start, speed)
-    assert found.configuration[-1, :3] == pytest.approx([x, height_of(path, x), turned], abs=1e-5)
-    assert np.hypot(*found.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
-    assert found.velocity[-1, 2] == pytest.approx(spin, abs=2e-4)
+    recovered = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.2)}, q, v, duration=0.1, steps=2)
+    x, along, turned, spin = Slide(path, 0.2, RADIUS).after(recovered.time[-1], start, speed)
+    assert recovered.configuration[-1, :3] == pytest.approx([x, height_of(path, x), turned], abs=1e-5)
+    assert np.hypot(*recovered.velocity[-1, :2]) == pytest.approx(along, abs=2e-5)
+    assert recovered.velocity[-1, 2] == pytest.approx(spin, abs=2e-4)
 
 
 def test_a_disc_rolls_down_a_wedge() -> None:
@@ -216,14 +220,14 @@ def test_a_disc_rolls_down_a_wedge() -> None:
     path = WEDGE.raised(RADIUS)
     q = np.zeros(6)
     q[1] = height_of(path, 0.0)
-    found = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.8)}, q, np.zeros(6), duration=0.2, steps=2)
+    recovered = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.8)}, q, np.zeros(6), duration=0.2, steps=2)
     acceleration = GRAVITY * np.sin(WEDGE.slope) / (1 + INERTIA / (MASS * RADIUS**2))
-    speed = acceleration * found.time[-1]
+    speed = acceleration * recovered.time[-1]
     expected = [-speed * np.cos(WEDGE.slope), -speed * np.sin(WEDGE.slope), -speed / RADIUS]
-    assert found.velocity[-1, :3] == pytest.approx(expected, abs=1e-7)
+    assert recovered.velocity[-1, :3] == pytest.approx(expected, abs=1e-7)
     forces = [MASS * GRAVITY * np.cos(WEDGE.slope), INERTIA * acceleration / RADIUS**2]
-    assert found.force[-1, 0] == pytest.approx(forces, abs=1e-6)
-    assert set(found.mode[:, 0]) == {"stick"}
+    assert recovered.force[-1, 0] == pytest.approx(forces, abs=1e-6)
+    assert set(recovered.mode[:, 0]) == {"stick"}
 
 
 @pytest.mark.parametrize("form", ["multipliers", "steps"])
@@ -236,10 +240,10 @@ def test_a_disc_rests_in_a_wedge(form: str) -> None:
         "slope": (CircleOnSurface("first", RADIUS, path), 0.0),
         "wall": (CircleOnSurface("first", RADIUS, wall), 0.0),
     }
-    found = simulated(pairs, q, np.zeros(6), duration=0.1, steps=1, stages=2, form=form)
-    assert found.configuration[-1, :3] == pytest.approx(q[:3], abs=1e-8)
+    recovered = simulated(pairs, q, np.zeros(6), duration=0.1, steps=1, stages=2, form=form)
+    assert recovered.configuration[-1, :3] == pytest.approx(q[:3], abs=1e-8)
     normal = [MASS * GRAVITY / np.cos(WEDGE.slope), MASS * GRAVITY * np.tan(WEDGE.slope)]
-    assert found.force[-1] == pytest.approx(np.array([[normal[0], 0], [normal[1], 0]]), abs=1e-5)
+    assert recovered.force[-1] == pytest.approx(np.array([[normal[0], 0], [normal[1], 0]]), abs=1e-5)
 
 
 def test_two_discs_collide() -> None:
@@ -247,17 +251,17 @@ def test_two_discs_collide() -> None:
     q, v = np.zeros(6), np.zeros(6)
     q[3:5], v[0] = [np.sqrt(0.5**2 - 0.25**2) + 0.03, 0.25], 1.0
     rims = {"rims": (CircleOnCircle("first", 0.2, "second", 0.3), 0.0)}
-    found = simulated(rims, q, v, duration=0.1, steps=1, elements=3, stages=2, form="steps")
-    (impact,) = found.impacts
-    at = found.configuration[impact.before]
+    recovered = simulated(rims, q, v, duration=0.1, steps=1, elements=3, stages=2, form="steps")
+    (impact,) = recovered.impacts
+    at = recovered.configuration[impact.before]
     apart = at[[0, 1]] - at[[3, 4]]
-    assert found.time[impact.before] == pytest.approx(0.03, abs=2e-6)
+    assert recovered.time[impact.before] == pytest.approx(0.03, abs=2e-6)
     assert np.linalg.norm(apart) == pytest.approx(0.5, abs=2e-6)
     normal = apart / np.linalg.norm(apart)
-    before, after = found.velocity[impact.before], found.velocity[impact.after]
+    before, after = recovered.velocity[impact.before], recovered.velocity[impact.after]
     size = -normal @ (before[:2] - before[3:5]) / (1 / 2 + 1 / 1)
     assert impact.impulse[0] == pytest.approx([size, 0], abs=3e-5)
     assert after[:2] == pytest.approx(before[:2] + size / 2 * normal, abs=3e-5)
     assert after[3:5] == pytest.approx(before[3:5] - size / 1 * normal, abs=3e-5)
     assert after[[2, 5]] == pytest.approx(0, abs=1e-9)
-    assert found.switches[-1].kind == "takeoff"
+    assert recovered.switches[-1].kind == "takeoff"

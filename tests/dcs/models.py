@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import fields as fields_of
 from itertools import product
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem
+from fesd_robot.dcs import ComplementaritySystem, Model, StepFunctions, Subsystem, heaviside
 
 X, U, P = ca.SX.sym("x", 3), ca.SX.sym("u", 2), ca.SX.sym("p", 2)
+MODEL = Model(state=X, control=U, parameters=P)
 SWITCHING = ca.vertcat(X[0] - 0.25, X[1] * P[0], X[2] + X[0] ** 2 - P[1])
 """Up to three switching functions; the second vanishes with x1."""
 
@@ -38,9 +41,19 @@ def by_signs(kind: str, **parts: Any) -> Subsystem:
     return Subsystem(**{**arguments, **parts})
 
 
+def build(form: Callable[..., ComplementaritySystem], **parts: Any) -> ComplementaritySystem:
+    """Return the system that a form makes of the parts of its model, of its step functions, and its own arguments."""
+    kinds = (Model, StepFunctions) if form is heaviside else (Model,)
+    return form(*[_taken(kind, parts) for kind in kinds], **parts)
+
+
+def _taken(kind: type, parts: dict[str, Any]) -> Any:
+    return kind(**{field.name: parts.pop(field.name) for field in fields_of(kind) if field.name in parts})
+
+
 def values(system: ComplementaritySystem, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray) -> dict[str, Any]:
     """Everything a system consists of, in numbers."""
-    names = ("right_hand_side", "residual", "equations", "multiplier", "partner")
+    names = ("right_hand_side", "residual", "equations", "G", "H")
     function = ca.Function("values", system.arguments, [getattr(system, name) for name in names])
     return {name: value.full().ravel() for name, value in zip(names, function(x, u, z, p), strict=True)}
 

@@ -27,11 +27,11 @@ X = ca.SX.sym("x", 2)
 )
 def test_numbers_are_expressions(value: Any, shape: tuple[int, int]) -> None:
     """Numbers keep their shape and values; a list of numbers is a column."""
-    found = as_expression("value", value)
-    assert isinstance(found, ca.SX) and found.shape == shape
+    expression = as_expression("value", value)
+    assert isinstance(expression, ca.SX) and expression.shape == shape
     if not isinstance(value, ca.SX):
         expected = value.full() if isinstance(value, ca.DM) else np.reshape(value, shape)
-        assert np.array_equal(ca.evalf(found).full(), expected)
+        assert np.array_equal(ca.evalf(expression).full(), expected)
 
 
 @pytest.mark.parametrize("value", [None, "1", ca.MX.sym("x"), [X[0], X[1]], np.ones((2, 2, 2)), 1j, {}])

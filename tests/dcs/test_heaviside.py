@@ -8,8 +8,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, Exclusion, heaviside
+from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.dcs import ComplementaritySystem, heaviside
 from fesd_robot.errors import DimensionError, ModelError
+
+from .models import build
 
 X, U, P = ca.SX.sym("x", 3), ca.SX.sym("u", 1), ca.SX.sym("p", 2)
 ALPHA = ca.SX.sym("alpha", 2)
@@ -25,7 +28,7 @@ def _plain(**parts: Any) -> ComplementaritySystem:
         "switching": ca.vertcat(X[0], X[1] ** 2 - X[2] + P[0] * P[1]),
         "right_hand_side": ca.vertcat(1 - 2 * ALPHA[0], ALPHA[1] + U, ALPHA[0] * ALPHA[1]),
     }
-    return heaviside(**{**arguments, **parts})
+    return build(heaviside, **{**arguments, **parts})
 
 
 def _lifted() -> ComplementaritySystem:
@@ -41,7 +44,7 @@ def _gated() -> ComplementaritySystem:
 
 
 def _evaluate(system: ComplementaritySystem, *arguments: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    function = ca.Function("all", system.arguments, [system.residual, system.multiplier, system.partner])
+    function = ca.Function("all", system.arguments, [system.residual, system.G, system.H])
     x, u, z, p = arguments
     return tuple(np.asarray(value).ravel() for value in function(x, u, z, p))
 
@@ -56,10 +59,10 @@ def test_the_guess_is_consistent(build: Any, seed: int) -> None:
     if seed % 4 == 0:
         x[0] = 0.0
     z = system.guess(x, u, p)
-    residual, multiplier, partner = _evaluate(system, x, u, z, p)
+    residual, G, H = _evaluate(system, x, u, z, p)
     assert np.abs(residual).max() <= 1e-14
-    assert (multiplier >= 0).all() and (partner >= 0).all()
-    assert np.abs(multiplier * partner).max() == 0
+    assert (G >= 0).all() and (H >= 0).all()
+    assert np.abs(G * H).max() == 0
     assert (z >= system.algebraic_lower).all() and (z <= system.algebraic_upper).all()
     alpha = z[:2]
     expected = 0.5 if x[0] == 0 else float(x[0] > 0)
@@ -75,9 +78,9 @@ def test_the_conditions_select_the_step() -> None:
     def complementary(level: float, alpha: float) -> bool:
         x = np.array([level, 1.0, 0.0])
         z = np.array([alpha, 1.0, max(-level, 0.0), 0.0, max(level, 0.0), 1.0])
-        residual, multiplier, partner = _evaluate(system, x, u, z, p)
+        residual, G, H = _evaluate(system, x, u, z, p)
         assert np.abs(residual).max() == 0
-        return bool((partner >= 0).all() and np.abs(multiplier * partner).max() == 0)
+        return bool((H >= 0).all() and np.abs(G * H).max() == 0)
 
     for level, valid in ((2.0, {1.0}), (-0.1, {0.0}), (0.0, {0.0, 0.3, 1.0})):
         assert {alpha for alpha in (-0.2, 0.0, 0.3, 1.0, 1.2) if complementary(level, alpha)} == valid
@@ -107,27 +110,27 @@ def test_lifted_products_have_their_definitions_as_residuals() -> None:
     assert list(system.algebraic_names[-2:]) == ["first", "second"]
 
 
-def test_a_partner_can_take_the_place_of_alpha() -> None:
-    """The negative multiplier of a step excludes what it was told to exclude, the others their alpha."""
-    system = _plain(negative_partner={1: 1 - ALPHA[0]})
+def test_another_h_can_take_the_place_of_alpha() -> None:
+    """The lambda_n of a step excludes what it was told to exclude, the others their alpha."""
+    system = _plain(excluded={1: 1 - ALPHA[0]})
     x, u, p, z = np.zeros(3), np.zeros(1), np.zeros(2), np.array([0.2, 0.7, 0, 0, 0, 0])
     assert _evaluate(system, x, u, z, p)[2] == pytest.approx([0.2, 0.8, 0.8, 0.3])
     assert _evaluate(_plain(), x, u, z, p)[2] == pytest.approx([0.2, 0.7, 0.8, 0.3])
 
 
 def test_names_and_defaults() -> None:
-    """Everything has a name, given or made up; E is the identity; the selection cost is epsilon ||alpha||²."""
+    """Everything has a name, given or made up; E is the identity; the regularisation is epsilon ||alpha||²."""
     system = _plain(regularisation_weight=0.5)
     assert list(system.state_names) == ["x0", "x1", "x2"]
     assert list(system.control_names) == ["u0"]
     assert list(system.algebraic_names) == [
         f"{kind}[{step}]" for kind in ("alpha", "lambda_n", "lambda_p") for step in ("step0", "step1")
     ]
-    assert list(system.pair_names)[2] == "lambda_p _|_ 1 - alpha [step0]"
+    assert str(system.pairs[2].label) == "lambda_p _|_ 1 - alpha [step0]"
     assert system.mass_matrix.is_constant() and np.array_equal(ca.evalf(system.mass_matrix).full(), np.eye(3))
-    cost = ca.Function("cost", [system.algebraic], [system.selection])
+    cost = ca.Function("cost", [system.algebraic], [system.regularisation])
     assert float(cost([0.5, 2, 9, 9, 9, 9])) == 0.5 * 4.25
-    named = _plain(state_names=["a", "b", "c"], step_names=["left", "right"], control_names=["push"])
+    named = _plain(state_names=["a", "b", "c"], names=["left", "right"], control_names=["push"])
     assert list(named.state_names) == ["a", "b", "c"]
     assert named.algebraic_names[3] == "lambda_n[right]"
 
@@ -143,10 +146,10 @@ def test_names_and_defaults() -> None:
             {"lifted": [("pair", ca.SX.sym("pair"), X[:2])]},
             r"lifted product 'pair' has shape \(2, 1\), expected \(1, 1\)",
         ),
-        ({"negative_partner": {0: ALPHA}}, r"negative_partner\[0\] has shape \(2, 1\), expected \(1, 1\)"),
+        ({"excluded": {0: ALPHA}}, r"excluded\[0\] has shape \(2, 1\), expected \(1, 1\)"),
         ({"algebraic": ca.SX.sym("z")}, r"equations has shape \(0, 1\), expected \(1, 1\), one equation an algebraic"),
         ({"control_names": ["a", "b"]}, r"control_names has shape \(2,\), expected \(1,\)"),
-        ({"step_names": ["one"]}, "step_names has 1 entries for 2 step variables alpha"),
+        ({"names": ["one"]}, r"names has shape \(1,\), expected \(2,\), one a step variable alpha"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )
@@ -192,11 +195,15 @@ def test_lifted_definitions_can_be_looked_at() -> None:
 
 def test_a_mode_in_words() -> None:
     """A step is one where only alpha may be positive, zero where only 1 - alpha may, anything where both may."""
-    describe = _plain(step_names=["left", "right"]).describe
+    describe = _plain(names=["left", "right"]).describe
     assert describe is not None
     assert describe(np.array([1, 1, 0, 0])) == "left = 1, right = 1"
     assert describe(np.array([0, 1, 1, 0])) == "left = 0, right = 1"
     assert describe(np.array([1, 0, 1, 0])) == "left in [0, 1], right undefined"
+
+
+def _vanishing(G: ca.SX, H: ca.SX, complement: ca.SX | None = None) -> Complementarity:
+    return Complementarity(Label("no"), G, H, vanishing=True, complement=complement)
 
 
 Z, LOST, FIRST, SECOND = (ca.SX.sym(name) for name in ("z", "lost", "first", "second"))
@@ -236,10 +243,14 @@ Z, LOST, FIRST, SECOND = (ca.SX.sym(name) for name in ("z", "lost", "first", "se
             {"lifted": [("first", FIRST, ALPHA[0]), ("first", SECOND, ALPHA[1])]},
             "two lifted products are called 'first', every one needs a name of its own",
         ),
-        ({"negative_partner": {2: 1 - ALPHA[0]}}, "negative_partner[2] belongs to no step, the indices are 0 to 1"),
-        ({"negative_partner": {1: X[0]}}, "negative_partner[1] uses x_0, not found in alpha"),
-        ({"exclusions": [Exclusion("no", U, ALPHA[0])]}, "level of exclusion 'no' uses u, not found in state"),
-        ({"exclusions": [Exclusion("no", X[0], X[1])]}, "share of exclusion 'no' uses x_1, not found in alpha"),
+        ({"excluded": {2: 1 - ALPHA[0]}}, "excluded[2] belongs to no step, the indices are 0 to 1"),
+        ({"excluded": {1: X[0]}}, "excluded[1] uses x_0, not found in alpha"),
+        ({"vanishing": [_vanishing(U, ALPHA[0])]}, "G of vanishing constraint 'no' uses u, not found in state"),
+        ({"vanishing": [_vanishing(X[0], X[1])]}, "H of vanishing constraint 'no' uses x_1, not found in alpha"),
+        (
+            {"vanishing": [_vanishing(X[0], ALPHA[0], U)]},
+            "complement of vanishing constraint 'no' uses u, not found in alpha",
+        ),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )

@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.dcs import heaviside, heaviside_from_regions, stewart
 from fesd_robot.errors import DimensionError, FesdRobotError, ModelError
 
-from .models import P, U, X, by_signs
+from .models import P, U, X, build, by_signs
 
 Z, LOST, ALPHA = ca.SX.sym("z", 2), ca.SX.sym("lost"), ca.SX.sym("alpha")
 REGIONS: dict[str, Any] = {"state": X, "control": U, "parameters": P, "subsystems": by_signs("one")}
@@ -27,7 +27,7 @@ OWN: dict[str, Any] = {"algebraic": Z, "equations": Z - U}
 FORMS = [(stewart, REGIONS), (heaviside_from_regions, REGIONS), (heaviside, STEPS)]
 
 
-@pytest.mark.parametrize(("build", "model"), FORMS, ids=[build.__name__ for build, _ in FORMS])
+@pytest.mark.parametrize(("form", "model"), FORMS, ids=[form.__name__ for form, _ in FORMS])
 @pytest.mark.parametrize(
     ("parts", "error", "message"),
     [
@@ -93,23 +93,23 @@ FORMS = [(stewart, REGIONS), (heaviside_from_regions, REGIONS), (heaviside, STEP
     ],
 )
 def test_wrong_parts_are_refused(
-    build: Any, model: dict[str, Any], parts: dict[str, Any], error: type[FesdRobotError], message: str
+    form: Any, model: dict[str, Any], parts: dict[str, Any], error: type[FesdRobotError], message: str
 ) -> None:
     """Whichever form a model is given in, the message names the part, what it is and what it must be."""
     with pytest.raises(error) as caught:
-        build(**{**model, **parts})
+        build(form, **{**model, **parts})
     assert str(caught.value) == message
 
 
-@pytest.mark.parametrize(("build", "model"), FORMS, ids=[build.__name__ for build, _ in FORMS])
-def test_defaults(build: Any, model: dict[str, Any]) -> None:
+@pytest.mark.parametrize(("form", "model"), FORMS, ids=[form.__name__ for form, _ in FORMS])
+def test_defaults(form: Any, model: dict[str, Any]) -> None:
     """Own algebraic variables are unbounded, start at zero and are called z0, z1; without any, no equations."""
-    system = build(**model, **OWN)
+    system = build(form, **model, **OWN)
     assert list(system.algebraic_names[-2:]) == ["z0", "z1"]
     assert system.algebraic_lower[-2:].tolist() == [-np.inf] * 2
     assert system.algebraic_upper[-2:].tolist() == [np.inf] * 2
     assert system.guess(np.ones(3), np.ones(2), np.ones(2))[-2:].tolist() == [0, 0]
-    bare = build(**model)
+    bare = build(form, **model)
     assert bare.equations.shape == (0, 1) and bare.quadratures == {}
     assert bare.algebraic.numel() == system.algebraic.numel() - 2
     assert np.array_equal(ca.evalf(bare.mass_matrix).full(), np.eye(3))

@@ -8,17 +8,17 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, heaviside_from_regions, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, heaviside_from_regions, stewart
 from fesd_robot.dcs.regions import region_multipliers
 from fesd_robot.errors import ModelError
 
-from .models import SIGN_MATRICES, P, U, X, by_signs, fields, random_point, values
+from .models import MODEL, SIGN_MATRICES, P, U, X, by_signs, fields, random_point, values
 
 each_matrix = pytest.mark.parametrize("kind", SIGN_MATRICES)
 
 
 def _system(*subsystems: Subsystem) -> ComplementaritySystem:
-    return heaviside_from_regions(state=X, control=U, parameters=P, subsystems=subsystems)
+    return heaviside_from_regions(MODEL, subsystems)
 
 
 def _theta(kind: str) -> ca.Function:
@@ -80,13 +80,13 @@ def test_names_of_lifted_products() -> None:
 def test_both_forms_agree(kind: str, seed: int) -> None:
     """At a random state, on boundaries too, both forms guess the same right-hand side without a residual."""
     subsystem, (x, u, p) = by_signs(kind), random_point(seed)
-    steps, indicators = _system(subsystem), stewart(state=X, control=U, parameters=P, subsystems=subsystem)
+    steps, indicators = _system(subsystem), stewart(MODEL, subsystem)
     rates = []
     for system in (steps, indicators):
-        found = values(system, x, u, system.guess(x, u, p), p)
-        assert np.abs(found["residual"]).max() <= 1e-14
-        assert np.abs(found["multiplier"] * found["partner"]).max() <= 1e-10
-        rates.append(found["right_hand_side"])
+        at_guess = values(system, x, u, system.guess(x, u, p), p)
+        assert np.abs(at_guess["residual"]).max() <= 1e-14
+        assert np.abs(at_guess["G"] * at_guess["H"]).max() <= 1e-10
+        rates.append(at_guess["right_hand_side"])
     assert rates[0] == pytest.approx(rates[1], abs=1e-13)
 
 
@@ -95,8 +95,7 @@ def test_subsystems_multiply() -> None:
     left = by_signs("one", name="left")
     right = by_signs("dense of three", name="right", fields=fields(8, seed=1))
     drift = ca.vertcat(U, 0)
-    arguments = {"state": X, "control": U, "parameters": P, "subsystems": [left, right], "drift": drift}
-    steps, indicators = heaviside_from_regions(**arguments), stewart(**arguments)
+    steps, indicators = (form(MODEL, [left, right], drift) for form in (heaviside_from_regions, stewart))
     assert steps.algebraic.numel() == 3 * 4 + 4
     assert list(steps.algebraic_names[:4]) == [
         f"alpha[{s}]" for s in ("left: c1", "right: c1", "right: c2", "right: c3")
@@ -115,24 +114,24 @@ def test_subsystems_multiply() -> None:
 def test_own_algebraic_variables_and_quadratures() -> None:
     """They take part in fields, equations and integrands, after the lifted products."""
     z = ca.SX.sym("z")
-    system = heaviside_from_regions(
+    model = Model(
         state=X,
         control=U,
         parameters=P,
-        subsystems=by_signs("dense of three", fields=fields(8) * z),
         algebraic=z,
         equations=z - X[0],
         algebraic_guess=lambda x, u, p: x[:1],
         quadratures={"work": z * U[0]},
     )
+    system = heaviside_from_regions(model, by_signs("dense of three", fields=fields(8) * z))
     x, u, p = random_point(4)
     value = system.guess(x, u, p)
-    found = values(system, x, u, value, p)
+    at_guess = values(system, x, u, value, p)
     plain = _system(by_signs("dense of three"))
     field = values(plain, x, u, plain.guess(x, u, p), p)["right_hand_side"]
     assert value[-1] == x[0] and len(value) == 9 + 4 + 1
-    assert found["equations"].tolist() == [0] and len(found["residual"]) == 3 + 4
-    assert found["right_hand_side"] == pytest.approx(x[0] * field)
+    assert at_guess["equations"].tolist() == [0] and len(at_guess["residual"]) == 3 + 4
+    assert at_guess["right_hand_side"] == pytest.approx(x[0] * field)
     work = ca.Function("work", system.arguments, [system.quadratures["work"]])
     assert float(work(x, u, value, p)) == pytest.approx(x[0] * u[0])
 

@@ -11,11 +11,11 @@ import pytest
 from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError
 
-from .models import SIGN_MATRICES, SWITCHING, P, U, X, by_signs, fields, random_point, values
+from .models import SIGN_MATRICES, SWITCHING, P, U, X, build, by_signs, fields, random_point, values
 
 
 def _system(*subsystems: Subsystem, **parts: Any) -> ComplementaritySystem:
-    return stewart(state=X, control=U, parameters=P, subsystems=subsystems, **parts)
+    return build(stewart, state=X, control=U, parameters=P, subsystems=subsystems, **parts)
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ def test_sizes(kind: str, regions: int) -> None:
     system = _system(by_signs(kind))
     assert system.algebraic.numel() == 2 * regions + 1
     assert system.residual.numel() == regions + 1
-    assert system.multiplier.numel() == system.partner.numel() == len(system.pair_names) == regions
+    assert system.G.numel() == system.H.numel() == len(system.pairs) == regions
     assert system.algebraic_lower.tolist() == [0] * 2 * regions + [-np.inf]
     assert (system.algebraic_upper == np.inf).all()
 
@@ -38,7 +38,7 @@ def test_names_of_expanded_rows() -> None:
     expected = [f"{kind}[{region}]" for kind in ("theta", "lambda") for region in regions]
     system = _system(by_signs("sparse"))
     assert list(system.algebraic_names) == [*expected, "mu"]
-    assert list(system.pair_names) == [f"lambda _|_ theta [{region}]" for region in regions]
+    assert [str(pair.label) for pair in system.pairs] == [f"lambda _|_ theta [{region}]" for region in regions]
     assert list(system.state_names) == ["x0", "x1", "x2"] and list(system.control_names) == ["u0", "u1"]
 
 
@@ -50,17 +50,17 @@ def test_the_guess_is_consistent(kind: str, seed: int) -> None:
     system = _system(subsystem)
     x, u, p = random_point(seed)
     z = system.guess(x, u, p)
-    found = values(system, x, u, z, p)
-    assert np.abs(found["residual"]).max() <= 1e-14
+    at_guess = values(system, x, u, z, p)
+    assert np.abs(at_guess["residual"]).max() <= 1e-14
     assert (z >= system.algebraic_lower).all()
-    assert (found["multiplier"] * found["partner"]).max() <= 1e-10
+    assert (at_guess["G"] * at_guess["H"]).max() <= 1e-10
     if seed % 3:  # not on a boundary
         function = ca.Function("parts", [X, U, P], [SWITCHING, subsystem.fields])
         c, columns = (value.full() for value in function(x, u, p))
         assert subsystem.sign_matrix is not None
         inside = [(row * c[: len(row), 0] >= 0).all() for row in subsystem.sign_matrix]
         assert sum(inside) == 1
-        assert found["right_hand_side"] == pytest.approx(columns[:, inside.index(True)], abs=1e-14)
+        assert at_guess["right_hand_side"] == pytest.approx(columns[:, inside.index(True)], abs=1e-14)
 
 
 def test_regions_by_indicators() -> None:
@@ -110,11 +110,11 @@ def test_own_algebraic_variables_and_quadratures() -> None:
     x, u, p = random_point(2)
     value = system.guess(x, u, p)
     assert value[5:] == pytest.approx([x[0] + u[0], 2])
-    found = values(system, x, u, value, p)
+    at_guess = values(system, x, u, value, p)
     plain = _system(by_signs("one"))
     field = values(plain, x, u, plain.guess(x, u, p), p)["right_hand_side"]
-    assert found["right_hand_side"] == pytest.approx(value[5] * field + [value[5], 2, 0])
-    assert np.abs(found["equations"]).max() <= 1e-15 and len(found["residual"]) == 3
+    assert at_guess["right_hand_side"] == pytest.approx(value[5] * field + [value[5], 2, 0])
+    assert np.abs(at_guess["equations"]).max() <= 1e-15 and len(at_guess["residual"]) == 3
     assert list(system.algebraic_names[5:]) == ["force", "root"]
     assert system.algebraic_upper[5:].tolist() == [np.inf, 3]
     integrands = ca.Function("q", system.arguments, list(system.quadratures.values()))(x, u, value, p)
@@ -143,12 +143,7 @@ def test_a_mode_in_words() -> None:
         "R1 | R2",
         "no region",
     ]
-    both = stewart(
-        state=X,
-        control=U,
-        parameters=P,
-        subsystems=[by_signs("one", name="left"), by_signs("sparse", name="right")],
-    )
+    both = _system(by_signs("one", name="left"), by_signs("sparse", name="right"))
     assert both.describe is not None
     assert both.describe(np.array([1, 0, 0, 1, 1, 0], dtype=bool)) == "left: R1, right: R1(+,-) | R2"
 
@@ -204,5 +199,5 @@ LOST, Z = ca.SX.sym("lost"), ca.SX.sym("z")
 def test_wrong_models_are_refused(parts: dict[str, Any], error: type[Exception], message: str) -> None:
     """The message names the offending part, what it is and what it must be."""
     with pytest.raises(error) as caught:
-        stewart(**{"state": X, "control": U, "parameters": P, "subsystems": by_signs("one"), **parts})
+        build(stewart, **{"state": X, "control": U, "parameters": P, "subsystems": by_signs("one"), **parts})
     assert str(caught.value) == message

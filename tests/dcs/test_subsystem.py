@@ -24,8 +24,8 @@ def test_regions_that_tile_are_accepted(kind: str) -> None:
     signs = np.array(SIGN_MATRICES[kind])
     for _ in range(5):
         turned = rng.permutation(rng.permutation(signs, axis=0), axis=1) * rng.choice([-1, 1], size=signs.shape[1])
-        found = by_signs(kind, sign_matrix=turned).sign_matrix
-        assert found is not None and np.array_equal(found, turned)
+        kept = by_signs(kind, sign_matrix=turned).sign_matrix
+        assert kept is not None and np.array_equal(kept, turned)
 
 
 @pytest.mark.parametrize("kind", SIGN_MATRICES)
@@ -60,12 +60,12 @@ def test_random_sign_matrices_are_judged_by_enumeration() -> None:
 
 def test_numbers_and_defaults() -> None:
     """Numbers become expressions, regions are R1, R2, ..., and what was given cannot be changed afterwards."""
-    found = Subsystem(fields=[[3, 1]], switching=X[0], sign_matrix=[[-1], [1]])
-    assert isinstance(found.fields, ca.SX) and found.fields.shape == (1, 2)
-    assert found.name == "regions" and list(found.region_names) == ["R1", "R2"]
-    assert found.sign_matrix is not None
+    numbers = Subsystem(fields=[[3, 1]], switching=X[0], sign_matrix=[[-1], [1]])
+    assert isinstance(numbers.fields, ca.SX) and numbers.fields.shape == (1, 2)
+    assert numbers.name == "regions" and list(numbers.region_names) == ["R1", "R2"]
+    assert numbers.sign_matrix is not None
     with pytest.raises(ValueError, match="read-only"):
-        found.sign_matrix[0, 0] = 1
+        numbers.sign_matrix[0, 0] = 1
     named = Subsystem(fields=ca.DM([[3, 1]]), indicator=ca.vertcat(X[0], X[1]), region_names=["low", "high"])
     assert list(named.region_names) == ["low", "high"] and named.switching is None
 

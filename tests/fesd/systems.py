@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, heaviside, heaviside_from_regions, stewart
-from fesd_robot.fesd import OptimalControlProblem
+from fesd_robot.dcs import (
+    ComplementaritySystem,
+    Model,
+    StepFunctions,
+    Subsystem,
+    heaviside,
+    heaviside_from_regions,
+    stewart,
+)
 
 OMEGA = 2 * np.pi
 
@@ -18,74 +23,49 @@ def scalar(right_hand_side: str) -> ComplementaritySystem:
     x, alpha = ca.SX.sym("x"), ca.SX.sym("alpha")
     sign = 2 * alpha - 1
     value = {"crossing": 2 - sign, "sliding": -sign}[right_hand_side]
-    return heaviside(state=x, alpha=alpha, switching=x, right_hand_side=value, state_names=["x"])
+    return heaviside(Model(x, state_names=["x"]), StepFunctions(alpha, x), value)
 
 
 def leaving() -> ComplementaritySystem:
     """x' = t - sign(x) with the time t as second state."""
     x, t, alpha = ca.SX.sym("x"), ca.SX.sym("t"), ca.SX.sym("alpha")
-    return heaviside(
-        state=ca.vertcat(x, t), alpha=alpha, switching=x, right_hand_side=ca.vertcat(t - (2 * alpha - 1), 1)
-    )
+    return heaviside(Model(ca.vertcat(x, t)), StepFunctions(alpha, x), ca.vertcat(t - (2 * alpha - 1), 1))
 
 
 def oscillator() -> ComplementaritySystem:
     """The planar oscillator of arXiv 2205.05337, section 4.4: x' = A x, turning left inside the unit circle."""
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha")
     inside, outside = ca.DM([[1, -OMEGA], [OMEGA, 1]]), ca.DM([[1, OMEGA], [-OMEGA, 1]])
-    return heaviside(
-        state=x,
-        alpha=alpha,
-        switching=ca.sumsqr(x) - 1,
-        right_hand_side=ca.mtimes(alpha * outside + (1 - alpha) * inside, x),
-    )
+    rate = ca.mtimes(alpha * outside + (1 - alpha) * inside, x)
+    return heaviside(Model(x), StepFunctions(alpha, ca.sumsqr(x) - 1), rate)
 
 
 def driven() -> ComplementaritySystem:
     """Two states, a control, a parameter, two steps of which one product is lifted, and a mass matrix."""
     x, u, p, alpha = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("p"), ca.SX.sym("alpha", 2)
     both = ca.SX.sym("both")
-    return heaviside(
+    model = Model(
         state=x,
         control=u,
         parameters=p,
-        alpha=alpha,
-        switching=ca.vertcat(x[0], x[1] - p),
-        right_hand_side=ca.vertcat(u + both, p - alpha[0]),
         mass_matrix=ca.diag(ca.vertcat(2, 1 + x[0] ** 2)),
-        lifted=[("both", both, alpha[0] * alpha[1])],
-        regularisation_weight=1e-2,
         state_names=["a", "b"],
         control_names=["push"],
     )
-
-
-def initial_value_problem(
-    system: ComplementaritySystem, initial: list[float], duration: float
-) -> OptimalControlProblem:
-    """One interval from a fixed state with nothing to choose."""
-    x0, free = np.array(initial), np.full(len(initial), np.inf)
-    return OptimalControlProblem(
-        system=system,
-        duration=duration,
-        intervals=1,
-        parameters=np.zeros((0, 1)),
-        initial_lower=x0,
-        initial_upper=x0,
-        state_lower=-free,
-        state_upper=free,
-        terminal_lower=-free,
-        terminal_upper=free,
-        control_lower=np.zeros(0),
-        control_upper=np.zeros(0),
-        state_guess=lambda _: x0,
-        control_guess=np.zeros((0, 1)),
+    return heaviside(
+        model,
+        StepFunctions(alpha, ca.vertcat(x[0], x[1] - p)),
+        ca.vertcat(u + both, p - alpha[0]),
+        lifted=[("both", both, alpha[0] * alpha[1])],
+        regularisation_weight=1e-2,
     )
 
 
-def by_regions(form: str, state: ca.SX, subsystems: list[Subsystem], **more: Any) -> ComplementaritySystem:
+def by_regions(
+    form: str, model: Model, subsystems: list[Subsystem], drift: ca.SX | None = None
+) -> ComplementaritySystem:
     """A piecewise smooth system in the form of Stewart (``stewart``) or with step functions (``heaviside``)."""
-    return {"stewart": stewart, "heaviside": heaviside_from_regions}[form](state=state, subsystems=subsystems, **more)
+    return {"stewart": stewart, "heaviside": heaviside_from_regions}[form](model, subsystems, drift)
 
 
 SIGNS = np.array([[-1], [1]])
@@ -96,7 +76,7 @@ def relay(form: str, below: ca.SX | float, above: ca.SX | float) -> Complementar
     x = ca.SX.sym("x", 2)
     substituted = [ca.substitute(ca.SX(part), TIME, x[1]) for part in (below, above)]
     fields = ca.vertcat(ca.horzcat(*substituted), ca.DM.ones(1, 2))
-    return by_regions(form, x, [Subsystem(fields=fields, switching=x[0], sign_matrix=SIGNS)])
+    return by_regions(form, Model(x), [Subsystem(fields=fields, switching=x[0], sign_matrix=SIGNS)])
 
 
 TIME = ca.SX.sym("time")
@@ -107,4 +87,4 @@ def planar_oscillator(form: str) -> ComplementaritySystem:
     x = ca.SX.sym("x", 2)
     inside, outside = ca.DM([[1, -OMEGA], [OMEGA, 1]]), ca.DM([[1, OMEGA], [-OMEGA, 1]])
     fields = ca.horzcat(ca.mtimes(inside, x), ca.mtimes(outside, x))
-    return by_regions(form, x, [Subsystem(fields=fields, switching=ca.sumsqr(x) - 1, sign_matrix=SIGNS)])
+    return by_regions(form, Model(x), [Subsystem(fields=fields, switching=ca.sumsqr(x) - 1, sign_matrix=SIGNS)])

@@ -8,13 +8,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import Exclusion, heaviside
+from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import ModelError
-from fesd_robot.fesd import FesdOptions, StepEquilibration, Transcription, make_tableau
+from fesd_robot.fesd import FesdOptions, StepEquilibration, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.equilibration import indicator
 from fesd_robot.mpcc import HomotopyOptions, solve
 
-from .systems import initial_value_problem, scalar
+from .systems import scalar
 
 EXACT = ("difference_tanh", "difference_product", "direct", "linear_complementarity")
 
@@ -88,11 +89,11 @@ def test_auxiliary_variables_start_consistent(stages: int) -> None:
 
 @pytest.mark.parametrize("mode", EXACT)
 def test_switches_outside_the_pairs_are_refused(mode: StepEquilibration) -> None:
-    """A system with exclusions has switches that the indicator does not see."""
+    """A system with vanishing constraints has switches that the indicator does not see."""
     x, alpha, free = ca.SX.sym("x"), ca.SX.sym("alpha"), ca.SX.sym("free")
     system = heaviside(
-        state=x, alpha=alpha, switching=x, right_hand_side=1 - alpha, lifted=[("free", free, alpha)],
-        exclusions=[Exclusion("none above", x, free)],
+        Model(x), StepFunctions(alpha, x), 1 - alpha, lifted=[("free", free, alpha)],
+        vanishing=[Complementarity(Label("none above"), x, free, vanishing=True)],
     )  # fmt: skip
     transcription = Transcription(initial_value_problem(system, [-1.0], 1.0), FesdOptions(step_equilibration=mode))
     with pytest.raises(ModelError, match=rf"'{mode}' needs every switch in a complementarity pair"):

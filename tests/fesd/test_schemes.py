@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fesd_robot.dcs import Subsystem
+from fesd_robot.dcs import Model, Subsystem
 from fesd_robot.fesd import FesdOptions, Form, Simulation, Tableau, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
 
@@ -73,10 +73,10 @@ def _ideal(tableau: Tableau, steps: int) -> tuple[complex, float]:
 @pytest.mark.parametrize("form", FORMS)
 def test_the_oscillator_is_that_of_exact_arithmetic(form: str, scheme: Scheme, stages: int) -> None:
     """End state and switch time agree with the scheme's stability function and a root search for the switch."""
-    found = _oscillation(form, scheme, stages, 34, True)
+    simulation = _oscillation(form, scheme, stages, 34, True)
     end, crossed = _ideal(make_tableau(scheme, stages), 34)
-    assert found.states[-1] == pytest.approx([end.real, end.imag], rel=1e-10)
-    assert found.switch_times.tolist() == pytest.approx([crossed] if crossed else [], abs=1e-12)
+    assert simulation.states[-1] == pytest.approx([end.real, end.imag], rel=1e-10)
+    assert simulation.switch_times.tolist() == pytest.approx([crossed] if crossed else [], abs=1e-12)
 
 
 @each_scheme
@@ -126,12 +126,12 @@ def test_fixed_steps(scheme: Scheme, stages: int) -> None:
 def test_crossing_times_are_exact(form: str, scheme: Scheme, stages: int) -> None:
     """x' = 2 - sign x from -1 crosses at 1/3; x' = √2 - 2 < 0 from 2 - √2, then -1 crosses at time 1."""
     options = FesdOptions(tableau=make_tableau(scheme, stages), elements=2)
-    found = simulate(relay(form, 3.0, 1.0), np.array([-1.0, 0.0]), 3, 2.0, options=options)
-    assert found.switch_times == pytest.approx([1 / 3], abs=1e-13)
-    assert found.states[-1] == pytest.approx([5 / 3, 2.0], abs=1e-13)
-    found = simulate(relay(form, -1.0, np.sqrt(2) - 2), np.array([2 - np.sqrt(2), 0.0]), 3, 2.0, options=options)
-    assert found.switch_times == pytest.approx([1.0], abs=1e-13)
-    assert found.states[-1] == pytest.approx([-1.0, 2.0], abs=1e-13)
+    simulation = simulate(relay(form, 3.0, 1.0), np.array([-1.0, 0.0]), 3, 2.0, options=options)
+    assert simulation.switch_times == pytest.approx([1 / 3], abs=1e-13)
+    assert simulation.states[-1] == pytest.approx([5 / 3, 2.0], abs=1e-13)
+    simulation = simulate(relay(form, -1.0, np.sqrt(2) - 2), np.array([2 - np.sqrt(2), 0.0]), 3, 2.0, options=options)
+    assert simulation.switch_times == pytest.approx([1.0], abs=1e-13)
+    assert simulation.states[-1] == pytest.approx([-1.0, 2.0], abs=1e-13)
 
 
 SLIDING: list[tuple[Scheme, int]] = [
@@ -146,10 +146,10 @@ SLIDING: list[tuple[Scheme, int]] = [
 def test_sliding_begins_exactly(form: str, scheme: Scheme, stages: int) -> None:
     """x' = -sign x from √2 arrives at zero at √2 and stays there, with both regions active."""
     options = FesdOptions(tableau=make_tableau(scheme, stages), elements=2)
-    found = simulate(relay(form, 1.0, -1.0), np.array([np.sqrt(2), 0.0]), 3, 2.0, options=options)
-    assert found.switch_times == pytest.approx([np.sqrt(2)], abs=1e-13)
-    assert found.states[-1] == pytest.approx([0.0, 2.0], abs=1e-13)
-    assert int(found.phases[1].mode.sum()) == 2
+    simulation = simulate(relay(form, 1.0, -1.0), np.array([np.sqrt(2), 0.0]), 3, 2.0, options=options)
+    assert simulation.switch_times == pytest.approx([np.sqrt(2)], abs=1e-13)
+    assert simulation.states[-1] == pytest.approx([0.0, 2.0], abs=1e-13)
+    assert int(simulation.phases[1].mode.sum()) == 2
 
 
 @pytest.mark.parametrize("stages", [2, 3, 4])
@@ -157,9 +157,9 @@ def test_sliding_begins_exactly(form: str, scheme: Scheme, stages: int) -> None:
 def test_leaving_a_sliding_mode_exactly(form: str, stages: int) -> None:
     """x' = t - sign x from -1/2 meets zero at √2 - 1, slides, and leaves at time 1."""
     options = FesdOptions(tableau=make_tableau("radau_iia", stages), elements=2)
-    found = simulate(relay(form, TIME + 1, TIME - 1), np.array([-0.5, 0.0]), 5, 2.0, options=options)
-    assert found.switch_times == pytest.approx([np.sqrt(2) - 1, 1.0], abs=1e-12)
-    assert found.states[-1] == pytest.approx([0.5, 2.0], abs=1e-12)
+    simulation = simulate(relay(form, TIME + 1, TIME - 1), np.array([-0.5, 0.0]), 5, 2.0, options=options)
+    assert simulation.switch_times == pytest.approx([np.sqrt(2) - 1, 1.0], abs=1e-12)
+    assert simulation.states[-1] == pytest.approx([0.5, 2.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -168,9 +168,11 @@ def test_a_product_of_two_relays(form: str) -> None:
     x = ca.SX.sym("x", 2)
     first = Subsystem(fields=ca.DM([[1, -1], [0, 0]]), switching=x[0], sign_matrix=SIGNS, name="first")
     second = Subsystem(fields=ca.DM([[0, 0], [1, -1]]), switching=x[1], sign_matrix=SIGNS, name="second")
-    found = simulate(by_regions(form, x, [first, second]), np.array([0.35, -0.75]), 4, 1.0)
-    assert found.states == pytest.approx(np.array([[0.35, -0.75], [0.1, -0.5], [0, -0.25], [0, 0], [0, 0]]), abs=1e-12)
-    assert found.switch_times == pytest.approx([0.35, 0.75], abs=1e-12)
+    simulation = simulate(by_regions(form, Model(x), [first, second]), np.array([0.35, -0.75]), 4, 1.0)
+    assert simulation.states == pytest.approx(
+        np.array([[0.35, -0.75], [0.1, -0.5], [0, -0.25], [0, 0], [0, 0]]), abs=1e-12
+    )
+    assert simulation.switch_times == pytest.approx([0.35, 0.75], abs=1e-12)
 
 
 QUADRANTS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
@@ -181,11 +183,11 @@ def test_two_switches_in_one_step(form: str) -> None:
     """A path through three quadrants in one step of three elements: switches at 1/4 and 3/4."""
     x = ca.SX.sym("x", 2)
     fields = ca.DM([[-1, -1, -1, 0], [-1, -1, 0, 0]])
-    system = by_regions(form, x, [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
-    found = simulate(system, np.array([0.25, 0.75]), 1, 1.0, options=FesdOptions(elements=3))
-    assert found.switch_times == pytest.approx([0.25, 0.75], abs=1e-13)
-    assert found.states[-1] == pytest.approx([-0.75, 0.0], abs=1e-13)
-    assert found.reports[0].switches == 2
+    system = by_regions(form, Model(x), [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
+    simulation = simulate(system, np.array([0.25, 0.75]), 1, 1.0, options=FesdOptions(elements=3))
+    assert simulation.switch_times == pytest.approx([0.25, 0.75], abs=1e-13)
+    assert simulation.states[-1] == pytest.approx([-0.75, 0.0], abs=1e-13)
+    assert simulation.reports[0].switches == 2
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -193,25 +195,25 @@ def test_crossing_a_surface_while_sliding_on_another(form: str) -> None:
     """Sliding on x2 = 0 with speed 1, x1 changes sign at 1/2 and from then on the speed is 2."""
     x = ca.SX.sym("x", 2)
     fields = ca.DM([[2, 1, 1, 2], [-1, -1, 1, 1]])
-    system = by_regions(form, x, [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
-    found = simulate(system, np.array([-0.75, 0.25]), 4, 1.5)
-    assert found.states[-1] == pytest.approx([1.5, 0.0], abs=1e-12)
-    assert found.switch_times == pytest.approx([0.25, 0.75], abs=1e-12)
+    system = by_regions(form, Model(x), [Subsystem(fields=fields, switching=x, sign_matrix=QUADRANTS)])
+    simulation = simulate(system, np.array([-0.75, 0.25]), 4, 1.5)
+    assert simulation.states[-1] == pytest.approx([1.5, 0.0], abs=1e-12)
+    assert simulation.switch_times == pytest.approx([0.25, 0.75], abs=1e-12)
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_forms_of_the_scheme_agree(form: str) -> None:
     """Integral, differential and lifted form describe one scheme: same switch, same states."""
-    found = [
+    simulations = [
         simulate(
             planar_oscillator(form), np.array([np.exp(-1), 0.0]), 10, np.pi / 2,
             options=FesdOptions(tableau=make_tableau("radau_iia", 3), elements=3, form=variables),
         )
         for variables in get_args(Form)
     ]  # fmt: skip
-    for other in found[1:]:
-        assert other.states == pytest.approx(found[0].states, abs=1e-12)
-        assert other.switch_times == pytest.approx(found[0].switch_times, abs=1e-13)
+    for other in simulations[1:]:
+        assert other.states == pytest.approx(simulations[0].states, abs=1e-12)
+        assert other.switch_times == pytest.approx(simulations[0].switch_times, abs=1e-13)
 
 
 @pytest.mark.parametrize("variables", get_args(Form))
@@ -220,15 +222,15 @@ def test_forms_agree_by_homotopy(variables: Form) -> None:
     options = FesdOptions(
         tableau=make_tableau("radau_iia", 3), elements=4, form=variables, step_equilibration="difference"
     )
-    found = simulate(planar_oscillator("stewart"), np.array([np.exp(-1), 0.0]), 10, np.pi / 2, options=options)
-    assert {report.method.split(",")[0] for report in found.reports} == {"homotopy"}
-    assert found.states[-1] == pytest.approx(END, abs=1e-4)
-    assert found.switch_times == pytest.approx([1.0], abs=1e-5)
+    simulation = simulate(planar_oscillator("stewart"), np.array([np.exp(-1), 0.0]), 10, np.pi / 2, options=options)
+    assert {report.method.split(",")[0] for report in simulation.reports} == {"homotopy"}
+    assert simulation.states[-1] == pytest.approx(END, abs=1e-4)
+    assert simulation.switch_times == pytest.approx([1.0], abs=1e-5)
 
 
 def test_unequal_steps_are_left_to_the_homotopy() -> None:
     """Steps that are not equal between switches, as a cost on differences wants them, need relaxed problems."""
     options = FesdOptions(elements=4, step_equilibration="difference")
-    found = simulate(relay("heaviside", 3.0, 1.0), np.array([-1.0, 0.0]), 1, 2.0, options=options)
-    assert found.reports[0].method.startswith("homotopy")
-    assert found.states[-1] == pytest.approx([5 / 3, 2.0], abs=1e-7)
+    simulation = simulate(relay("heaviside", 3.0, 1.0), np.array([-1.0, 0.0]), 1, 2.0, options=options)
+    assert simulation.reports[0].method.startswith("homotopy")
+    assert simulation.states[-1] == pytest.approx([5 / 3, 2.0], abs=1e-7)

@@ -8,7 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, Exclusion, heaviside
+from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.dcs import ComplementaritySystem, Model, StepFunctions, heaviside
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import (
     FesdOptions,
@@ -33,9 +34,9 @@ def _options(scheme: Scheme, stages: int, **changes: Any) -> FesdOptions:
 
 def _oscillator_error(steps: int, options: FesdOptions) -> float:
     start = np.array([np.exp(-1), 0.0])
-    found = simulate(oscillator(), start, steps, np.pi / 2, options=options, sensitivities=True)
-    assert found.sensitivity
-    return float(np.abs(found.sensitivity.initial - EXACT).max())
+    simulation = simulate(oscillator(), start, steps, np.pi / 2, options=options, sensitivities=True)
+    assert simulation.sensitivity
+    return float(np.abs(simulation.sensitivity.initial - EXACT).max())
 
 
 @pytest.mark.parametrize(
@@ -63,24 +64,24 @@ def test_fixed_steps_have_the_wrong_sensitivity() -> None:
 def test_crossing_scales_by_the_ratio_of_the_speeds() -> None:
     """dx(2)/dx(0) of x' = 2 - sign x over the switch is f+ / f- = 1/3; without a switch it is 1."""
     for start, ratio in ((-1.0, 1 / 3), (0.5, 1.0)):
-        found = simulate(scalar("crossing"), np.array([start]), 3, 2.0, sensitivities=True)
-        assert found.sensitivity and found.sensitivity.initial == pytest.approx(np.array([[ratio]]), abs=1e-12)
+        simulation = simulate(scalar("crossing"), np.array([start]), 3, 2.0, sensitivities=True)
+        assert simulation.sensitivity and simulation.sensitivity.initial == pytest.approx(
+            np.array([[ratio]]), abs=1e-12
+        )
 
 
 def test_sliding_forgets_where_it_came_from() -> None:
     """On the surface the state no longer depends on the start; after leaving at time 1 neither does the end."""
-    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, sensitivities=True)
-    assert found.sensitivity
-    assert found.sensitivity.initial[:, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
+    simulation = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, sensitivities=True)
+    assert simulation.sensitivity
+    assert simulation.sensitivity.initial[:, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
-def _relay(bend: float = 1.0) -> ComplementaritySystem:
-    """x' = v, v' = p u + bend x² - sign(v): a mass with dry friction, a control and a parameter."""
+def _relay(curvature: float = 1.0) -> ComplementaritySystem:
+    """x' = v, v' = p u + c x² - sign(v): a mass with dry friction, a control and a parameter."""
     x, u, p, alpha = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("p"), ca.SX.sym("alpha")
-    return heaviside(
-        state=x, control=u, parameters=p, alpha=alpha, switching=x[1],
-        right_hand_side=ca.vertcat(x[1], p * u + bend * x[0] ** 2 - 2 * alpha + 1),
-    )  # fmt: skip
+    rate = ca.vertcat(x[1], p * u + curvature * x[0] ** 2 - 2 * alpha + 1)
+    return heaviside(Model(x, u, p), StepFunctions(alpha, x[1]), rate)
 
 
 CONTROLS = np.array([[3.0, -2.0, -3.0, 0.5]])
@@ -93,31 +94,31 @@ def _end(x0: np.ndarray, p: float, controls: np.ndarray) -> np.ndarray:
 def test_all_derivatives_match_differences() -> None:
     """By initial state, parameter and every control, with a reversal of the motion on the way."""
     x0, p, step = np.array([0.1, 0.3]), 1.2, 1e-6
-    found = simulate(_relay(), x0, CONTROLS, 2.0, parameters=np.array([p]), sensitivities=True)
-    assert len(found.switch_times) >= 1 and found.sensitivity
+    simulation = simulate(_relay(), x0, CONTROLS, 2.0, parameters=np.array([p]), sensitivities=True)
+    assert len(simulation.switch_times) >= 1 and simulation.sensitivity
     for i in range(2):
         ahead, behind = (_end(x0 + sign * step * np.eye(2)[i], p, CONTROLS) for sign in (1, -1))
-        assert found.sensitivity.initial[:, i] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
+        assert simulation.sensitivity.initial[:, i] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
     ahead, behind = _end(x0, p + step, CONTROLS), _end(x0, p - step, CONTROLS)
-    assert found.sensitivity.parameters[:, 0] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
+    assert simulation.sensitivity.parameters[:, 0] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
     for k in range(4):
         change = np.zeros_like(CONTROLS)
         change[0, k] = step
         ahead, behind = _end(x0, p, CONTROLS + change), _end(x0, p, CONTROLS - change)
-        assert found.sensitivity.controls[k, :, 0] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
+        assert simulation.sensitivity.controls[k, :, 0] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
 
 
 @pytest.mark.parametrize("form", ["integral", "differential"])
 def test_sensitivity_of_an_optimal_solution(form: Any) -> None:
     """The end of an optimal trajectory moves with initial state, parameter and controls as a simulation of it does.
 
-    Without the bend every scheme is exact, whatever the steps are that the optimum leaves open.
+    Without the quadratic term every scheme is exact, whatever the steps are that the optimum leaves open.
     """
-    system, free = _relay(bend=0.0), np.full(2, np.inf)
+    system = _relay(curvature=0.0)
     x0, p = np.array([0.0, -0.5]), 1.2
     problem = OptimalControlProblem(
         system=system, duration=2.0, intervals=4, parameters=np.full((1, 4), p),
-        initial_lower=x0, initial_upper=x0, state_lower=-free, state_upper=free,
+        initial_lower=x0, initial_upper=x0,
         terminal_lower=np.array([0.5, 0.3]), terminal_upper=np.array([0.5, 0.3]),
         control_lower=np.array([-5.0]), control_upper=np.array([5.0]),
         state_guess=lambda t: np.array([t / 4, 0.0]), control_guess=np.ones((1, 4)),
@@ -127,24 +128,24 @@ def test_sensitivity_of_an_optimal_solution(form: Any) -> None:
     transcription = Transcription(problem, options)
     solution = solve(transcription.problem, HomotopyOptions(tolerance=1e-10, sigma_factor=0.1))
     assert solution.solved
-    found = end_sensitivity(transcription, solution.w)
+    sensitivity = end_sensitivity(transcription, solution.w)
     replay = simulate(
         system, x0, transcription.controls(solution.w), 2.0, parameters=np.array([p]), options=options,
         sensitivities=True,
     )  # fmt: skip
     assert replay.sensitivity and len(replay.switch_times) >= 1
     assert replay.states[-1] == pytest.approx([0.5, 0.3], abs=1e-6)
-    assert found.initial == pytest.approx(replay.sensitivity.initial, abs=1e-4)
-    assert found.parameters == pytest.approx(replay.sensitivity.parameters, abs=1e-4)
-    assert found.controls == pytest.approx(replay.sensitivity.controls, abs=1e-4)
+    assert sensitivity.initial == pytest.approx(replay.sensitivity.initial, abs=1e-4)
+    assert sensitivity.parameters == pytest.approx(replay.sensitivity.parameters, abs=1e-4)
+    assert sensitivity.controls == pytest.approx(replay.sensitivity.controls, abs=1e-4)
 
 
-def test_exclusions_are_refused() -> None:
-    """Active sides do not cover a system with exclusions, so there is no derivative to give."""
+def test_vanishing_constraints_are_refused() -> None:
+    """Active sides do not cover a system with vanishing constraints, so there is no derivative to give."""
     x, alpha, free = ca.SX.sym("x"), ca.SX.sym("alpha"), ca.SX.sym("free")
     system = heaviside(
-        state=x, alpha=alpha, switching=x, right_hand_side=1 - alpha, lifted=[("free", free, alpha)],
-        exclusions=[Exclusion("none above", x, free)],
+        Model(x), StepFunctions(alpha, x), 1 - alpha, lifted=[("free", free, alpha)],
+        vanishing=[Complementarity(Label("none above"), x, free, vanishing=True)],
     )  # fmt: skip
-    with pytest.raises(ModelError, match="sensitivities need every condition in a complementarity pair"):
+    with pytest.raises(ModelError, match=r"sensitivities need pairs 0 <= G _\|_ H >= 0 only"):
         simulate(system, np.array([-1.0]), 1, 1.0, sensitivities=True)

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import heaviside
+from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd import FesdOptions, Simulation, SimulationError, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
@@ -42,13 +42,13 @@ def _alphas(simulation: Simulation, stages: int) -> np.ndarray:
 @pytest.mark.parametrize("steps", [1, 3])
 def test_crossing(scheme: Scheme, stages: int, steps: int) -> None:
     """x' = 2 - sign x from -1 crosses zero at 1/3 and reaches 5/3 at 2; the crossing is an element boundary."""
-    found = simulate(
+    simulation = simulate(
         scalar("crossing"), np.array([-1.0]), _no_control(steps), 2.0, options=_options(scheme, stages), solver=SOLVER
     )
-    assert found.states[-1] == pytest.approx([5 / 3], abs=1e-8)
-    starts = [element.start for element in found.elements]
+    assert simulation.states[-1] == pytest.approx([5 / 3], abs=1e-8)
+    starts = [element.start for element in simulation.elements]
     assert min(abs(start - 1 / 3) for start in starts) <= 1e-8
-    alphas = _alphas(found, stages)
+    alphas = _alphas(simulation, stages)
     before = np.array(starts) < 1 / 3 - 1e-6
     assert alphas[before] == pytest.approx(0, abs=1e-7)
     assert alphas[~before] == pytest.approx(1, abs=1e-7)
@@ -57,13 +57,13 @@ def test_crossing(scheme: Scheme, stages: int, steps: int) -> None:
 @each_scheme
 def test_sliding(scheme: Scheme, stages: int) -> None:
     """x' = -sign x from -1/2 arrives at zero at 1/2 and stays there with alpha = 1/2."""
-    found = simulate(
+    simulation = simulate(
         scalar("sliding"), np.array([-0.5]), _no_control(3), 1.0, options=_options(scheme, stages), solver=SOLVER
     )
-    assert found.states[1:, 0] == pytest.approx([-0.5 + 1 / 3, 0, 0], abs=1e-8)
-    starts = np.array([element.start for element in found.elements])
+    assert simulation.states[1:, 0] == pytest.approx([-0.5 + 1 / 3, 0, 0], abs=1e-8)
+    starts = np.array([element.start for element in simulation.elements])
     assert np.abs(starts - 0.5).min() <= 1e-8
-    alphas = _alphas(found, stages)
+    alphas = _alphas(simulation, stages)
     assert alphas[starts < 0.5 - 1e-6] == pytest.approx(0, abs=1e-7)
     assert alphas[starts >= 0.5 - 1e-6] == pytest.approx(0.5, abs=1e-6)
 
@@ -74,13 +74,13 @@ def test_leaving_a_sliding_mode(scheme: Scheme, stages: int) -> None:
 
     A scheme with one stage knows alpha as a constant of each element and leaves half a step late: x is off by h²/2.
     """
-    found = simulate(
+    simulation = simulate(
         leaving(), np.array([-0.5, 0.0]), _no_control(5), 2.0, options=_options(scheme, stages), solver=SOLVER
     )
     late = 0.2 if stages == 1 else 0.0
-    assert found.states[-1] == pytest.approx([0.5 - late**2 / 2, 2.0], abs=1e-12)
-    assert found.switch_times == pytest.approx([np.sqrt(2) - 1, 1 + late], abs=1e-12)
-    for element in found.elements:
+    assert simulation.states[-1] == pytest.approx([0.5 - late**2 / 2, 2.0], abs=1e-12)
+    assert simulation.switch_times == pytest.approx([np.sqrt(2) - 1, 1 + late], abs=1e-12)
+    for element in simulation.elements:
         if np.sqrt(2) - 1 - 1e-6 <= element.start < 1 + late - 1e-3:
             times = element.start + element.step * make_tableau(scheme, stages).c
             assert element.z[:stages, 0] == pytest.approx((1 + times) / 2, abs=1e-5)
@@ -89,10 +89,12 @@ def test_leaving_a_sliding_mode(scheme: Scheme, stages: int) -> None:
 def test_two_switches_of_a_product() -> None:
     """Two independent coordinates with x' = -sign x slide one after the other, each on its own step."""
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha", 2)
-    system = heaviside(state=x, alpha=alpha, switching=x, right_hand_side=1 - 2 * alpha)
-    found = simulate(system, np.array([0.35, -0.75]), _no_control(4), 1.0, options=_options("radau_iia", 2))
-    assert found.states == pytest.approx(np.array([[0.35, -0.75], [0.1, -0.5], [0, -0.25], [0, 0], [0, 0]]), abs=1e-8)
-    starts = [element.start for element in found.elements]
+    system = heaviside(Model(x), StepFunctions(alpha, x), 1 - 2 * alpha)
+    simulation = simulate(system, np.array([0.35, -0.75]), _no_control(4), 1.0, options=_options("radau_iia", 2))
+    assert simulation.states == pytest.approx(
+        np.array([[0.35, -0.75], [0.1, -0.5], [0, -0.25], [0, 0], [0, 0]]), abs=1e-8
+    )
+    starts = [element.start for element in simulation.elements]
     assert min(abs(start - 0.35) for start in starts) <= 1e-8
 
 
@@ -141,12 +143,12 @@ def test_oscillator_converges_with_the_order(scheme: Scheme, stages: int) -> Non
 @pytest.mark.parametrize(("scheme", "stages"), [("radau_iia", 3), ("gauss_legendre", 3)])
 def test_the_switch_is_found_with_the_order(scheme: Scheme, stages: int) -> None:
     """An element starts where the oscillator crosses the unit circle, at t = 1, and alpha changes nowhere else."""
-    found = _oscillation(scheme, stages, 34)
-    boundary = min(found.elements, key=lambda element: abs(element.start - 1))
+    simulation = _oscillation(scheme, stages, 34)
+    boundary = min(simulation.elements, key=lambda element: abs(element.start - 1))
     assert abs(boundary.start - 1) <= 1e-6
     assert np.linalg.norm(boundary.x_left) == pytest.approx(1, abs=1e-8)
-    alphas = _alphas(found, stages)
-    first = found.elements.index(boundary)
+    alphas = _alphas(simulation, stages)
+    first = simulation.elements.index(boundary)
     assert alphas[:first] == pytest.approx(0, abs=1e-6) and alphas[first:] == pytest.approx(1, abs=1e-6)
 
 
@@ -164,20 +166,22 @@ def test_fixed_steps_have_no_switch_inside() -> None:
 
 def test_elements_are_in_time_order() -> None:
     """Elements carry their step, start where the one before ended, and end in the states of the simulation."""
-    found = simulate(scalar("crossing"), np.array([-1.0]), _no_control(3), 2.0, options=_options("radau_iia", 2))
-    assert [element.interval for element in found.elements] == [0, 0, 1, 1, 2, 2]
-    assert found.states.shape == (4, 1)
-    ends = [element.start + element.step for element in found.elements]
-    assert ends[:-1] == pytest.approx([element.start for element in found.elements[1:]], abs=1e-9)
-    assert [element.x[-1, 0] for element in found.elements[1::2]] == found.states[1:, 0].tolist()
-    assert [element.x_left[0] for element in found.elements[::2]] == pytest.approx(found.states[:-1, 0], abs=1e-12)
+    simulation = simulate(scalar("crossing"), np.array([-1.0]), _no_control(3), 2.0, options=_options("radau_iia", 2))
+    assert [element.interval for element in simulation.elements] == [0, 0, 1, 1, 2, 2]
+    assert simulation.states.shape == (4, 1)
+    ends = [element.start + element.step for element in simulation.elements]
+    assert ends[:-1] == pytest.approx([element.start for element in simulation.elements[1:]], abs=1e-9)
+    assert [element.x[-1, 0] for element in simulation.elements[1::2]] == simulation.states[1:, 0].tolist()
+    assert [element.x_left[0] for element in simulation.elements[::2]] == pytest.approx(
+        simulation.states[:-1, 0], abs=1e-12
+    )
 
 
 def test_controls_parameters_and_mass_matrix() -> None:
     """Each step sees its own control, all see the parameters, and E multiplies the derivative: 2 a' = u + αβ."""
     # a = 1 > 0 and b = 0 > p = -1, so both steps are 1: 2 a' = u + 1, (1 + a²) b' = p - 1 = -2.
     controls = np.array([[1.0, -1.0]])
-    found = simulate(
+    simulation = simulate(
         driven(),
         np.array([1.0, 0.0]),
         controls,
@@ -185,12 +189,12 @@ def test_controls_parameters_and_mass_matrix() -> None:
         options=_options("gauss_legendre", 2, elements=1),
         parameters=np.array([-1.0]),
     )
-    a, b = found.states.T
+    a, b = simulation.states.T
     assert a == pytest.approx([1, 1.2, 1.2], abs=1e-9)
     first = -2 * (np.arctan(1.2) - np.arctan(1.0))
     second = -2 * 0.2 / (1 + 1.2**2)
     assert b == pytest.approx([0, first, first + second], abs=1e-6)
-    assert [element.u.tolist() for element in found.elements] == controls.T.tolist()
+    assert [element.u.tolist() for element in simulation.elements] == controls.T.tolist()
 
 
 @pytest.mark.parametrize(

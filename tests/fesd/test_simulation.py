@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import ComplementaritySystem, Subsystem, stewart
+from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd import FesdOptions, SimulationError, StepReport, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
@@ -21,9 +21,9 @@ ROOT = np.sqrt(2) - 1
 
 def test_phases_cover_the_horizon() -> None:
     """Phases follow each other without a gap, and end where the switches are: at √2 - 1 and at 1."""
-    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0)
-    assert found.switch_times == pytest.approx([ROOT, 1.0], abs=1e-12)
-    phases = found.phases
+    simulation = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0)
+    assert simulation.switch_times == pytest.approx([ROOT, 1.0], abs=1e-12)
+    phases = simulation.phases
     assert [phase.start for phase in phases] == pytest.approx([0, ROOT, 1.0], abs=1e-12)
     assert [phase.end for phase in phases] == pytest.approx([ROOT, 1.0, 2.0], abs=1e-12)
     assert [int(phase.mode.sum()) for phase in phases] == [1, 2, 1]  # one side of alpha active, both while sliding
@@ -34,39 +34,39 @@ def test_phases_cover_the_horizon() -> None:
 def test_dense_output_inside_elements(scheme: Scheme, stages: int) -> None:
     """Between the steps the state is that of the scheme's polynomial: exact for the quadratic arcs of the slider."""
     if scheme == "lobatto_iiic":
-        found = simulate(scalar("crossing"), np.array([-1.0]), 3, 2.0, options=_options(scheme, stages))
+        simulation = simulate(scalar("crossing"), np.array([-1.0]), 3, 2.0, options=_options(scheme, stages))
         times = np.linspace(0, 2, 41)
         exact = np.where(times < 1 / 3, -1 + 3 * times, times - 1 / 3)
-        assert found.at(times)[:, 0] == pytest.approx(exact, abs=1e-12)
+        assert simulation.at(times)[:, 0] == pytest.approx(exact, abs=1e-12)
         return
-    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, options=_options(scheme, stages))
+    simulation = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, options=_options(scheme, stages))
     times = np.linspace(0, 2, 41)
     exact = np.select([times < ROOT, times < 1.0], [-0.5 + times + times**2 / 2, 0.0], (times - 1) ** 2 / 2)
-    assert found.at(times) == pytest.approx(np.column_stack([exact, times]), abs=1e-12)
-    assert found.at(found.times) == pytest.approx(found.states, abs=1e-14)
+    assert simulation.at(times) == pytest.approx(np.column_stack([exact, times]), abs=1e-12)
+    assert simulation.at(simulation.times) == pytest.approx(simulation.states, abs=1e-14)
 
 
 def test_dense_output_ends_with_the_horizon() -> None:
     """A time after the end is refused."""
-    found = simulate(scalar("crossing"), np.array([-1.0]), 2, 2.0)
+    simulation = simulate(scalar("crossing"), np.array([-1.0]), 2, 2.0)
     with pytest.raises(ModelError, match=r"time 2\.1 is outside the simulation, 0 to 2"):
-        found.at([0.5, 2.1])
+        simulation.at([0.5, 2.1])
 
 
 def test_quadratures_are_integrals() -> None:
     """The integral of x² over the crossing is (x0³ split at 1/3): 1/9 before and (5/3)³/3 after."""
     system = scalar("crossing")
     with_cost = replace(system, quadratures={"square": system.state**2, "time": ca.SX(1)})
-    found = simulate(with_cost, np.array([-1.0]), 4, 2.0)
-    assert found.quadratures["square"][-1] == pytest.approx(1 / 9 + (5 / 3) ** 3 / 3, abs=1e-12)
-    assert found.quadratures["time"] == pytest.approx(found.times, abs=1e-12)
+    simulation = simulate(with_cost, np.array([-1.0]), 4, 2.0)
+    assert simulation.quadratures["square"][-1] == pytest.approx(1 / 9 + (5 / 3) ** 3 / 3, abs=1e-12)
+    assert simulation.quadratures["time"] == pytest.approx(simulation.times, abs=1e-12)
 
 
 def test_reports_follow_the_steps() -> None:
     """Progress is reported once a step, with the method, the switches and a residual at round-off."""
     reported: list[StepReport] = []
-    found = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, progress=reported.append)
-    assert reported == found.reports
+    simulation = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, progress=reported.append)
+    assert reported == simulation.reports
     assert [report.step for report in reported] == list(range(5)) and {report.steps for report in reported} == {5}
     assert [report.time for report in reported] == pytest.approx([0.4, 0.8, 1.2, 1.6, 2.0])
     assert [report.switches for report in reported] == [0, 1, 1, 0, 0]
@@ -77,14 +77,14 @@ def test_reports_follow_the_steps() -> None:
 def test_complementarity_is_exact() -> None:
     """Of every pair one side vanishes to round-off at all points of an element, and no side is negative."""
     system = oscillator()
-    found = simulate(system, np.array([np.exp(-1), 0.0]), 34, np.pi / 2)
-    sides = ca.Function("sides", [system.algebraic], [system.multiplier, system.partner])
-    for element in found.elements:
-        a, b = (
+    simulation = simulate(system, np.array([np.exp(-1), 0.0]), 34, np.pi / 2)
+    sides = ca.Function("sides", [system.algebraic], [system.G, system.H])
+    for element in simulation.elements:
+        G, H = (
             np.array([np.asarray(side).ravel() for side in part]) for part in zip(*map(sides, element.z), strict=True)
         )
-        assert np.minimum(a.sum(axis=0), b.sum(axis=0)).max() <= 1e-13
-        assert min(a.min(), b.min()) >= -1e-13
+        assert np.minimum(G.sum(axis=0), H.sum(axis=0)).max() <= 1e-13
+        assert min(G.min(), H.min()) >= -1e-13
 
 
 def test_a_failing_step_keeps_what_was_computed() -> None:
@@ -155,12 +155,12 @@ def test_an_impact_is_not_passed_over() -> None:
         switching=state[:2], sign_matrix=signs, fields=ca.horzcat(flight, flight, floor), name="contact"
     )
     for stages in (1, 2, 3):
-        found = simulate(
-            stewart(state=state, subsystems=regions), np.array([0.0, -1.0, 0.0]), 1, 0.17,
+        simulation = simulate(
+            stewart(Model(state), regions), np.array([0.0, -1.0, 0.0]), 1, 0.17,
             options=_options(stages=stages),
         )  # fmt: skip
-        assert found.switch_times == pytest.approx([0.1], abs=1e-12)
-        assert found.states[-1] == pytest.approx([0.0, 0.0, 0.035], abs=1e-12)
+        assert simulation.switch_times == pytest.approx([0.1], abs=1e-12)
+        assert simulation.states[-1] == pytest.approx([0.0, 0.0, 0.035], abs=1e-12)
 
 
 def test_too_few_elements_are_named() -> None:

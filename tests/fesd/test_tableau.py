@@ -96,8 +96,8 @@ BOOKS: dict[tuple[str, int], tuple[object, ...]] = {
 @each("pair", BOOKS)
 def test_textbook_coefficients(pair: tuple[Scheme, int]) -> None:
     """Every family has the coefficients of the books for small numbers of stages."""
-    found = make_tableau(*pair)
-    for coefficients, expected in zip((found.A, found.b, found.c), BOOKS[pair], strict=True):
+    tableau = make_tableau(*pair)
+    for coefficients, expected in zip((tableau.A, tableau.b, tableau.c), BOOKS[pair], strict=True):
         assert coefficients == pytest.approx(np.array(expected), abs=1e-15)
 
 
@@ -197,11 +197,11 @@ def test_kind(tableau: Tableau) -> None:
 def test_symmetry(stages: int) -> None:
     """Gauss, Lobatto IIIA and IIIB are their own mirror images in time, and IIIA with IIIB is a symplectic pair."""
     for scheme in ("gauss_legendre", "lobatto_iiia", "lobatto_iiib"):
-        found = make_tableau(scheme, stages)
-        assert found.c + found.c[::-1] == pytest.approx(np.ones(stages), abs=2e-15)
-        assert found.A + found.A[::-1, ::-1] == pytest.approx(np.tile(found.b, (stages, 1)), abs=2e-14)
-    A, b = make_tableau("lobatto_iiia", stages).A, found.b
-    assert b[:, None] * found.A + (b[:, None] * A).T == pytest.approx(np.outer(b, b), abs=1e-14)
+        tableau = make_tableau(scheme, stages)
+        assert tableau.c + tableau.c[::-1] == pytest.approx(np.ones(stages), abs=2e-15)
+        assert tableau.A + tableau.A[::-1, ::-1] == pytest.approx(np.tile(tableau.b, (stages, 1)), abs=2e-14)
+    A, b = make_tableau("lobatto_iiia", stages).A, tableau.b
+    assert b[:, None] * tableau.A + (b[:, None] * A).T == pytest.approx(np.outer(b, b), abs=1e-14)
 
 
 def test_continuous_weights(tableau: Tableau) -> None:
@@ -240,8 +240,8 @@ def test_polynomials_of_degree_n_s_are_exact(collocation: Tableau) -> None:
     values, fraction = x(np.concatenate([[0.0], collocation.c])), np.linspace(0, 1, 11)
     assert collocation.derivative @ values == pytest.approx(x.deriv()(collocation.c), abs=1e-11)
     assert collocation.end @ values == pytest.approx(x(1.0), abs=1e-12)
-    found = collocation.interpolate(np.column_stack([values, 2 * values]), fraction)
-    assert found == pytest.approx(np.column_stack([x(fraction), 2 * x(fraction)]), abs=1e-12)
+    interpolated = collocation.interpolate(np.column_stack([values, 2 * values]), fraction)
+    assert interpolated == pytest.approx(np.column_stack([x(fraction), 2 * x(fraction)]), abs=1e-12)
 
 
 @each("pair", [pair for pair in SMALL if pair not in COLLOCATION])

@@ -169,15 +169,19 @@ def test_rows_have_names() -> None:
     problem = transcription.problem
     block = problem.blocks[1]
     for name in (
-        "dynamics, element 0, stage 2: b",
-        "step functions, element 0, stage 1: 2",
+        "dynamics [b], element 0, stage 2",
+        "step functions [2], element 0, stage 1",
         "sum of steps",
-        "end of interval: meet",
+        "end of interval [meet]",
     ):
-        assert list(block.constraint_names).count(name) == 1, block.constraint_names
-    assert problem.blocks[2].pair_names[0] == "lambda_n _|_ alpha [step0], element 0, stage 1"
-    names = {name for block in problem.blocks for name in block.copy_names}
-    assert names == {"the start", "interval 0", "interval 1", "interval 2", "the end"}
+        names = [str(label) for label in block.constraints]
+        assert names.count(name) == 1, names
+    assert str(problem.blocks[2].complementarities[0].label) == "lambda_n _|_ alpha [step0], element 0, stage 1"
+    assert str(block.constraint_label(names.index("dynamics [b], element 0, stage 2"), 1)) == (
+        "dynamics [b], interval 2, element 0, stage 2"
+    )
+    places = {str(place) for block in problem.blocks for place in block.places}
+    assert places == {"the start", "interval 0", "interval 1", "interval 2", "the end"}
 
 
 @pytest.mark.parametrize("elements", [(1, 2), (1, 2, 0), (2, 2, 2, 2), 0])
@@ -199,22 +203,10 @@ def _crossing(x0: float, steps: tuple[float, float], mode: str, scheme: str) -> 
     """x' = 2 - sign x from x0 over T = 2: two elements, alpha = 0 in the first and 1 in the second."""
     system = scalar("crossing")
     x = system.state
-    free = np.full(1, np.inf)
     ocp = OptimalControlProblem(
         system=system,
         duration=2.0,
-        intervals=1,
-        parameters=np.zeros((0, 1)),
-        initial_lower=-free,
-        initial_upper=free,
-        state_lower=-free,
-        state_upper=free,
-        terminal_lower=-free,
-        terminal_upper=free,
-        control_lower=np.zeros(0),
-        control_upper=np.zeros(0),
         state_guess=lambda _: np.array([x0]),
-        control_guess=np.zeros((0, 1)),
         running_cost={"square": x**2},
         terminal_cost={"end": (x - 5 / 3) ** 2},
     )
@@ -243,8 +235,8 @@ def _crossing(x0: float, steps: tuple[float, float], mode: str, scheme: str) -> 
 def test_an_exact_solution_solves_the_mpcc(mode: str, scheme: str) -> None:
     """A crossing that switches at an element boundary meets all rows and pairs; switched elsewhere it does not."""
     transcription, w = _crossing(-1.0, (1 / 3, 5 / 3), mode, scheme)
-    found = transcription.problem.residuals(w)
-    assert found.constraint_violation <= 1e-14 and found.complementarity == 0
+    residuals = transcription.problem.residuals(w)
+    assert residuals.constraint_violation <= 1e-14 and residuals.complementarity == 0
     assert [e.step for e in transcription.unpack(w)] == [1 / 3, 5 / 3]
     for steps in ((0.4, 1.6), (0.2, 1.8)):
         late, moved = _crossing(-1.0, steps, mode, scheme)
@@ -285,6 +277,6 @@ def test_bounds_of_states_that_are_no_variables() -> None:
     w = problem.start.copy()
     w[transcription.interval_variables(np.arange(problem.size), 0)[0][2 : 2 + N_X]] = 1e3  # K_1 of the first element
     residuals = problem.residuals(w)
-    names = [name for block in problem.blocks for name in block.constraint_names]
-    assert any(name == "bound of a, element 0, stage 1" for name in names)
+    names = [str(label) for block in problem.blocks for label in block.constraints]
+    assert any(name == "bound [a], element 0, stage 1" for name in names)
     assert residuals.constraint_violation > 1

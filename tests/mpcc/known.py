@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Level
 from fesd_robot.mpcc import Mpcc
 
 W = ca.SX.sym("w", 3)
@@ -16,20 +17,37 @@ X, Y, Z = W[0], W[1], W[2]
 
 def mpcc(f: ca.SX, G: ca.SX, H: ca.SX, start: list[float], **parts: Any) -> Mpcc:
     """An MPCC of the first len(start) variables of `W`."""
-    f = ca.substitute(f, Z, 0) if len(start) == 2 else f
     return Mpcc.from_expressions(w=W[: len(start)], f=f, G=G, H=H, start=np.array(start, dtype=float), **parts)
 
 
-def one_sided(problem: Mpcc, rank: int = 0) -> Mpcc:
-    """The same with G of any sign and all pairs of one rank."""
+def vanishing(problem: Mpcc, level: Level = "position", where: np.ndarray | None = None) -> Mpcc:
+    """The same with G of any sign in all pairs, or in those of `where` only, and all pairs of one level."""
     (block,) = problem.blocks
-    pairs = len(block.pair_names)
-    return replace(problem, blocks=[replace(block, one_sided=np.ones(pairs, dtype=bool), ranks=np.full(pairs, rank))])
+    flags = np.ones(block.pairs, dtype=bool) if where is None else where
+    conditions = [
+        replace(one, vanishing=bool(flag), level=level)
+        for one, flag in zip(block.complementarities, flags, strict=True)
+    ]
+    return replace(problem, blocks=[replace(block, complementarities=conditions)])
+
+
+def scaled(problem: Mpcc, f: float = 1.0, g: float = 1.0, G: float = 1.0, H: float = 1.0) -> Mpcc:
+    """The same with cost, rows and both sides of every pair multiplied by factors; the rows' bounds stay."""
+    (block,) = problem.blocks
+    conditions = [replace(one, G=G * one.G, H=H * one.H) for one in block.complementarities]
+    return replace(
+        problem, blocks=[replace(block, cost=f * block.cost, rows=g * block.rows, complementarities=conditions)]
+    )
 
 
 def upper_rows(*rows: ca.SX) -> dict[str, Any]:
     """Rows <= 0 as parts of `mpcc`."""
-    return {"g": ca.vertcat(*rows), "g_lower": np.full(len(rows), -np.inf), "g_upper": np.zeros(len(rows))}
+    return {"g": ca.vertcat(*rows), "g_bounds": (None, 0.0)}
+
+
+def lower_rows(*rows: ca.SX) -> dict[str, Any]:
+    """Rows >= 0 as parts of `mpcc`."""
+    return {"g": ca.vertcat(*rows), "g_bounds": (0.0, None)}
 
 
 @dataclass(frozen=True)
@@ -74,8 +92,8 @@ KNOWN = (
         mpcc((X - 1) ** 2 + (Y - 2) ** 2, ca.vertcat(X, X), ca.vertcat(Y, Y), [0, 0]),
         ((0, 2), (1, 0)),
     ),
-    Known("g_negative", one_sided(mpcc((X + 1) ** 2 + (Y - 1) ** 2, X, Y, [0.5, 0.5])), ((-1, 1),)),
-    Known("g_blocked", one_sided(mpcc((X - 1) ** 2 + (Y - 2) ** 2, X, Y, [0.5, 0.5]), 1), ((0, 2), (1, 0))),
-    Known("h_blocked", one_sided(mpcc((X - 2) ** 2 + (Y + 1) ** 2, X, Y, [0.5, 0.5])), ((2, 0),)),
-    Known("infeasible", mpcc(X**2 + Y**2, X, Y, [1, 1], lower=np.ones(2)), ()),
+    Known("g_negative", vanishing(mpcc((X + 1) ** 2 + (Y - 1) ** 2, X, Y, [0.5, 0.5])), ((-1, 1),)),
+    Known("g_blocked", vanishing(mpcc((X - 1) ** 2 + (Y - 2) ** 2, X, Y, [0.5, 0.5]), "velocity"), ((0, 2), (1, 0))),
+    Known("h_blocked", vanishing(mpcc((X - 2) ** 2 + (Y + 1) ** 2, X, Y, [0.5, 0.5])), ((2, 0),)),
+    Known("infeasible", mpcc(X**2 + Y**2, X, Y, [1, 1], bounds=(1.0, None)), ()),
 )

@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.mpcc import Block, Mpcc
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import scholtes
@@ -15,40 +16,40 @@ SIGMA = np.array([0.3, 20.0])
 
 
 def _coupled() -> Mpcc:
-    """Seven variables, a block of three overlapping copies with ranks and a one-sided pair, and one of its own kind."""
+    """Three overlapping copies of a block with both levels and a vanishing constraint, and a block of another kind."""
     w, p = ca.SX.sym("w", 3), ca.SX.sym("p", 2)
     chain = Block(
-        copy_names=["a", "b", "c"],
-        function=ca.Function(
-            "chain",
-            [w, p],
-            [
-                p[0] * ca.sin(w[0]) * w[1] + w[2] ** 4,
-                ca.vertcat(w[0] * w[1] * w[2] - p[1], ca.exp(w[0]) + w[2]),
-                ca.vertcat(w[0], w[1] ** 2 - w[2], w[0] * w[2]),
-                ca.vertcat(w[1], ca.cos(w[0]), w[2] + p[1]),
-            ],
-        ),
+        name="chain",
+        places=[Place(name=name) for name in "abc"],
+        variables=w,
+        parameters=p,
+        cost=p[0] * ca.sin(w[0]) * w[1] + w[2] ** 4,
+        rows=ca.vertcat(w[0] * w[1] * w[2] - p[1], ca.exp(w[0]) + w[2]),
         # The second and third copies run through the variables backwards, and all share some.
         index=np.array([[0, 4, 6], [1, 2, 4], [2, 0, 1]]),
-        parameters=np.array([[1.0, -2.0, 0.5], [0.1, 0.2, 0.3]]),
+        values=np.array([[1.0, -2.0, 0.5], [0.1, 0.2, 0.3]]),
         lower=np.array([0.0, -1.0]),
         upper=np.array([0.0, 2.0]),
-        constraint_names=["product", "exponential"],
-        pair_names=["plain", "one-sided", "other rank"],
-        one_sided=np.array([False, True, False]),
-        ranks=np.array([0, 1, 1]),
+        constraints=[Label("product"), Label("exponential")],
+        complementarities=[
+            Complementarity(Label("plain"), w[0], w[1]),
+            Complementarity(Label("vanishing"), w[1] ** 2 - w[2], ca.cos(w[0]), vanishing=True, level="velocity"),
+            Complementarity(Label("other level"), w[0] * w[2], w[2] + p[1], level="velocity"),
+        ],
     )
     v = ca.SX.sym("v", 2)
     end = Block(
-        copy_names=["end"],
-        function=ca.Function("end", [v, ca.SX(0, 1)], [ca.sumsqr(v), ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)]),
+        name="end",
+        places=[Place()],
+        variables=v,
+        parameters=ca.SX(0, 1),
+        cost=ca.sumsqr(v),
+        rows=ca.SX(0, 1),
         index=np.array([[5], [0]]),
-        parameters=np.zeros((0, 1)),
+        values=np.zeros((0, 1)),
         lower=np.zeros(0),
         upper=np.zeros(0),
-        constraint_names=[],
-        pair_names=[],
+        constraints=[],
     )
     free = np.full(SIZE, np.inf)
     return Mpcc(lower=-free, upper=free, start=np.zeros(SIZE), blocks=[chain, end])
@@ -65,13 +66,13 @@ def point(request: pytest.FixtureRequest) -> np.ndarray:
 
 
 def test_cost_and_rows_are_those_of_the_blocks(nlp: RelaxedNlp, point: np.ndarray) -> None:
-    """f and g agree with the MPCC's own evaluation, each pair is relaxed by the sigma of its rank, bounds fit."""
+    """f and g agree with the MPCC's own evaluation, each pair is relaxed by the sigma of its level, bounds fit."""
     problem = _coupled()
     f, g = (np.asarray(value).ravel() for value in nlp.nlp(point, SIGMA))
     assert f.item() == pytest.approx(problem.residuals(point).objective, rel=1e-14)
     _, constraints, G, H = problem.blocks[0].evaluate(point)
     relaxed = G * H - SIGMA[[0, 1, 1]][:, None]
-    # Rows of a copy: its constraints, its pairs, G >= 0 of the two-sided pairs, H >= 0 of all.
+    # Rows of a copy: its constraints, its pairs, G >= 0 unless it vanishes, H >= 0 of all.
     expected = np.vstack([constraints, relaxed, G[[0, 2]], H])
     assert g == pytest.approx(expected.T.ravel(), rel=1e-13, abs=1e-13)
     infinity = np.inf
@@ -93,8 +94,8 @@ def test_derivatives_are_those_of_the_whole(nlp: RelaxedNlp, point: np.ndarray) 
     gradient, jacobian, hessian = (np.asarray(ca.DM(value).full()) for value in whole(point, SIGMA))
     assert np.asarray(nlp.gradient(point, SIGMA)[1]) == pytest.approx(gradient, abs=1e-12)
     assert np.asarray(nlp.jacobian(point, SIGMA)[1].full()) == pytest.approx(jacobian, abs=1e-12)
-    found = np.asarray(nlp.hessian(point, SIGMA, weight, multiplier).full())
-    assert found == pytest.approx(np.triu(hessian), abs=1e-12)
+    actual = np.asarray(nlp.hessian(point, SIGMA, weight, multiplier).full())
+    assert actual == pytest.approx(np.triu(hessian), abs=1e-12)
     assert np.abs(np.triu(hessian, 1)).max() > 0.1
 
 
@@ -112,18 +113,22 @@ NAMES = ["bound", "difference", "upper bound", "product"]
 
 
 def _signed(lower: list[float], copies: list[list[int]], shift: float | None = None) -> tuple[Mpcc, RelaxedNlp]:
-    """Pairs whose left sides are w0, w0 - w1, 1 - w1, w0 w1, all plus a parameter if any; right sides are 1."""
+    """Pairs whose sides G are w0, w0 - w1, 1 - w1, w0 w1, all plus a parameter if any, and H = 1."""
     w, p = ca.SX.sym("w", 2), ca.SX.sym("p", 0 if shift is None else 1)
     left = ca.vertcat(w[0], w[0] - w[1], 1 - w[1], w[0] * w[1]) + ca.sum1(p)
     block = Block(
-        copy_names=[str(k) for k in range(len(copies))],
-        function=ca.Function("signed", [w, p], [ca.SX(0), ca.SX(0, 1), left, ca.SX.ones(4)]),
+        name="signed",
+        places=[Place(element=k) for k in range(len(copies))],
+        variables=w,
+        parameters=p,
+        cost=ca.SX(0),
+        rows=ca.SX(0, 1),
         index=np.array(copies).T,
-        parameters=np.full((p.numel(), len(copies)), 0.0 if shift is None else shift),
+        values=np.full((p.numel(), len(copies)), 0.0 if shift is None else shift),
         lower=np.zeros(0),
         upper=np.zeros(0),
-        constraint_names=[],
-        pair_names=NAMES,
+        constraints=[],
+        complementarities=[Complementarity(Label(name), left[k], ca.SX(1)) for k, name in enumerate(NAMES)],
     )
     n = len(lower)
     problem = Mpcc(lower=np.array(lower), upper=np.ones(n), start=np.zeros(n), blocks=[block])
@@ -131,7 +136,7 @@ def _signed(lower: list[float], copies: list[list[int]], shift: float | None = N
 
 
 @pytest.mark.parametrize(
-    ("lower", "copies", "shift", "kept"),
+    ("lower", "copies", "shift", "remaining"),
     [
         ([0, 0], [[0, 1]], None, ["difference", "product"]),
         ([1, 0], [[0, 1]], None, ["product"]),
@@ -143,14 +148,14 @@ def _signed(lower: list[float], copies: list[list[int]], shift: float | None = N
     ids=["box", "difference implied", "just negative", "unbounded", "one copy may be negative", "parameter"],
 )
 def test_only_implied_signs_are_left_out(
-    lower: list[float], copies: list[list[int]], shift: float | None, kept: list[str]
+    lower: list[float], copies: list[list[int]], shift: float | None, remaining: list[str]
 ) -> None:
     """A row G >= 0 goes only where the bounds of every copy imply it; nonlinear and parametric ones stay."""
     problem, nlp = _signed(lower, copies, shift)
     point = np.random.default_rng(3).uniform(-1, 1, len(lower))
     rows = np.asarray(nlp.nlp(point, [0, 0])[1]).reshape(len(copies), -1)[:, len(NAMES) :]
     _, _, G, _ = problem.blocks[0].evaluate(point)
-    expected = G[[NAMES.index(name) for name in kept]].T
+    expected = G[[NAMES.index(name) for name in remaining]].T
     assert rows.shape == expected.shape
     assert rows == pytest.approx(expected)
 

@@ -9,11 +9,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.errors import DimensionError
+from fesd_robot.complementarity import Complementarity, Label, Place
+from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.mpcc import Block, Mpcc
 
 W = ca.SX.sym("w", 3)
-NAMES = ["first", "second"]
+TWO = [Label("first"), Label("second")]
+PAIR, ROW = Label("pair 0"), Label("g[0]")
 
 
 def _problem() -> Mpcc:
@@ -25,20 +27,19 @@ def _problem() -> Mpcc:
         G=W[0],
         H=W[1],
         start=np.zeros(3),
-        lower=np.array([-np.inf, -np.inf, -1.0]),
-        upper=np.array([np.inf, np.inf, 4.0]),
+        bounds=(np.array([-np.inf, -np.inf, -1.0]), np.array([np.inf, np.inf, 4.0])),
     )
 
 
 @pytest.mark.parametrize(
     ("point", "objective", "violation", "product", "natural", "worst", "worst_pair"),
     [
-        ([0, 3, 1], 9, 0, 0, 0, "none", "none"),
-        ([2, 0.5, -1], 2.25, 0, 1, 0.5, "none", "pair 0 in problem"),
-        ([3, 0, -2], 3, 1, 0, 0, "bound of w[2]", "none"),
-        ([0, 0, 5], 0, 4, 0, 0, "g[0] in problem", "none"),
-        ([-2, 5, 3], 23, 2, 0, 0, "pair 0 in problem", "none"),
-        ([1, -0.25, 0], 1.0625, 0.25, 0, 0, "pair 0 in problem", "none"),
+        ([0, 3, 1], 9, 0, 0, 0, None, None),
+        ([2, 0.5, -1], 2.25, 0, 1, 0.5, None, PAIR),
+        ([3, 0, -2], 3, 1, 0, 0, Label("bound of w[2]"), None),
+        ([0, 0, 5], 0, 4, 0, 0, ROW, None),
+        ([-2, 5, 3], 23, 2, 0, 0, PAIR, None),
+        ([1, -0.25, 0], 1.0625, 0.25, 0, 0, PAIR, None),
     ],
     ids=["feasible", "both positive", "outside a bound", "equality", "G negative", "H negative"],
 )
@@ -48,15 +49,15 @@ def test_residuals_at_points_made_by_hand(
     violation: float,
     product: float,
     natural: float,
-    worst: str,
-    worst_pair: str,
+    worst: Label | None,
+    worst_pair: Label | None,
 ) -> None:
-    """Cost, largest violation and largest product come from the point alone, and the worst of each has its name."""
-    found = _problem().residuals(np.array(point, dtype=float))
-    assert found.objective == pytest.approx(objective, abs=1e-15)
-    assert found.constraint_violation == pytest.approx(violation, abs=1e-15)
-    assert (found.complementarity, found.natural_residual) == pytest.approx((product, natural), abs=1e-15)
-    assert (found.worst_constraint, found.worst_pair) == (worst, worst_pair)
+    """Cost, largest violation and largest product come from the point alone, and the worst of each has its label."""
+    residuals = _problem().residuals(np.array(point, dtype=float))
+    assert residuals.objective == pytest.approx(objective, abs=1e-15)
+    assert residuals.constraint_violation == pytest.approx(violation, abs=1e-15)
+    assert (residuals.complementarity, residuals.natural_residual) == pytest.approx((product, natural), abs=1e-15)
+    assert (residuals.worst_constraint, residuals.worst_pair) == (worst, worst_pair)
 
 
 @pytest.mark.parametrize("entry", [0, 1, 2])
@@ -72,14 +73,18 @@ def _block(**changes: Any) -> Block:
     w, p = ca.SX.sym("w", 2), ca.SX.sym("p")
     return replace(
         Block(
-            copy_names=["left", "right"],
-            function=ca.Function("piece", [w, p], [p * w[0] ** 2 + w[1], w[0] - w[1], w[0], w[1] - p]),
+            name="piece",
+            places=[Place(name="left"), Place(name="right")],
+            variables=w,
+            parameters=p,
+            cost=p * w[0] ** 2 + w[1],
+            rows=w[0] - w[1],
             index=np.array([[0, 2], [1, 1]]),
-            parameters=np.array([[1.0, 2.0]]),
+            values=np.array([[1.0, 2.0]]),
             lower=np.zeros(1),
             upper=np.ones(1),
-            constraint_names=["difference"],
-            pair_names=["pair"],
+            constraints=[Label("difference")],
+            complementarities=[Complementarity(Label("pair"), w[0], w[1] - p)],
         ),
         **changes,
     )
@@ -93,21 +98,26 @@ def _mpcc(*blocks: Block) -> Mpcc:
 def test_copies_read_their_own_variables() -> None:
     """Every copy of a block sees its own variables and parameters, and the worst copy is named."""
     problem = _mpcc(_block())
-    found = problem.residuals(np.array([2.0, 3.0, 5.0]))
+    residuals = problem.residuals(np.array([2.0, 3.0, 5.0]))
     # left: cost 1·4 + 3, difference -1, product 2·2; right: cost 2·25 + 3, difference 2, product 5·1.
-    assert found.objective == 60
-    assert found.constraint_violation == 1.0
-    assert (found.complementarity, found.natural_residual) == (5.0, 2.0)
-    assert found.worst_pair == "pair in right"
+    assert residuals.objective == 60
+    assert residuals.constraint_violation == 1.0
+    assert (residuals.complementarity, residuals.natural_residual) == (5.0, 2.0)
+    assert residuals.worst_pair == Label("pair", place=Place(name="right"))
     assert (problem.size, problem.constraints, problem.pairs) == (3, 2, 2)
-    assert problem.residuals(np.array([3.5, 3.0, 8.0])).worst_constraint == "difference in right"
+    worst = problem.residuals(np.array([3.5, 3.0, 8.0])).worst_constraint
+    assert worst == Label("difference", place=Place(name="right")) and str(worst) == "difference, right"
+    assert [str(label) for label in problem.pair_labels] == ["pair, left", "pair, right"]
 
 
-def test_a_one_sided_pair_lets_g_be_negative() -> None:
+def test_a_vanishing_constraint_lets_g_be_negative() -> None:
     """With G of any sign only H >= 0 and G H <= 0 are asked for."""
-    problem = _mpcc(_block(one_sided=np.array([True]), lower=-np.full(1, np.inf)))
-    found = problem.residuals(np.array([-7.0, 3.0, -7.0]))
-    assert (found.constraint_violation, found.complementarity, found.natural_residual) == (0, 0, 0)
+    block = _block(lower=-np.full(1, np.inf))
+    block = replace(block, complementarities=[replace(one, vanishing=True) for one in block.complementarities])
+    assert (block.vanishing.tolist(), block.velocity_level.tolist(), block.pairs) == ([True], [False], 1)
+    problem = _mpcc(block)
+    residuals = problem.residuals(np.array([-7.0, 3.0, -7.0]))
+    assert (residuals.constraint_violation, residuals.complementarity, residuals.natural_residual) == (0, 0, 0)
     assert problem.residuals(np.array([-7.0, 1.0, -7.0])).constraint_violation == 1.0  # H = w1 - p is negative
     assert problem.residuals(np.array([2.0, 3.0, -7.0])).complementarity == 4.0
 
@@ -116,14 +126,11 @@ def test_a_one_sided_pair_lets_g_be_negative() -> None:
     ("changes", "message"),
     [
         ({"index": np.zeros((3, 2), dtype=int)}, "index has shape (3, 2), expected (2, 2)"),
-        ({"copy_names": ["one"]}, "copy_names has shape (1,), expected (2,)"),
-        ({"parameters": np.zeros((1, 3))}, "parameters has shape (1, 3), expected (1, 2)"),
+        ({"places": [Place()]}, "places has shape (1,), expected (2,)"),
+        ({"values": np.zeros((1, 3))}, "values has shape (1, 3), expected (1, 2)"),
         ({"lower": np.zeros(2)}, "lower has shape (2,), expected (1,)"),
         ({"upper": np.zeros(0)}, "upper has shape (0,), expected (1,)"),
-        ({"constraint_names": NAMES}, "constraint_names has shape (2,), expected (1,)"),
-        ({"pair_names": NAMES}, "pair_names has shape (2,), expected (1,)"),
-        ({"one_sided": np.zeros(2, dtype=bool)}, "one_sided has shape (2,), expected (1,)"),
-        ({"ranks": np.zeros(3, dtype=int)}, "ranks has shape (3,), expected (1,)"),
+        ({"constraints": TWO}, "constraints has shape (2,), expected (1,)"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )
@@ -132,6 +139,36 @@ def test_a_block_of_wrong_shapes_is_refused(changes: dict[str, Any], message: st
     with pytest.raises(DimensionError) as caught:
         _block(**changes)
     assert str(caught.value) == f"block 'piece': {message}"
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"G": W[:2]}, DimensionError, "G of 'pair 0' has shape (2, 1), expected (1, 1)"),
+        ({"H": ca.SX(0, 1)}, DimensionError, "H of 'pair 0' has shape (0, 1), expected (1, 1)"),
+        ({"complement": W}, DimensionError, "complement of 'pair 0' has shape (3, 1), expected (1, 1)"),
+        ({"complement": 1 - W[1]}, ModelError, "'pair 0' has a complement, which only a vanishing constraint can have"),
+    ],
+    ids=["G", "H", "complement", "complement of a pair"],
+)
+def test_a_condition_of_wrong_factors_is_refused(changes: Any, error: type[Exception], message: str) -> None:
+    """Factors are scalars, and only a vanishing constraint has a third one; the error names the condition."""
+    with pytest.raises(error) as caught:
+        replace(Complementarity(PAIR, W[0], W[1]), **changes)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("part", ["lower", "upper"])
+def test_bounds_of_every_shape(part: str) -> None:
+    """A bound is one number for all entries, one each, or None for no bound; rows without bounds are equations."""
+    side = ("lower", "upper").index(part)
+    for given, expected in ((2.0, [2.0] * 3), (np.arange(3.0), [0.0, 1.0, 2.0]), (None, [(-1, 1)[side] * np.inf] * 3)):
+        both = (given, None) if side == 0 else (None, given)
+        problem = Mpcc.from_expressions(w=W, f=W[0], g=2 * W, start=np.zeros(3), bounds=both, g_bounds=both)
+        (block,) = problem.blocks
+        assert getattr(problem, part).tolist() == getattr(block, part).tolist() == expected
+    (block,) = Mpcc.from_expressions(w=W, f=W[0], g=2 * W, start=np.zeros(3)).blocks
+    assert getattr(block, part).tolist() == [0.0] * 3
 
 
 def test_a_problem_of_wrong_shapes_is_refused() -> None:

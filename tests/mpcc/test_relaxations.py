@@ -12,12 +12,12 @@ from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, Relaxation
 from fesd_robot.mpcc.steering import STEERINGS, Steering
 
-from .known import KNOWN, Known, X, Y, mpcc, one_sided
+from .known import KNOWN, Known, X, Y, mpcc, vanishing
 
 SIGMA = 0.04
 ROOT = 0.2
 SAME_SET = ["scholtes", "fischer_burmeister", "natural_residual", "chen_chen_kanzow"]
-NOT_ONE_SIDED = {
+WITHOUT_VANISHING = {
     "scholtes_equality",
     "fischer_burmeister_equality",
     "natural_residual_equality",
@@ -26,28 +26,28 @@ NOT_ONE_SIDED = {
 }
 
 
-def _rows(name: str, a: np.ndarray, b: np.ndarray, sigma: float = SIGMA) -> np.ndarray:
+def _rows(name: str, G: np.ndarray, H: np.ndarray, sigma: float = SIGMA) -> np.ndarray:
     """Rows of each pair, (n, k)."""
     pair, relaxation = ca.SX.sym("pair", 2), RELAXATIONS[name]
     function = ca.Function("rows", [pair], [relaxation.rows(pair[0], pair[1], ca.SX(sigma))])
-    return np.asarray(function.map(np.size(a))(np.vstack([a, b]))).T
+    return np.asarray(function.map(np.size(G))(np.vstack([G, H]))).T
 
 
-def _holds(name: str, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _holds(name: str, G: np.ndarray, H: np.ndarray) -> np.ndarray:
     """Whether the pairs satisfy the rows and, where the relaxation wants them, the signs."""
-    within = (_rows(name, a, b) <= 0).all(axis=1)
-    return within & (a >= 0) & (b >= 0) if RELAXATIONS[name].signs else within
+    within = (_rows(name, G, H) <= 0).all(axis=1)
+    return within & (G >= 0) & (H >= 0) if RELAXATIONS[name].signs else within
 
 
 def _points(low: float = 0.0, high: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    a, b = np.random.default_rng(0).uniform(low, high, (2, 2000))
-    return a, b
+    G, H = np.random.default_rng(0).uniform(low, high, (2, 2000))
+    return G, H
 
 
 @pytest.mark.parametrize("sigma", [4.0, 0.04, 1e-6])
 @pytest.mark.parametrize("name", RELAXATIONS)
 def test_the_root_of_sigma_is_on_the_curve(name: str, sigma: float) -> None:
-    """At a = b = sqrt(sigma) a row is zero; a little further out a row is positive."""
+    """At G = H = sqrt(sigma) a row is zero; a little further out a row is positive."""
     root = np.array([sigma**0.5])
     assert _rows(name, root, root, sigma).max() == pytest.approx(0, abs=1e-12 * max(1, sigma))
     assert _rows(name, 1.01 * root, 1.01 * root, sigma).max() > 0
@@ -66,18 +66,18 @@ def test_an_inequality_holds_on_the_axes(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in RELAXATIONS if RELAXATIONS[name].bounds_product])
 def test_products_are_bounded_by_sigma(name: str) -> None:
-    """Where the rows hold, a b <= sigma, and for equalities the rows vanish where a b = sigma."""
-    a, b = _points()
-    assert (a * b)[_holds(name, a, b)].max() <= SIGMA * (1 + 1e-9)
+    """Where the rows hold, G H <= sigma, and for equalities the rows vanish where G H = sigma."""
+    G, H = _points()
+    assert (G * H)[_holds(name, G, H)].max() <= SIGMA * (1 + 1e-9)
     if RELAXATIONS[name].equality:
-        assert _rows(name, a, SIGMA / a) == pytest.approx(0, abs=1e-12)
+        assert _rows(name, G, SIGMA / G) == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", [name for name in RELAXATIONS if not RELAXATIONS[name].bounds_product])
 def test_the_smaller_side_is_bounded_by_the_root(name: str) -> None:
     """Where the rows hold, the smaller side is within sqrt(sigma) of zero, and the last sigma accounts for it."""
-    a, b = _points(-1.0)
-    smaller = np.minimum(a, b)[_holds(name, a, b)]
+    G, H = _points(-1.0)
+    smaller = np.minimum(G, H)[_holds(name, G, H)]
     assert smaller.max() <= ROOT and smaller.min() >= -ROOT
     assert RELAXATIONS[name].last_sigma(1e-8) == pytest.approx(1e-18)
 
@@ -85,15 +85,15 @@ def test_the_smaller_side_is_bounded_by_the_root(name: str) -> None:
 @pytest.mark.parametrize("name", SAME_SET)
 def test_one_set_has_several_descriptions(name: str) -> None:
     """Four of the inequalities differ in their derivatives only."""
-    a, b = _points()
-    assert (_holds(name, a, b) == (a * b <= SIGMA)).all()
+    G, H = _points()
+    assert (_holds(name, G, H) == (G * H <= SIGMA)).all()
 
 
-@pytest.mark.parametrize("name", [name for name in RELAXATIONS if RELAXATIONS[name].one_sided])
-def test_one_sided_pairs_are_left_alone_where_g_is_negative(name: str) -> None:
-    """Every b >= 0 is allowed with a <= 0."""
-    a, b = _points()
-    assert (_rows(name, -a, b) <= 0).all()
+@pytest.mark.parametrize("name", [name for name in RELAXATIONS if RELAXATIONS[name].vanishing])
+def test_vanishing_constraints_are_left_alone_where_g_is_negative(name: str) -> None:
+    """Every H >= 0 is allowed with G <= 0."""
+    G, H = _points()
+    assert (_rows(name, -G, H) <= 0).all()
 
 
 @pytest.mark.parametrize("name", ["steffensen_ulbrich_sine", "steffensen_ulbrich_polynomial"])
@@ -106,9 +106,9 @@ def test_the_rounded_corner_joins_twice_differentiably(name: str) -> None:
     function = ca.Function("row", [pair], [row, gradient, hessian])
     for inside, outside in zip(function([width - 1e-9, 0]), function([width + 1e-9, 0]), strict=True):
         assert np.asarray(inside) == pytest.approx(np.asarray(outside), abs=1e-6)
-    a, b = _points()
-    beyond = np.abs(a - b) > width
-    assert beyond.any() and _rows(name, a, b)[beyond, 0] == pytest.approx(2 * np.minimum(a, b)[beyond])
+    G, H = _points()
+    beyond = np.abs(G - H) > width
+    assert beyond.any() and _rows(name, G, H)[beyond, 0] == pytest.approx(2 * np.minimum(G, H)[beyond])
 
 
 @pytest.mark.parametrize("relaxation", RELAXATIONS.values(), ids=RELAXATIONS)
@@ -117,24 +117,24 @@ def test_rows_of_the_nlp(relaxation: Relaxation) -> None:
     nlp = assemble(mpcc(X + Y, X, Y, [0, 0]), relaxation)
     point = np.array([0.3, 0.7])
     expected = _rows(relaxation.name, *point[:, None])[0]
-    found = np.asarray(nlp.nlp(point, [SIGMA, 1.0])[1]).ravel()
+    rows = np.asarray(nlp.nlp(point, [SIGMA, 1.0])[1]).ravel()
     signs = 2 if relaxation.signs else 0
-    assert found == pytest.approx([*expected, *point[:signs]])
+    assert rows == pytest.approx([*expected, *point[:signs]])
     assert nlp.upper.tolist() == [0.0] * len(expected) + [np.inf] * signs
     assert nlp.lower.tolist() == [0.0 if relaxation.equality else -np.inf] * len(expected) + [0.0] * signs
 
 
-@pytest.mark.parametrize("name", NOT_ONE_SIDED)
+@pytest.mark.parametrize("name", WITHOUT_VANISHING)
 @pytest.mark.parametrize("steering", STEERINGS)
-def test_a_relaxation_that_cannot_hold_one_sided_pairs_is_refused(name: str, steering: Steering) -> None:
+def test_a_relaxation_that_cannot_hold_vanishing_constraints_is_refused(name: str, steering: Steering) -> None:
     """The error names the pair and every relaxation that can."""
-    problem = one_sided(mpcc(X + Y, X, Y, [0, 0]))
+    problem = vanishing(mpcc(X + Y, X, Y, [0, 0]))
     with pytest.raises(ModelError) as caught:
         solve(problem, HomotopyOptions(relaxation=name, steering=steering))
     message = str(caught.value)
     assert f"relaxation '{name}'" in message and "'pair 0' of block 'problem'" in message
     valid = message.split("valid: ")[1].rstrip(")").split(", ")
-    assert valid == sorted(set(RELAXATIONS) - NOT_ONE_SIDED)
+    assert valid == sorted(set(RELAXATIONS) - WITHOUT_VANISHING)
 
 
 def test_an_unknown_relaxation_is_refused() -> None:
@@ -173,8 +173,8 @@ def test_known_solutions(name: str, steering: Steering, known: Known) -> None:
     options = HomotopyOptions(
         sigma_factor=0.1, velocity_level_ratio=100.0, relaxation=name, steering=steering, linear_solver="mumps"
     )
-    if known.problem.blocks[0].sign_free.any() and name in NOT_ONE_SIDED:
-        with pytest.raises(ModelError, match="is one-sided"):
+    if known.problem.blocks[0].vanishing.any() and name in WITHOUT_VANISHING:
+        with pytest.raises(ModelError, match="is a vanishing constraint"):
             solve(known.problem, options)
         return
     solution = solve(known.problem, options)

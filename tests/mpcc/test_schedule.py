@@ -11,19 +11,19 @@ import pytest
 
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import HomotopyOptions, solve
-from fesd_robot.mpcc.schedule import RULES, SETTLED, USUAL, Rule, Schedule, chosen_start
+from fesd_robot.mpcc.schedule import ACTIVE_SET_SETTLED_SIGMA, RULES, USUAL_ITERATIONS, Rule, Schedule, chosen_start
 
-from .known import KNOWN, X, Y, mpcc, one_sided
+from .known import KNOWN, X, Y, mpcc, vanishing
 
 NEAR_MISS = KNOWN[0]
 
 
 def _schedule(rule: Rule, **changes: Any) -> Schedule:
-    return replace(Schedule(rule, first=1.0, last=1e-8, factor=0.2, power=1.5, ratio=1.0), **changes)
+    return replace(Schedule(rule, first=1.0, last=1e-8, factor=0.2, power=1.5, velocity_level_ratio=1.0), **changes)
 
 
-def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL) -> float:
-    """By what sigma of both ranks shrinks."""
+def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL_ITERATIONS) -> float:
+    """By what sigma of both levels shrinks."""
     first, second = schedule.after((sigma, sigma), iterations)
     assert first == second
     return first / sigma
@@ -32,15 +32,15 @@ def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL) -> float:
 def test_linear() -> None:
     """The factor, and its square once sigma has settled; iterations do not matter."""
     schedule = _schedule("linear")
-    assert _factor(schedule, 1.0) == _factor(schedule, 1.01 * SETTLED, 1000) == pytest.approx(0.2)
-    assert _factor(schedule, SETTLED) == pytest.approx(0.04)
+    assert _factor(schedule, 1.0) == _factor(schedule, 1.01 * ACTIVE_SET_SETTLED_SIGMA, 1000) == pytest.approx(0.2)
+    assert _factor(schedule, ACTIVE_SET_SETTLED_SIGMA) == pytest.approx(0.04)
 
 
 def test_superlinear() -> None:
     """min(factor sigma, sigma^power), whichever side of 1 sigma is on."""
     schedule = _schedule("superlinear")
     for sigma in (100.0, 1.0, 0.1, 0.04, 0.01, 1e-4):
-        assert schedule.after((sigma, sigma), USUAL)[0] == pytest.approx(min(0.2 * sigma, sigma**1.5))
+        assert schedule.after((sigma, sigma), USUAL_ITERATIONS)[0] == pytest.approx(min(0.2 * sigma, sigma**1.5))
 
 
 @pytest.mark.parametrize(
@@ -55,8 +55,8 @@ def test_adaptive(iterations: int, exponent: float) -> None:
 @pytest.mark.parametrize("iterations", [3, 50, 700])
 @pytest.mark.parametrize("last", [1e-2, 1e-8, 1.0])
 def test_all_end_at_the_last_sigma(rule: Rule, iterations: int, last: float) -> None:
-    """Both ranks shrink together, keep their ratio until the first has arrived, and end exactly at the last sigma."""
-    schedule = _schedule(rule, last=last, ratio=300.0)
+    """Both levels shrink together, keep their ratio until the first has arrived, and end exactly at the last sigma."""
+    schedule = _schedule(rule, last=last, velocity_level_ratio=300.0)
     values = [schedule.start()]
     while not schedule.is_last(values[-1]):
         values.append(schedule.after(values[-1], iterations))
@@ -98,9 +98,9 @@ def test_the_first_sigma_is_the_largest_product(start: list[float], expected: fl
     assert solve(problem, HomotopyOptions(sigma_start=None)).reports[0].sigma == pytest.approx(expected)
 
 
-def test_products_of_rank_1_count_less() -> None:
+def test_products_of_the_velocity_level_count_less() -> None:
     """By the ratio of both sigmas."""
-    problem = one_sided(mpcc(X + Y, X, Y, [20, 4]), rank=1)
+    problem = vanishing(mpcc(X + Y, X, Y, [20, 4]), "velocity")
     assert chosen_start(problem, 40.0) == pytest.approx(2.0)
     assert solve(problem, HomotopyOptions(sigma_start=None, velocity_level_ratio=40.0)).reports[
         0

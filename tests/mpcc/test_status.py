@@ -27,5 +27,5 @@ def test_a_status_is_its_words(status: NlpStatus) -> None:
 )
 def test_ipopts_own_names(name: str, status: str, converged: bool) -> None:
     """Every name that IPOPT has for an end becomes a status; one without a status of its own is a failure too."""
-    found = NlpStatus.of_ipopt(name)
-    assert (found, found.converged) == (status, converged)
+    end = NlpStatus.of_ipopt(name)
+    assert (end, end.converged) == (status, converged)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
@@ -22,29 +23,37 @@ BY_NAME = {known.name: known for known in KNOWN}
 
 
 def _chain() -> Mpcc:
-    """Two copies with two pairs, the second of rank 1, on variables (0, 1) and (2, 1), and a block without pairs."""
+    """Two copies, on variables (0, 1) and (2, 1), with a pair of each level, and a block without pairs."""
     w, v, none = ca.SX.sym("w", 2), ca.SX.sym("v", 1), ca.SX(0, 1)
-    sides = ca.vertcat(w[0], ca.exp(w[0])), ca.vertcat(w[1] ** 2, w[1] + 3)
     pairs = Block(
-        copy_names=["left", "right"],
-        function=ca.Function("pairs", [w, none], [ca.sin(w[0]) * w[1], w[0] - w[1], *sides]),
+        name="pairs",
+        places=[Place(name="left"), Place(name="right")],
+        variables=w,
+        parameters=none,
+        cost=ca.sin(w[0]) * w[1],
+        rows=w[0] - w[1],
         index=np.array([[0, 2], [1, 1]]),
-        parameters=np.zeros((0, 2)),
+        values=np.zeros((0, 2)),
         lower=np.zeros(1),
         upper=np.zeros(1),
-        constraint_names=["difference"],
-        pair_names=["first", "second"],
-        ranks=np.array([0, 1]),
+        constraints=[Label("difference")],
+        complementarities=[
+            Complementarity(Label("first"), w[0], w[1] ** 2),
+            Complementarity(Label("second"), ca.exp(w[0]), w[1] + 3, level="velocity"),
+        ],
     )
     end = Block(
-        copy_names=["end"],
-        function=ca.Function("end", [v, none], [v**4, none, none, none]),
+        name="end",
+        places=[Place()],
+        variables=v,
+        parameters=none,
+        cost=v**4,
+        rows=none,
         index=np.array([[1]]),
-        parameters=np.zeros((0, 1)),
+        values=np.zeros((0, 1)),
         lower=np.zeros(0),
         upper=np.zeros(0),
-        constraint_names=[],
-        pair_names=[],
+        constraints=[],
     )
     free = np.full(3, np.inf)
     return Mpcc(lower=-free, upper=free, start=np.zeros(3), blocks=[pairs, end])
@@ -60,22 +69,21 @@ def _nlp(relaxation: str, steering: Steering) -> tuple[RelaxedNlp, np.ndarray]:
 @pytest.mark.parametrize("relaxation", ["scholtes", "kadrani"])
 @pytest.mark.parametrize("steering", ["l1", "linf"])
 def test_cost_and_rows(relaxation: str, steering: Steering) -> None:
-    """The cost has rho s; each pair's rows have its own slack, or the shared one with the share of its rank."""
+    """The cost has rho s; each pair's rows have its own slack, or the common one times the ratio of its level."""
     nlp, point = _nlp(relaxation, steering)
     w, slack, power = point[:3], point[3:], RELAXATIONS[relaxation].power
     f, g = (np.asarray(value).ravel() for value in nlp.nlp(point, SIGMA))
-    share = (SIGMA[1] / SIGMA[0]) ** (1 / power)
+    ratio = (SIGMA[1] / SIGMA[0]) ** (1 / power)
     if steering == "l1":
         parameters, price = slack.reshape(2, 2).T, slack @ (1 / SIGMA[[0, 1, 0, 1]])
     else:
-        parameters, price = slack[0] * np.array([[1, 1], [share, share]]), slack[0] / SIGMA[0]
+        parameters, price = slack[0] * np.array([[1, 1], [ratio, ratio]]), slack[0] / SIGMA[0]
     assert f.item() == pytest.approx(_chain().residuals(w).objective + price)
     _, _, G, H = _chain().blocks[0].evaluate(w)
-    a, b, t = (ca.SX.sym(name, 2) for name in "abt")
-    rows = ca.Function("rows", [a, b, t], [RELAXATIONS[relaxation].formula(a, b, t)])
+    symbols = [ca.SX.sym(name, 2) for name in "GHt"]
+    rows = ca.Function("rows", symbols, [RELAXATIONS[relaxation].formula(*symbols)])
     expected = np.asarray(rows.map(2)(G, H, parameters))
-    found = g.reshape(2, -1).T
-    assert found[1 : 1 + len(expected)] == pytest.approx(expected)
+    assert g.reshape(2, -1).T[1 : 1 + len(expected)] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("relaxation", ["scholtes", "fischer_burmeister", "kanzow_schwartz", "lin_fukushima"])
@@ -92,8 +100,8 @@ def test_derivatives(relaxation: str, steering: Steering) -> None:
     gradient, jacobian, hessian = (np.asarray(ca.DM(value).full()) for value in whole(point, SIGMA))
     assert np.asarray(nlp.gradient(point, SIGMA)[1]) == pytest.approx(gradient, abs=1e-12)
     assert np.asarray(nlp.jacobian(point, SIGMA)[1].full()) == pytest.approx(jacobian, abs=1e-12)
-    found = np.asarray(nlp.hessian(point, SIGMA, 0.7, multiplier).full())
-    assert found == pytest.approx(np.triu(hessian), abs=1e-12)
+    upper = np.asarray(nlp.hessian(point, SIGMA, 0.7, multiplier).full())
+    assert upper == pytest.approx(np.triu(hessian), abs=1e-12)
 
 
 def test_slacks_and_their_bounds() -> None:

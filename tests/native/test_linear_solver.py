@@ -163,7 +163,7 @@ def _problem() -> Mpcc:
     """min (x - 1)² + (y - 2)² over 0 <= x _|_ y >= 0, with solution (0, 2)."""
     w = ca.SX.sym("w", 2)
     return Mpcc.from_expressions(
-        w=w, f=(w[0] - 1) ** 2 + (w[1] - 2) ** 2, G=w[0], H=w[1], start=np.array([0.5, 1.0]), lower=np.zeros(2)
+        w=w, f=(w[0] - 1) ** 2 + (w[1] - 2) ** 2, G=w[0], H=w[1], start=np.array([0.5, 1.0]), bounds=(0.0, None)
     )
 
 

@@ -45,7 +45,7 @@ def _problem(target: float = 2.0) -> Mpcc:
     """min (x - 1)² + (y - target)² over 0 <= x _|_ y >= 0."""
     w = ca.SX.sym("w", 2)
     return Mpcc.from_expressions(
-        w=w, f=(w[0] - 1) ** 2 + (w[1] - target) ** 2, G=w[0], H=w[1], start=np.array([0.5, 1.0]), lower=np.zeros(2)
+        w=w, f=(w[0] - 1) ** 2 + (w[1] - target) ** 2, G=w[0], H=w[1], start=np.array([0.5, 1.0]), bounds=(0.0, None)
     )
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fesd_robot.adapters import homotopy_options
+from fesd_robot.adapters import homotopy_options, physical_motion
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import MpccSolution, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.recovery import PhysicalMotion, recover
+from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.task import Task, load_task
 
 MASS, FORCE = 2.0, 3.0
@@ -90,13 +90,6 @@ def solved(task: Task) -> tuple[MotionProblem, Transcription, MpccSolution, Phys
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     solution = solve(transcription.problem, homotopy_options(task))
-    physical = recover(
-        transcription.unpack(solution.w),
-        BranchTranscription(transcription).branch(solution.w),
-        motion.fesd.tableau,
-        motion.dynamics,
-        motion.contacts,
-        motion.contact_system,
-        motion.auxiliary_force,
-    )
+    branch = BranchTranscription(transcription).branch(solution.w)
+    physical = physical_motion(motion, transcription.unpack(solution.w), branch)
     return motion, transcription, solution, physical

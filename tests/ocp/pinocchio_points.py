@@ -1,4 +1,4 @@
-"""Frames and centre of mass by Pinocchio's numeric algorithms, and conditions as numbers."""
+"""Frames and centre of mass by Pinocchio's numeric algorithms, and trajectory constraints as numbers."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ def center_of_mass(robot: Robot, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarr
     return data.com[0].copy(), data.vcom[0].copy()
 
 
-def condition(motion: MotionProblem, name: str) -> TrajectoryConstraint:
-    """The condition of this name."""
-    return next(found for found in motion.ocp.constraints if found.name == name)
+def constraint(motion: MotionProblem, name: str) -> TrajectoryConstraint:
+    """The trajectory constraint of this name."""
+    return next(one for one in motion.ocp.constraints if one.name == name)
 
 
-def rows(found: TrajectoryConstraint, *y: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Values of a condition's rows where y is the given parts one after the other."""
-    values = ca.Function("rows", [found.variables, found.parameters], [found.rows])
-    return np.asarray(values(np.concatenate(y), found.parameter_values[:, :1])).ravel()
+def rows(one: TrajectoryConstraint, *y: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Values of its rows where y is the given parts one after the other."""
+    values = ca.Function("rows", [one.variables, one.parameters], [one.rows])
+    return np.asarray(values(np.concatenate(y), one.parameter_values[:, :1])).ravel()
 
 
-def costs(found: TrajectoryConstraint, *y: Sequence[float] | np.ndarray) -> dict[str, float]:
-    """Values of a condition's costs."""
-    values = ca.Function("costs", [found.variables, found.parameters], [ca.vertcat(*found.cost.values())])
-    numbers = np.asarray(values(np.concatenate(y), found.parameter_values[:, :1])).ravel()
-    return dict(zip(found.cost, numbers.tolist(), strict=True))
+def costs(one: TrajectoryConstraint, *y: Sequence[float] | np.ndarray) -> dict[str, float]:
+    """Values of its costs."""
+    values = ca.Function("costs", [one.variables, one.parameters], [ca.vertcat(*one.cost.values())])
+    numbers = np.asarray(values(np.concatenate(y), one.parameter_values[:, :1])).ravel()
+    return dict(zip(one.cost, numbers.tolist(), strict=True))
 
 
 def states(count: int = 4) -> np.ndarray:

@@ -8,12 +8,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from fesd_robot.contact import Plane
 from fesd_robot.errors import TaskError
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
-from fesd_robot.task import Task
+from fesd_robot.ocp.constraints import point_rows
+from fesd_robot.task import AvoidBox, BodyPoint, Task
 
-from .pinocchio_points import condition, frame, rows, states
+from .pinocchio_points import constraint, frame, rows, states
 
 Load = Callable[[str], Task]
 
@@ -31,11 +33,11 @@ constraints:
 def test_rows_are_the_geometry(short: str, load: Load) -> None:
     """Clearance, sphere, ellipse, rounded box and bounds of a frame as Pinocchio's placements give them."""
     motion = formulate(load(short + ALL))
-    found = condition(motion, "constraints")
-    assert (found.kind, list(found.intervals)) == ("path", [0, 1, 2, 3])
-    np.testing.assert_array_equal(found.lower, [0, 0, 0, 0, -1, -np.inf])
-    np.testing.assert_array_equal(found.upper, [np.inf] * 4 + [3, 1.4])
-    rest = np.zeros(found.variables.numel() - 10)
+    path = constraint(motion, "constraints")
+    assert (path.kind, list(path.intervals)) == ("path", [0, 1, 2, 3])
+    np.testing.assert_array_equal(path.lower, [0, 0, 0, 0, -1, -np.inf])
+    np.testing.assert_array_equal(path.upper, [np.inf] * 4 + [3, 1.4])
+    rest = np.zeros(path.variables.numel() - 10)
     for x in states():
         body, _, rotation = frame(motion.robot, "body", x[:4], x[4:8])
         foot, _, _ = frame(motion.robot, "foot", x[:4], x[4:8])
@@ -46,15 +48,16 @@ def test_rows_are_the_geometry(short: str, load: Load) -> None:
         egg = 0.1 * ((dx / 0.4) ** 2 + (dz / 0.2) ** 2 - 1)
         box = 0.1 * ((((dx / 0.2) ** 4 + (dz / 0.1) ** 4) / 2) ** 0.25 - 1)
         expected = [above - 0.05, ball, egg, box, body[0], body[2]]
-        np.testing.assert_allclose(rows(found, x, rest), expected, atol=1e-9)
+        np.testing.assert_allclose(rows(path, x, rest), expected, atol=1e-9)
+
+
+def test_every_constraint_on_a_point_has_rows() -> None:
+    """Each type of constraint on the position of a point has a function of its own that gives its rows."""
+    assert set(BodyPoint.__subclasses__()) == set(point_rows.registry) - {object}
 
 
 def test_the_rounded_box_contains_the_box() -> None:
     """No point of the box satisfies its row, its corners are on it, and points just beyond the stated width do."""
-    from fesd_robot.contact import Plane
-    from fesd_robot.ocp.constraints import point_rows
-    from fesd_robot.task import AvoidBox
-
     box = AvoidBox(type="avoid_box", frame="f", center=(1.0, None, 2.0), size=(0.6, None, 0.2))
     p = ca.SX.sym("p", 3)
     row = ca.Function("row", [p], [point_rows(box, p, Plane())[0][1]])
@@ -71,8 +74,8 @@ def test_constraints_are_held_at_every_stage(short: str, load: Load) -> None:
     problem = Transcription(motion.ocp, motion.fesd).problem
     plain = formulate(load(short + ALL.splitlines(keepends=True)[0]))
     block = problem.blocks[-1]
-    assert (block.copies, len(block.constraint_names)) == (24, 6)
-    assert block.copy_names[3] == "interval 0, element 1, stage 2"
+    assert (block.copies, len(block.constraints)) == (24, 6)
+    assert str(block.places[3]) == "interval 0, element 1, stage 2"
     assert problem.size == Transcription(plain.ocp, plain.fesd).problem.size
     w = np.random.default_rng(1).normal(size=problem.size)
     values = block.evaluate(w)[1]
@@ -89,7 +92,7 @@ def test_contact_windows(short: str, load: Load) -> None:
         "  down: {type: contact_window, contact: foot, times: [0.75, 1], touch: required}\n"
     )
     motion = formulate(load(text))
-    up, down = condition(motion, "up"), condition(motion, "down")
+    up, down = constraint(motion, "up"), constraint(motion, "down")
     assert (up.kind, list(up.intervals), up.lower[0], up.upper[0]) == ("path", [1, 2], 0.02, np.inf)
     assert (down.kind, list(down.intervals), down.lower[0], down.upper[0]) == ("interval_end", [2, 3], -np.inf, 1e-3)
     for x in states():
@@ -98,18 +101,19 @@ def test_contact_windows(short: str, load: Load) -> None:
         assert rows(up, x, rest) == pytest.approx([foot[2]]) and rows(down, x) == pytest.approx([foot[2]])
 
 
-def test_a_forbidden_zone_is_one_more_exclusion(short: str, load: Load) -> None:
-    """Inside the zone the depth is positive and excludes the contact's share, outside it is negative."""
+def test_a_forbidden_zone_is_one_more_vanishing_constraint(short: str, load: Load) -> None:
+    """Inside the zone the depth is positive and excludes the contact's multipliers, outside it is negative."""
     text = short + "constraints: {ditch: {type: forbidden_zone, contact: foot, x: [0.4, 0.6]}}\n"
     motion, plain = formulate(load(text)), formulate(load(short))
     system = motion.contact_system.system
-    assert len(system.exclusions) == len(plain.contact_system.system.exclusions) + 1
-    added = system.exclusions[-1]
-    values = ca.Function("added", [system.state, system.algebraic], [added.level, added.share])
+    assert len(system.vanishing) == len(plain.contact_system.system.vanishing) + 1
+    added = system.complementarities[-1]
+    assert added.vanishing
+    values = ca.Function("added", [system.state, system.algebraic], [added.G, added.H])
     for x in np.linspace(0.2, 0.8, 13):
         state = np.array([x, 0.6, 0, 0.5, 0, 0, 0, 0, 0, 0.1])
-        level, share = (float(value) for value in values(state, [0.3, 0.2, 0.5]))
-        assert level == pytest.approx((x - 0.4) * (0.6 - x) / 0.2) and share == pytest.approx(0.5)
+        depth, multipliers = (float(value) for value in values(state, [0.3, 0.2, 0.5]))
+        assert depth == pytest.approx((x - 0.4) * (0.6 - x) / 0.2) and multipliers == pytest.approx(0.5)
 
 
 ERRORS = [

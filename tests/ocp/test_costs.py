@@ -10,7 +10,9 @@ import pytest
 
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.task import Task
+from fesd_robot.ocp.costs import FINAL_TERMS, INTEGRANDS, TRAJECTORY_COSTS
+from fesd_robot.task import Costs, Task
+from fesd_robot.task.costs import COST_TERMS
 
 from .pinocchio_points import center_of_mass, frame, states
 
@@ -44,8 +46,8 @@ def test_tracking_of_points(short: str, load: Load) -> None:
             "frame body": body[1] ** 2,
         }
         for name, value in expected.items():
-            found = float(running(motion, name)(x, [1.0, speed], z, p))
-            assert found == pytest.approx(theta * speed * value, abs=1e-12), name
+            integrand = float(running(motion, name)(x, [1.0, speed], z, p))
+            assert integrand == pytest.approx(theta * speed * value, abs=1e-12), name
 
 
 def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
@@ -54,8 +56,8 @@ def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
     x, p = states()[0], np.zeros(5)
     for plus, minus in ((0.1, 0.2), (1.0, 0.0), (0.0, 0.0)):
         for speed in (0.5, 3.0):
-            found = float(running(motion, "force")(x, [1.0, speed], [plus, minus, 1 - plus - minus], p))
-            assert found == pytest.approx(0.2 * motion.auxiliary_force * (plus + minus))
+            integrand = float(running(motion, "force")(x, [1.0, speed], [plus, minus, 1 - plus - minus], p))
+            assert integrand == pytest.approx(0.2 * motion.auxiliary_force * (plus + minus))
 
 
 def test_smoothness(short: str, load: Load) -> None:
@@ -74,10 +76,16 @@ def test_smoothness(short: str, load: Load) -> None:
 
 
 def test_nothing_is_added_unasked(short: str, load: Load) -> None:
-    """Weights of zero and keys left out add neither terms nor conditions."""
+    """Weights of zero and keys left out add neither terms nor constraints."""
     zero = "costs: {control_change: {leg: 0}, force: {foot: 0}, frames: {foot: 0}, center_of_mass: {x: 0}, time: 0}\n"
     for text in (short, short + zero):
         ocp = formulate(load(text)).ocp
         assert ocp.constraints == []
         assert list(ocp.running_cost) == ["configuration", "velocity", "control"]
         assert list(ocp.terminal_cost) == ["terminal configuration", "terminal velocity"]
+
+
+def test_every_key_has_an_expression() -> None:
+    """Each key of `costs` is in one of the tables of expressions and in no other."""
+    tables = [INTEGRANDS, FINAL_TERMS, TRAJECTORY_COSTS]
+    assert sorted(key for table in tables for key in table) == sorted(Costs.model_fields) == sorted(COST_TERMS)

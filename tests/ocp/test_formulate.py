@@ -52,14 +52,14 @@ def test_default_weights(short: str, load: Load) -> None:
     running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))
     terminal = ca.Function("terminal", [ocp.system.state], list(ocp.terminal_cost.values()))
     x, z = np.arange(10.0), [0, 0, 1]
-    found = [float(term) for term in running(x, [3.0, 1.0], z, np.zeros(5))]
-    assert found == pytest.approx([x[:4] @ x[:4], 0.1 * x[4:8] @ x[4:8], 1e-3 * 9])
+    values = [float(term) for term in running(x, [3.0, 1.0], z, np.zeros(5))]
+    assert values == pytest.approx([x[:4] @ x[:4], 0.1 * x[4:8] @ x[4:8], 1e-3 * 9])
     to_goal = x[:4] - [1, 0.6, 0, 0.5]
     assert [float(term) for term in terminal(x)] == pytest.approx([100 * to_goal @ to_goal, 10 * x[4:8] @ x[4:8]])
 
 
 def test_weights_not_listed_are_zero(short: str, load: Load) -> None:
-    """In a map of weights that is given, names left out weigh nothing."""
+    """In a map of weights that is given, names left out have no weight."""
     ocp = formulate(load(short + "costs:\n  terminal_configuration: {leg: 7}\n")).ocp
     terminal = ca.Function("terminal", [ocp.system.state], [ocp.terminal_cost["terminal configuration"]])
     assert float(terminal(np.full(10, 2.5))) == pytest.approx(7 * 2.0**2)
@@ -84,7 +84,7 @@ def test_limits_of_the_task_replace_the_models(short: str, load: Load) -> None:
 
 
 def test_start_respects_velocity_limits(short: str, load: Load) -> None:
-    """The first guess never leaves the velocity limits, even if the reference is faster."""
+    """The initial guess never leaves the velocity limits, even if the reference is faster."""
     ocp = formulate(load(short + "limits: {velocity: {root_x: 0.25}}\n")).ocp
     assert ocp.state_guess(0.5)[4] == 0.25
 

@@ -45,7 +45,7 @@ def test_reference_at_interval_ends(hopper: MotionProblem) -> None:
 
 
 def test_clock_is_held_at_interval_ends(hopper: MotionProblem) -> None:
-    """The one condition at an interval's end is clock = kT/N."""
+    """The one constraint at an interval's end is clock = kT/N."""
     ocp = hopper.ocp
     end = ca.Function("end", [ocp.system.state, ocp.system.parameters], [ocp.interval_end])
     x, p = np.random.default_rng(0).normal(size=10), np.arange(5.0)
@@ -99,7 +99,7 @@ def test_initial_state(hopper: MotionProblem) -> None:
 
 
 def test_running_cost(hopper: MotionProblem) -> None:
-    """Deviation, speed and control are weighed as published, per second of physical time."""
+    """Deviation, speed and control are weighted as published, per second of physical time."""
     ocp = hopper.ocp
     terms = ca.Function("terms", ocp.system.arguments, list(ocp.running_cost.values()))
     theta = ca.Function("theta", [ocp.system.algebraic], [hopper.contact_system.theta_ode])
@@ -113,8 +113,8 @@ def test_running_cost(hopper: MotionProblem) -> None:
             "velocity": rate * 0.1 * x[4:8] @ x[4:8],
             "control": rate * 0.01 * u[:2] @ u[:2],
         }
-        found = dict(zip(ocp.running_cost, map(float, terms(x, u, z, p)), strict=True))
-        assert found == pytest.approx(expected, rel=1e-12)
+        values = dict(zip(ocp.running_cost, map(float, terms(x, u, z, p)), strict=True))
+        assert values == pytest.approx(expected, rel=1e-12)
 
 
 def test_terminal_cost(hopper: MotionProblem) -> None:
@@ -129,7 +129,7 @@ def test_terminal_cost(hopper: MotionProblem) -> None:
         assert dict(zip(ocp.terminal_cost, map(float, terms(x)), strict=True)) == pytest.approx(expected, rel=1e-12)
 
 
-def test_auxiliary_acceleration(hopper: MotionProblem) -> None:
+def test_auxiliary_force(hopper: MotionProblem) -> None:
     """The task's a_n is used as written; 'auto' is ten times the weight."""
     automatic = formulate(load_task(TASK, ["method.auxiliary_force=auto"]))
     assert hopper.auxiliary_force == 100.0
@@ -137,7 +137,7 @@ def test_auxiliary_acceleration(hopper: MotionProblem) -> None:
 
 
 def test_start_follows_the_reference(hopper: MotionProblem) -> None:
-    """The first guess is the reference with its own derivative, the clock, and the true gap."""
+    """The initial guess is the reference with its own derivative, the clock, and the true gap."""
     guess, step = hopper.ocp.state_guess, 1e-4
     for time in np.linspace(0.03, 4.97, 29):
         jump = int(time)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate, load_task_robot
+from fesd_robot.robot import Robot, load_robot
 from fesd_robot.task import Task
 
 from .conftest import HOPPER
@@ -95,6 +97,19 @@ def test_a_package_beside_the_task(short: str, load: Load, tmp_path: Path) -> No
     (tmp_path / "my_robot" / "hopper.urdf").write_bytes(HOPPER.read_bytes())
     robot = load_task_robot(load(short.replace(str(HOPPER), "package://my_robot/hopper.urdf")))
     assert robot.source == tmp_path / "my_robot" / "hopper.urdf"
+
+
+def test_the_file_is_read_once(short: str, load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Names are checked and the armature is set on a robot that was read from its file one time."""
+    reads = []
+
+    def counted(source: Path, **options: Any) -> Robot:
+        reads.append(source)
+        return load_robot(source, **options)
+
+    monkeypatch.setattr("fesd_robot.ocp.task_robot.load_robot", counted)
+    assert formulate(load(short)).robot.model.armature.tolist() == [0, 0, 0, 0.1]
+    assert reads == [HOPPER]
 
 
 ERRORS = [

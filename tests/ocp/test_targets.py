@@ -13,7 +13,7 @@ from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
 from fesd_robot.task import Task
 
-from .pinocchio_points import center_of_mass, condition, costs, frame, rows, states
+from .pinocchio_points import center_of_mass, constraint, costs, frame, rows, states
 
 Load = Callable[[str], Task]
 
@@ -27,7 +27,7 @@ POINTS = """\
 def test_points_of_the_goal(short: str, load: Load) -> None:
     """Rows are position and velocity minus target along the given axes, bounded by the tolerance; costs are squares."""
     motion = formulate(load(short + POINTS))
-    goal = condition(motion, "goal")
+    goal = constraint(motion, "goal")
     assert (goal.kind, tuple(goal.intervals)) == ("interval_end", (3,))
     np.testing.assert_array_equal(goal.upper, [0.01, 0.01, 0.5])
     np.testing.assert_array_equal(goal.lower, -goal.upper)
@@ -43,7 +43,7 @@ def test_points_of_the_goal(short: str, load: Load) -> None:
 
 
 def test_goals_of_points_leave_coordinates_free(short: str, load: Load) -> None:
-    """With a goal for a frame only coordinates that the goal lists are weighed at the end."""
+    """With a goal for a frame only coordinates that the goal lists have a weight at the end."""
     from casadi import Function
 
     ocp = formulate(load(short + POINTS)).ocp
@@ -66,9 +66,9 @@ waypoints:
 
 
 def test_waypoints(short: str, load: Load) -> None:
-    """Every waypoint holds and weighs its targets at the end of the interval that ends at its time."""
+    """Every waypoint bounds its targets and adds their costs at the end of the interval that ends at its time."""
     motion = formulate(load(short + WAYPOINTS))
-    first, second = condition(motion, "waypoint 1"), condition(motion, "waypoint 2")
+    first, second = constraint(motion, "waypoint 1"), constraint(motion, "waypoint 2")
     assert (tuple(first.intervals), tuple(second.intervals)) == ((0,), (2,))
     np.testing.assert_array_equal(first.upper, [0.02, 0])
     for x in states():
@@ -84,8 +84,8 @@ def test_waypoints(short: str, load: Load) -> None:
 def test_waypoints_without_times_are_evenly_spread(short: str, load: Load) -> None:
     """Three waypoints without times in four intervals stand at the ends of the first three."""
     text = short + "waypoints: [{configuration: {leg: 0.3}}, {configuration: {leg: 0.4}}, {velocity: {leg: 0}}]\n"
-    found = formulate(load(text)).ocp.constraints
-    assert [tuple(one.intervals) for one in found] == [(0,), (1,), (2,)]
+    constraints = formulate(load(text)).ocp.constraints
+    assert [tuple(one.intervals) for one in constraints] == [(0,), (1,), (2,)]
 
 
 ERRORS = [

@@ -201,8 +201,6 @@ def _from_model(model: pin.Model):
         package_directories=(),
         composites={},
         notes=(),
-        armature={},
-        damping={},
     )
 
 

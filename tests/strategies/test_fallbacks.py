@@ -30,7 +30,7 @@ def test_fallbacks_change_settings_only(short_task: Task) -> None:
 
 
 class Attempts:
-    """Stands in for the planner's single try: outcomes in order, and the tasks that were tried."""
+    """Stands in for the planner's single attempt: outcomes in order, and the tasks that were tried."""
 
     def __init__(self, example: Plan, outcomes: list[str]) -> None:
         self.example, self.outcomes = example, outcomes
@@ -69,6 +69,7 @@ def test_the_first_solved_fallback_is_kept(monkeypatch: pytest.MonkeyPatch, shor
     assert planned.status.message == "solved 3" and len(attempts.tasks) == 3
     assert reported == [FALLBACKS[0](short_task), FALLBACKS[1](short_task)]
     assert [one.message for one in planned.statistics.attempts] == ["converged 1", "infeasible 2", "solved 3"]
+    assert [one.kept for one in planned.statistics.attempts] == [False, False, True]
     assert [one.changes for one in planned.statistics.attempts] == [
         {},
         FALLBACKS[0](short_task),
@@ -77,18 +78,18 @@ def test_the_first_solved_fallback_is_kept(monkeypatch: pytest.MonkeyPatch, shor
 
 
 @pytest.mark.parametrize("retries", [0, 1, 3])
-def test_without_success_the_first_try_is_kept(
+def test_without_success_the_first_attempt_is_kept(
     monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan, retries: int
 ) -> None:
     """As many fallbacks as the task allows, then the plan of the task as written."""
     planned, attempts, _ = _planned(monkeypatch, short_task, short_plan, ["infeasible"] * 6, retries=retries)
     assert len(attempts.tasks) == 1 + retries
     assert not planned.status.solved and planned.status.message == "infeasible 1"
-    assert len(planned.statistics.attempts) == 1 + retries
+    assert [one.kept for one in planned.statistics.attempts] == [True] + retries * [False]
 
 
 @pytest.mark.parametrize("end", ["interrupted", "time limit"])
-def test_an_interrupt_and_the_time_limit_end_all_tries(
+def test_an_interrupt_and_the_time_limit_end_all_attempts(
     monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan, end: str
 ) -> None:
     """Neither is a reason to try again."""
@@ -96,8 +97,10 @@ def test_an_interrupt_and_the_time_limit_end_all_tries(
     assert len(attempts.tasks) == 2
 
 
-def test_the_time_limit_is_for_all_tries(monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan) -> None:
-    """What earlier tries took is gone, and the limit is no change that a try is named by."""
+def test_the_time_limit_is_for_all_attempts(
+    monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan
+) -> None:
+    """What earlier attempts took is gone, and the limit is no change that an attempt is named by."""
     planned, attempts, reported = _planned(
         monkeypatch, short_task, short_plan, ["infeasible", "solved"], time_limit=50.0
     )
@@ -107,10 +110,10 @@ def test_the_time_limit_is_for_all_tries(monkeypatch: pytest.MonkeyPatch, short_
     assert planned.task["solver"]["time_limit"] == short_plan.task["solver"]["time_limit"]
 
 
-def test_tries_are_written_down(
+def test_attempts_are_written_down(
     monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan, tmp_path: Path
 ) -> None:
-    """They survive the file and stand in the report; a single try takes no room there."""
+    """They survive the file and stand in the report; a single attempt takes no room there."""
     planned, _, _ = _planned(monkeypatch, short_task, short_plan, ["infeasible", "solved"])
     write_plan(planned, tmp_path / "run")
     assert read_plan(tmp_path / "run").statistics.attempts == planned.statistics.attempts

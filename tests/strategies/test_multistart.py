@@ -41,9 +41,9 @@ def two_starts(load_short: Load) -> Plan:
 
 def test_the_cheapest_start_is_kept(two_starts: Plan) -> None:
     """Both starts are listed with their seeds, and the plan is the cheaper of those that were solved."""
-    tries = two_starts.statistics.attempts
-    assert [one.changes for one in tries] == [{"solver.seed": 0}, {"solver.seed": 1}]
-    costs = [one.objective for one in tries if one.solved]
+    attempts = two_starts.statistics.attempts
+    assert [one.changes for one in attempts] == [{"solver.seed": 0}, {"solver.seed": 1}]
+    costs = [one.objective for one in attempts if one.solved]
     assert two_starts.status.solved and two_starts.statistics.objective == min(costs)
     assert "### Attempts" in report(two_starts) and ("median" in report(two_starts)) == (len(costs) > 1)
 

@@ -25,7 +25,7 @@ from fesd_robot.task import (
 Write = Callable[[str], Path]
 COORDINATES = ["root_x", "root_z", "root_pitch", "leg"]
 
-DEMANDS = """\
+TASK = """\
 name: hop
 robot: {model: hopper.urdf}
 contacts:
@@ -65,7 +65,7 @@ constraints:
 
 def test_everything_is_read(write: Write) -> None:
     """Each key arrives as a value, points by axis or as a list, and survives JSON."""
-    task = load_task(write(DEMANDS))
+    task = load_task(write(TASK))
     assert task.goal.frames["foot"] == PointTarget(position=(1.0, None, 0.5), tolerance=0.1)
     assert task.goal.center_of_mass is not None and task.goal.center_of_mass.velocity == (None, None, 0.5)
     assert [waypoint.time for waypoint in task.waypoints] == [0.5, 1.25]
@@ -82,10 +82,10 @@ def test_everything_is_read(write: Write) -> None:
 
 def test_a_free_duration_is_a_range(write: Write) -> None:
     """A duration with lower and upper is chosen by the planner, and may cost."""
-    task = load_task(write(DEMANDS), FREE[:-1])
+    task = load_task(write(TASK), FREE[:-1])
     assert task.horizon.duration == FreeDuration(lower=1, upper=3)
     assert Task.model_validate(task.model_dump(mode="json")) == task
-    reference = load_task(write(DEMANDS), ["reference={type: file, path: a.csv}"]).reference
+    reference = load_task(write(TASK), ["reference={type: file, path: a.csv}"]).reference
     assert reference == FromFile(type="file", path="a.csv")
 
 
@@ -135,7 +135,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("[1, 1.5]", "[1, 1.6]", 33, "constraints.late.times", ["found 1.6", "1.5 or 1.75 s"]),
     ("forbidden}", "forbidden, tolerance: 0.1}", 33, "constraints.late.tolerance", ["no meaning"]),
     ("[1, null]", "[2, 1]", 34, "constraints.ditch.x", ["lower < upper"]),
-    # sections that disagree
+    # sections that contradict each other
     ("duration: 2", "duration: {lower: 1}", 6, "horizon.duration.upper", ["missing", "longest"]),
     ("duration: 2", "duration: {lower: 1, uper: 2}", 6, "horizon.duration.uper", ["did you mean 'upper'?"]),
     ("duration: 2", "duration: {lower: 1, upper: 2}", 13, "waypoints.0.time", ["a fixed horizon.duration"]),
@@ -151,8 +151,8 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
 @pytest.mark.parametrize(("old", "new", "line", "key", "fragments"), EDITS, ids=[f"{e[3]} {e[1]}" for e in EDITS])
 def test_a_mistake_is_located(write: Write, old: str, new: str, line: int, key: str, fragments: list[str]) -> None:
     """Each mistake is one error with file, line and key that says what was found and what would be valid."""
-    assert DEMANDS.count(old) >= 1
-    text = DEMANDS.replace(old, new, 1)
+    assert TASK.count(old) >= 1
+    text = TASK.replace(old, new, 1)
     overrides = ["goal.periodic={}"] if "goal.periodic" in fragments else []
     with pytest.raises(TaskError) as caught:
         load_task(write(text), overrides)
@@ -161,15 +161,15 @@ def test_a_mistake_is_located(write: Write, old: str, new: str, line: int, key: 
         assert fragment in caught.value.message
 
 
-def test_overrides_that_disagree(write: Write) -> None:
+def test_overrides_that_contradict_each_other(write: Write) -> None:
     """Mean accelerations need intervals of known length, splines a waypoint with a configuration."""
     with pytest.raises(TaskError, match=r"costs\.acceleration: .* free length"):
-        load_task(write(DEMANDS), FREE)
+        load_task(write(TASK), FREE)
     with pytest.raises(TaskError, match=r"reference\.type: .* no waypoint has a configuration"):
-        load_task(write(DEMANDS), ["waypoints=[]"])
+        load_task(write(TASK), ["waypoints=[]"])
     with pytest.raises(TaskError, match="found 2 waypoints, expected less than"):
         load_task(
-            write(DEMANDS),
+            write(TASK),
             ["horizon.intervals=2", "constraints={}", f"waypoints=[{', '.join(['{velocity: {leg: 0}}'] * 2)}]"],
         )
 
@@ -181,11 +181,11 @@ def test_the_nearest_times_are_accepted(write: Write, intervals: int) -> None:
     spread = "waypoints=[{{time: {}, configuration: {{leg: 0.3}}}}]"
     between = 0.8 * (round(0.6 * intervals) + 0.5) / intervals
     with pytest.raises(TaskError, match="nearest are") as caught:
-        load_task(write(DEMANDS), [*short, spread.format(between)])
+        load_task(write(TASK), [*short, spread.format(between)])
     named = caught.value.message.split("nearest are ")[1].split(" s")[0].split(" or ")
     assert len(named) == 2
     for time in named:
-        load_task(write(DEMANDS), [*short, spread.format(time)])
+        load_task(write(TASK), [*short, spread.format(time)])
 
 
 NAMES = [
@@ -204,10 +204,10 @@ NAMES = [
 @pytest.mark.parametrize(("old", "new", "line", "key", "fragment"), NAMES, ids=[name[3] for name in NAMES])
 def test_an_unknown_name_is_located(write: Write, old: str, new: str, line: int, key: str, fragment: str) -> None:
     """Names of frames, contacts, coordinates and controls are compared with the robot's."""
-    check_names(load_task(write(DEMANDS)), COORDINATES, COORDINATES, COORDINATES, ["body", "foot"])
+    check_names(load_task(write(TASK)), COORDINATES, COORDINATES, COORDINATES, ["body", "foot"])
     with pytest.raises(TaskError) as caught:
         check_names(
-            load_task(write(DEMANDS.replace(old, new, 1))), COORDINATES, COORDINATES, COORDINATES, ["body", "foot"]
+            load_task(write(TASK.replace(old, new, 1))), COORDINATES, COORDINATES, COORDINATES, ["body", "foot"]
         )
     assert (caught.value.line, caught.value.key) == (line, key), str(caught.value)
     assert fragment in caught.value.message
@@ -215,7 +215,7 @@ def test_an_unknown_name_is_located(write: Write, old: str, new: str, line: int,
 
 def test_a_waypoint_outside_its_limits(write: Write) -> None:
     """The configuration of a waypoint lies within the limits, like that of a goal."""
-    task = load_task(write(DEMANDS))
+    task = load_task(write(TASK))
     check_values(task, {"leg": (0.1, 0.5)}, {})
     with pytest.raises(TaskError) as caught:
         check_values(task, {"leg": (0.4, 0.5)}, {})

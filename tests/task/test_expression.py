@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from fesd_robot.errors import ExpressionError
 from fesd_robot.task import evaluate_expression, expression_names
 
 
@@ -71,5 +72,11 @@ def test_functions_can_be_replaced() -> None:
 )
 def test_anything_else_is_refused(expression: str) -> None:
     """Only arithmetic is an expression; nothing is ever executed."""
-    with pytest.raises(ValueError):
+    with pytest.raises(ExpressionError):
         expression_names(expression)
+
+
+def test_a_name_without_a_value_is_an_error() -> None:
+    """A name that has no value is named, with the nearest one that has."""
+    with pytest.raises(ExpressionError, match=r"found 'leg', .*did you mean 'legs'"):
+        evaluate_expression("2 * leg", {"legs": 1.0})

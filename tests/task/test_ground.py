@@ -9,7 +9,9 @@ import pytest
 
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.scene import surface_of
 from fesd_robot.task import CircleCircleContact, CircleContact, HeightMap, Plane, PointContact, Steps, load_task
+from fesd_robot.task.ground import Shape
 
 from .conftest import BASE
 
@@ -92,6 +94,13 @@ MISTAKES: list[tuple[str, str | None, int, str, list[str]]] = [
     (STEPS, CONTACTS.replace("radius: 0.05, ", ""), 28, "contacts.wheel.radius", ["missing"]),
     (STEPS, CONTACTS.replace("other_frame: foot", "other_frame: body"), 29, "contacts.bump.other_frame", ["twice"]),
 ]
+
+
+def test_every_shape_can_be_built_and_described() -> None:
+    """Each shape has a surface of its own, and blames a key that it has where that cannot be built."""
+    shapes = Shape.__subclasses__()
+    assert set(shapes) == set(surface_of.registry) - {object}
+    assert all(shape.BUILT_FROM in shape.model_fields for shape in shapes)
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
 def test_an_unknown_name_is_located(
     base: str, write: Write, old: str, new: str, line: int, key: str, fragments: list[str]
 ) -> None:
-    """Every place of a task that holds a name is checked, and the nearest valid name is told."""
+    """Every place of a task that holds a name is checked, and the error names the nearest valid one."""
     assert old in base
     task = load_task(write(base.replace(old, new, 1)))
     with pytest.raises(TaskError) as caught:

@@ -14,6 +14,8 @@ ACCURACY = 1e-7
 """m; largest distance between the curve and the exact parallel curve."""
 
 _FINEST = 64
+"""Largest number of parts that a piece is cut into."""
+
 _CLOSENESS = 0.95
 """Radius over radius of curvature up to which a circle is said to fit; at 1 the parallel curve has a cusp."""
 
@@ -27,9 +29,9 @@ def offset_profile(profile: Profile, radius: float) -> Profile:
     Raises:
         GroundError: a hollow is narrower than the circle, which would touch on both of its sides.
     """
-    x, bend = profile.sampled(2)
+    x, curvature = profile.sampled(2)
     _, slope = profile.sampled(1)
-    closeness = radius * bend * (1 + slope**2) ** -1.5
+    closeness = radius * curvature * (1 + slope**2) ** -1.5
     worst = int(np.argmax(closeness))
     if closeness[worst] > _CLOSENESS:
         raise GroundError(
@@ -62,11 +64,16 @@ def _cut(profile: Profile, radius: float, left: float, right: float) -> np.ndarr
 
 def _parallel(profile: Profile, radius: float, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Points x and z of the parallel curve, with dz/dx and d2z/dx2."""
-    height, slope, bend = profile.derivatives(s)
+    height, slope, curvature = profile.derivatives(s)
     length = np.sqrt(1 + slope**2)
-    return s - radius * slope / length, height + radius / length, slope, bend / (1 - radius * bend / length**3)
+    return (
+        s - radius * slope / length,
+        height + radius / length,
+        slope,
+        curvature / (1 - radius * curvature / length**3),
+    )
 
 
 def _hermite(profile: Profile, radius: float, s: np.ndarray) -> PPoly:
-    at, height, slope, bend = _parallel(profile, radius, s)
-    return PPoly.from_bernstein_basis(BPoly.from_derivatives(at, np.stack([height, slope, bend], axis=1)))
+    at, height, slope, curvature = _parallel(profile, radius, s)
+    return PPoly.from_bernstein_basis(BPoly.from_derivatives(at, np.stack([height, slope, curvature], axis=1)))

@@ -35,6 +35,9 @@ class Plane:
         """Unit tangent in the x-z plane, (3,)."""
         return np.array([math.cos(self.slope), 0.0, math.sin(self.slope)])
 
+    def heights(self) -> None:
+        """No points: it is a plane."""
+
     def raised(self, radius: float) -> Plane:
         """The plane that is higher by `radius`, m, along the normal."""
         return Plane(self.height + radius / math.cos(self.slope), self.slope)

@@ -13,7 +13,7 @@ from scipy.interpolate import PPoly
 from fesd_robot.errors import GroundError
 
 STEEPEST = 20.0
-"""Largest |dh/dx|: a face of 87 degrees. Steeper ones belong into `Wall`, whose normal is exact."""
+"""Largest |dh/dx|: a face of 87 degrees. Steeper ones belong in `Wall`, whose normal is exact."""
 
 MAX_PIECES = 1000
 """Polynomials of a profile; every evaluation of a CasADi expression looks at all of them."""
@@ -56,15 +56,15 @@ class Profile:
 
     def numbers(self, x: float) -> tuple[float, float, float]:
         """Return h, dh/dx and d2h/dx2 at x by scipy."""
-        height, slope, bend = self.derivatives(np.array([x]))[:, 0].tolist()
-        return height, slope, bend
+        height, slope, curvature = self.derivatives(np.array([x]))[:, 0].tolist()
+        return height, slope, curvature
 
     def derivatives(self, x: np.ndarray) -> np.ndarray:
         """Return h, dh/dx and d2h/dx2 at many x, (3, n), by scipy."""
         inside = np.clip(x, self.breaks[0], self.breaks[-1])
-        found = np.array([self._piecewise(inside, order) for order in range(3)])
-        found[1:, inside != x] = 0.0
-        return found
+        derivatives = np.array([self._piecewise(inside, order) for order in range(3)])
+        derivatives[1:, inside != x] = 0.0
+        return derivatives
 
     def expressions(self, x: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return h and dh/dx as expressions without branches.
@@ -94,7 +94,7 @@ class Profile:
         return x, np.asarray(self._piecewise(x, order))
 
     @cached_property
-    def bend(self) -> float:
+    def curvature(self) -> float:
         """Largest |d2h/dx2|, 1/m."""
         return float(np.abs(self.sampled(2)[1]).max())
 

@@ -1,8 +1,10 @@
-"""What contact needs to know of a surface."""
+"""The protocol of a surface that a contact may touch."""
 
 from __future__ import annotations
 
 from typing import Any, Protocol
+
+import numpy as np
 
 
 class Ground(Protocol):
@@ -23,6 +25,10 @@ class Ground(Protocol):
 
     def tangent(self, point: Any) -> Any:
         """Unit tangent (n_z, 0, -n_x) of the surface at the point's x, (3,): towards +x where the normal points up."""
+        ...
+
+    def heights(self) -> np.ndarray | None:
+        """Points x, z of the surface, m, x increasing, (n, 2), level beyond both ends; None where it is a plane."""
         ...
 
     def raised(self, radius: float) -> Ground:

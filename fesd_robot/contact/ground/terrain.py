@@ -37,7 +37,7 @@ class Terrain:
         else:
             height, slope, _ = self.profile.numbers(float(point[0]))
         above = point[2] - height
-        return above * (1 + slope**2 / (1 + (self.profile.bend * above) ** 2)) ** -0.5
+        return above * (1 + slope**2 / (1 + (self.profile.curvature * above) ** 2)) ** -0.5
 
     def normal(self, point: Any) -> Any:
         """Gradient of f, (3,), by CasADi's differentiation of an expression, by hand for numbers."""
@@ -45,13 +45,13 @@ class Terrain:
             at = ca.SX.sym("point", 3)
             gradient = ca.Function("gradient", [at], [ca.gradient(self.distance(at), at)])
             return gradient(ca.vertcat(point[0], point[1], point[2]))
-        height, slope, bend = self.profile.numbers(float(point[0]))
-        above, rate = float(point[2]) - height, self.profile.bend
+        height, slope, curvature = self.profile.numbers(float(point[0]))
+        above, rate = float(point[2]) - height, self.profile.curvature
         fade = 1 / (1 + (rate * above) ** 2)
         root = 1 + slope**2 * fade
         by_height = root**-0.5 + (slope * fade * rate * above) ** 2 * root**-1.5
         by_slope = -above * slope * fade * root**-1.5
-        return np.array([-slope * by_height + bend * by_slope, 0.0, by_height])
+        return np.array([-slope * by_height + curvature * by_slope, 0.0, by_height])
 
     def tangent(self, point: Any) -> Any:
         """Unit tangent of the ground below the point, (3,)."""
@@ -61,6 +61,10 @@ class Terrain:
             return ca.vertcat(1 / length, ca.SX(1, 1), rise / length)
         _, slope, _ = self.profile.numbers(float(point[0]))
         return np.array([1.0, 0.0, slope]) / math.hypot(1.0, slope)
+
+    def heights(self) -> np.ndarray:
+        """Points x, z of the profile, m, (n, 2)."""
+        return np.stack(self.profile.sampled(0), axis=1)
 
     def raised(self, radius: float) -> Terrain:
         """The ground whose profile is the parallel curve at distance `radius`, m."""

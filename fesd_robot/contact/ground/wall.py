@@ -32,6 +32,9 @@ class Wall:
         """Unit tangent (n_z, 0, -n_x), (3,): up for a robot on the left, down for one on the right."""
         return np.array([0.0, 0.0, 1.0 if self.side == "left" else -1.0])
 
+    def heights(self) -> None:
+        """No points: it is a plane."""
+
     def raised(self, radius: float) -> Wall:
         """The wall that is nearer by `radius`, m."""
         return Wall(self.x - radius if self.side == "left" else self.x + radius, self.side)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.plans.exports.csv_table import CSV
@@ -27,13 +28,26 @@ def export_format(name: str, joints: Sequence[str] | None = None) -> ExportForma
         PlanFileError: no such format, or joints for a format that always holds all of them.
     """
     if name not in EXPORTS:
-        close = nearest(name, EXPORTS)
-        hint = close if close.startswith(" (did") else ""
-        raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}{hint}")
+        raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}{nearest(name, EXPORTS)}")
     if joints is not None and not EXPORTS[name].joints:
         choosing = ", ".join(other for other, each in EXPORTS.items() if each.joints)
         raise PlanFileError(f"found joints for format '{name}', which holds all of them; expected {choosing}")
     return EXPORTS[name]
+
+
+def format_of_suffix(file: Path) -> ExportFormat:
+    """Return the first format that writes files with the ending of a file.
+
+    Raises:
+        PlanFileError: there is none.
+    """
+    endings = {suffix: each for each in reversed(EXPORTS.values()) for suffix in each.writers}
+    if file.suffix not in endings:
+        raise PlanFileError(
+            f"{file}: found the ending '{file.suffix}', expected one of {', '.join(sorted(endings))}"
+            f"{nearest(file.suffix, endings)}, or the name of a format"
+        )
+    return endings[file.suffix]
 
 
 def export(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix: str = "") -> bytes:

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import SwitchRecord
-from fesd_robot.recovery.switches import Phase, switches_between
+from fesd_robot.recovery.switches import ContactPhase, switches_between
+
+
+def phase(start: float, modes: list[str]) -> ContactPhase:
+    """A phase from the words of its modes; none is a contact that takes no part."""
+    return ContactPhase(start, [ContactMode(mode) if mode else None for mode in modes])
 
 
 @pytest.mark.parametrize(
@@ -32,22 +38,22 @@ from fesd_robot.recovery.switches import Phase, switches_between
 )
 def test_changes_of_one_contact(modes: list[str], kinds: list[str]) -> None:
     """Every change of mode is one switch of its kind, at the start of the phase that it leads to."""
-    phases = [Phase(0.5 * k, [mode]) for k, mode in enumerate(modes)]
-    found = switches_between(phases)
-    assert [switch.kind for switch in found] == kinds
-    for switch in found:
+    phases = [phase(0.5 * k, [mode]) for k, mode in enumerate(modes)]
+    switches = switches_between(phases)
+    assert [switch.kind for switch in switches] == kinds
+    for switch in switches:
         assert switch.contact == 0
         assert modes[int(2 * switch.time)] != modes[int(2 * switch.time) - 1]
 
 
-def test_contacts_are_told_apart_in_time_order() -> None:
+def test_switches_of_several_contacts_come_in_time_order() -> None:
     """Switches of several contacts come in time order; a contact that takes no part in an impact does not switch."""
     phases = [
-        Phase(0.0, ["stick", "flight"]),
-        Phase(1.0, ["", "impact"]),
-        Phase(1.0, ["stick", "stick"]),
-        Phase(2.0, ["flight", "slip+"]),
-        Phase(3.0, ["stick", "slip-"]),
+        phase(0.0, ["stick", "flight"]),
+        phase(1.0, ["", "impact"]),
+        phase(1.0, ["stick", "stick"]),
+        phase(2.0, ["flight", "slip+"]),
+        phase(3.0, ["stick", "slip-"]),
     ]
     assert switches_between(phases) == [
         SwitchRecord(1.0, 1, "touchdown"),

@@ -1,0 +1,74 @@
+"""The parts from which an optimal control problem is built."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.contact import ContactSystem, Ground, MultibodyDynamics, PlanarContact
+from fesd_robot.ocp.actuation import Actuation
+from fesd_robot.ocp.points import Points
+from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.ocp.vectors import Endpoints, StateLimits
+from fesd_robot.task import Task
+
+
+@dataclass(frozen=True)
+class ProblemParts:
+    """Everything from which costs, constraints and bounds of a task are built.
+
+    Attributes:
+        gap: q -> gaps of all contacts, m.
+        auxiliary_force: a_n, N.
+        reference: the motion that the costs compare with; guess: the one that the solver starts from.
+        parameters: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1).
+    """
+
+    task: Task
+    dynamics: MultibodyDynamics
+    actuation: Actuation
+    contacts: Sequence[PlanarContact]
+    contact_system: ContactSystem
+    ground: Ground
+    gap: ca.Function
+    auxiliary_force: float
+    endpoints: Endpoints
+    limits: StateLimits
+    reference: ReferenceMotion
+    guess: ReferenceMotion
+    grid: TimeGrid
+    points: Points
+    parameters: ca.SX
+
+    @property
+    def clock_index(self) -> int:
+        """Index of the clock in the state."""
+        return int(self.dynamics.configuration.numel() + self.dynamics.velocity.numel())
+
+    @property
+    def clock(self) -> ca.SX:
+        """Symbol of the clock."""
+        return self.contact_system.system.state[self.clock_index]
+
+    @property
+    def gap_states(self) -> int:
+        """Number of integrated gaps in the state."""
+        return int(self.contact_system.system.state.numel()) - self.clock_index - 1
+
+    @property
+    def reference_configuration(self) -> ca.SX:
+        """Symbols of the reference configuration at the end of an interval, (n_q)."""
+        return self.parameters[: self.dynamics.configuration.numel()]
+
+    def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
+        """Return x of a configuration and velocity; gaps below the ground are closed."""
+        gaps = np.maximum(np.asarray(self.gap(configuration)).ravel(), 0.0) if self.gap_states else np.zeros(0)
+        return np.concatenate([configuration, velocity, [time], gaps])
+
+    def bounds(self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float) -> np.ndarray:
+        """Return a bound of x from those of its parts."""
+        return np.concatenate([position, velocity, [clock], np.full(self.gap_states, gaps)])
