@@ -1,8 +1,8 @@
-"""Time of an IPOPT iteration, split into functions, factorisation, solves and the rest, for several tasks.
+"""Time of an IPOPT iteration, split into functions, factorisation, solves and all else, for several tasks.
 
 The first NLP of a task's homotopy, stopped after some iterations, with MUMPS and with our own linear solver, functions
-interpreted and compiled, all in one process and in turns; the same functions alone, outside IPOPT; and the time of a
-whole plan, interpreted and compiled. The tables go to docs/results/bench_iteration.md.
+interpreted and compiled, all in one process and taking turns; the same functions alone, outside IPOPT; and the time of
+a whole plan, interpreted and compiled. The tables go to docs/results/bench_iteration.md.
 """
 
 from __future__ import annotations
@@ -94,11 +94,13 @@ def main() -> int:
                 f"{arguments.repeat} --plans {arguments.plans}`, Python {platform.python_version()}, casadi "
                 f"{casadi.__version__}, one thread.",
                 "",
-                "CPU milliseconds an IPOPT iteration by IPOPT's own clock, first NLP of the task's homotopy; median of "
-                "the repetitions, in which the ways took turns. Functions: with what IPOPT and CasADi copy and check "
-                "around them. Factorisation: with ordering and scaling. Faster: than the first way.",
+                "CPU milliseconds per IPOPT iteration by IPOPT's own clock, first NLP of the task's homotopy; median "
+                "of the repetitions, in which the settings took turns. Functions: with what IPOPT and CasADi copy and "
+                "check around them. Factorisation: with ordering and scaling. Other: all else. Faster: than with the "
+                "first setting.",
                 "",
-                "| task | variables | way | total | functions | factorisation | solves | rest | faster | iterations |",
+                "| task | variables | setting | total | functions | factorisation | solves | other | faster "
+                "| iterations |",
                 "| :-- | --: | :-- | --: | --: | --: | --: | --: | --: | --: |",
                 *iterations,
                 "",
@@ -121,7 +123,7 @@ def main() -> int:
 def _iterations(
     label: str, task: Task, problem: Mpcc, nlps: dict[str, RelaxedNlp], iterations: int, repeat: int
 ) -> list[str]:
-    """Time the first iterations in all ways; return rows of the table."""
+    """Time the first iterations with all settings; return rows of the table."""
     timings: dict[str, list[dict[str, float]]] = {name: [] for name in WAYS}
     for _ in range(repeat):
         for name, (solver, compiled) in WAYS.items():
@@ -230,7 +232,7 @@ def _plan_section(plans: list[tuple[str, float, float, float]]) -> list[str]:
         f"## The whole plan of {PLANNED}",
         "",
         "Seconds from the task file to the audited plan, with our own linear solver. The first time the functions have "
-        "to be compiled; later they are kept, and the large ones also for another horizon or other goals.",
+        "to be compiled; later they are reused, the large ones also for another horizon or other goals.",
         "",
         "| functions | total | IPOPT | iterations | faster |",
         "| :-- | --: | --: | --: | --: |",

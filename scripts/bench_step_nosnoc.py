@@ -51,7 +51,7 @@ class Run:
         seconds: CPU time of every step; the first is NaN where it contains the building.
         iterations: Newton or IPOPT iterations of every step.
         failed: number of steps that the tool itself does not call solved.
-        complementarity: largest product of a multiplier and its partner in an element.
+        complementarity: largest product G H of a pair in an element.
         end: x(T).
     """
 
@@ -88,7 +88,7 @@ def switching_step(start: np.ndarray) -> int:
 def run_ours(start: np.ndarray, form: Any = None) -> Run:
     """Simulate with fesd-robot."""
     from fesd_robot.dcs import Model, StepFunctions, heaviside
-    from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+    from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
 
     begin = time.process_time()
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha")
@@ -104,7 +104,7 @@ def run_ours(start: np.ndarray, form: Any = None) -> Run:
         STEPS,
         DURATION,
         options=FesdOptions(tableau=make_tableau("radau_iia", 3), elements=2, form=form),
-        tolerance=TOLERANCE,
+        settings=SimulationSettings(tolerance=TOLERANCE),
         progress=lambda _: stamps.append(time.process_time()),
     )
     seconds = np.diff(stamps)
@@ -300,13 +300,13 @@ def page(settings: Sequence[Setting], arguments: argparse.Namespace) -> str:
     default, published = typical(settings[0]), typical(next(s for s in settings if s.tool == "nosnoc"))
     same = typical(next(s for s in settings if s.name == "published, tolerance 1e-10"))
     lightest = typical(settings[-1])
-    return f"""# One simulation step beside nosnoc
+    return f"""# One simulation step compared with nosnoc
 
 Made by `{command}` on {machine()}, one process and one thread, Python {platform.python_version()}, {versions}.
 
 Planar oscillator, x(0) = (exp(-1), 0), {STEPS} steps to T = pi/2, Radau IIA with 3 stages, 2 finite elements a step,
 step-function form. Times are CPU time of the process, the median over the steps and over {arguments.repeat}
-repetitions in which all settings took turns; the first step, which builds, is left out. Ratios are to
+repetitions in which all settings took turns; the first step, in which functions are built, is left out. Ratios are to
 fesd-robot's default.
 
 {time_table(settings)}
@@ -320,12 +320,12 @@ so without a homotopy, takes {lightest[0] * 1e3:.1f} ms ({lightest[0] / default[
 
 Settings. fesd-robot looks for the modes of a step and solves each trial by Newton's method; no NLP is involved unless
 that fails, which it did in no step here, and products vanish to round-off. nosnoc solves a homotopy of NLPs by IPOPT
-with MUMPS: sum of multipliers against every step value, Scholtes relaxation, heuristic equal steps, integral form, its
+with MUMPS: sum of multipliers with every step function, Scholtes relaxation, heuristic equal steps, integral form, its
 defaults. "Published" is the setting of its authors' order experiment on this oscillator: sigma from 1 by factors of
-0.1, comp_tol = sigma_N = tol_ipopt; everything below changes only what it names and has tolerance 1e-10. "Warm" starts
-a step at the solution of the one before. Building: fesd-robot's first step less a typical one; the construction of
-`NosnocSolver`. Iterations: Newton or IPOPT, median / step with the switch. Failed: steps that the tool itself does
-not call solved.
+0.1, comp_tol = sigma_N = tol_ipopt; the rows below it change only what they name and have tolerance 1e-10. "Warm"
+starts a step at the solution of the one before. Building: fesd-robot's first step less a typical one, or the
+construction of `NosnocSolver`. Iterations: Newton or IPOPT, median / step with the switch. Failed: steps that the tool
+itself reports as not solved.
 
 The same from {arguments.starts} further initial states inside the circle (fixed seed):
 

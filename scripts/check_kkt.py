@@ -159,10 +159,10 @@ def main() -> int:
     lines += [
         f"Made by `python scripts/check_kkt.py --systems {arguments.systems}`, Python {platform.python_version()}, "
         f"casadi {casadi.__version__}. Backward error: largest |b - A x| / (|A| |x| + |b|) of any row, with up to five "
-        "steps of refinement (IPOPT makes up to ten). Inertia: against all eigenvalues up to order "
-        f"{DENSE}, above against a factorization with pivots chosen for stability alone (threshold 0.5). Stopped: "
-        "factorizations that ended early because of a wrong inertia, and for how many "
-        "of all the verdict on the inertia was correct.",
+        "steps of refinement (IPOPT makes up to ten). Inertia: compared with all eigenvalues up to order "
+        f"{DENSE}, and with a factorization whose pivots are chosen for stability alone (threshold 0.5) above. "
+        "Stopped: factorizations that ended early because of a wrong inertia. Verdict: for how many of all systems the "
+        "answer on the inertia was right.",
         "",
         "| task | intervals | order | systems | factorization [ms] | worst error | refined: median | worst | inertia "
         "| stopped | verdict |",
@@ -190,7 +190,7 @@ def main() -> int:
             f"{sum(one.verdict for one in results)} right |"
         )
         print(lines[-1], flush=True)
-    lines += ["", f"{total} systems, {total - failed} as they should be."]
+    lines += ["", f"{total} systems, {total - failed} of them without a fault."]
     arguments.page.write_text("\n".join([*lines, ""]))
     return 1 if failed else 0
 

@@ -112,7 +112,7 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
         "--multipliers",
         choices=["published", "correct"],
         default="published",
-        help="how nosnoc's hopper weighs its vector fields: as in its authors' example, where the weights do not sum "
+        help="how nosnoc's hopper weights its vector fields: as in its authors' example, where the weights do not sum "
         "to 1 in contact, or so that they do",
     )
     parser.add_argument(

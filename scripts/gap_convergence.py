@@ -4,7 +4,7 @@
 
 The foot of the hopper stands and slides on the ground while constant forces turn the robot and shorten its leg, so that
 the direction from body to foot changes all the time. Contact holds the integrated gap at zero exactly; what the true
-gap does beside it is the error of the Runge-Kutta scheme. The table goes to docs/results/gap_convergence.md. Exit code
+gap differs by is the error of the Runge-Kutta scheme. The table goes to docs/results/gap_convergence.md. Exit code
 1 if a slope is below the order of the scheme by more than a half, or if an error does not shrink.
 """
 
@@ -95,8 +95,9 @@ def main() -> int:
         "# The true gap in stance",
         "",
         "Made by `python scripts/gap_convergence.py`: the largest true gap, m, of a foot that slides on the ground for "
-        f"{DURATION} s while the robot turns, one Radau IIA element an interval. The integrated gap, "
-        "which contact holds, is zero to 1e-9 in all runs; the true gap differs from it by the error of the scheme.",
+        f"{DURATION} s while the robot turns, one Radau IIA element per interval. Contact holds the integrated gap, "
+        "which is zero to 1e-9 in all runs; the true gap differs from it by the error of the scheme. kappa is the gain "
+        "of the Baumgarte stabilisation, `method.formulation.baumgarte_gain`.",
         "",
         f"| kappa [1/s] | stages | order | {' | '.join(f'h = {DURATION / n:g} s' for n in INTERVALS)} | slope |",
         f"|{' --: |' * (4 + len(INTERVALS))}",

@@ -34,7 +34,7 @@ COLUMNS = {
     "duration [s]": "duration",
     "friction": "friction",
     "solved": "solved",
-    "tries": "tries",
+    "attempts": "tries",
     "iterations": "iterations",
     "seconds": "seconds",
     "cost": "cost",
@@ -105,7 +105,7 @@ def main() -> int:
         jobs = [pool.submit(solve, seed, arguments.retries) for seed in range(arguments.count)]
         for job in jobs:
             rows.append(row := job.result())
-            print(f"{row['seed']:>3} {'solved' if row['solved'] else 'NOT   '} {row['tries']} tries "
+            print(f"{row['seed']:>3} {'solved' if row['solved'] else 'NOT   '} {row['tries']} attempts "
                   f"{row['seconds']:.0f} s  {row['message']}", flush=True)  # fmt: skip
     solved, first = sum(bool(row["solved"]) for row in rows), sum(row["solved"] and row["tries"] == 1 for row in rows)
     lines = [
@@ -115,7 +115,7 @@ def main() -> int:
         f"{arguments.processes} processes, Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
         f"**{solved} of {len(rows)} solved** to complementarity 1e-6 with the physics audit passed, {first} of them at "
-        f"the first try; median {np.median([row['seconds'] for row in rows]):.0f} s, "
+        f"the first attempt; median {np.median([row['seconds'] for row in rows]):.0f} s, "
         f"{np.median([row['iterations'] for row in rows]):.0f} iterations.",
         "",
         f"| {' | '.join(COLUMNS)} |",
@@ -126,7 +126,7 @@ def main() -> int:
         "",
     ]
     arguments.page.write_text("\n".join(lines))
-    print(f"{solved} of {len(rows)} solved, {first} at the first try")
+    print(f"{solved} of {len(rows)} solved, {first} at the first attempt")
     return 0 if solved >= NEEDED * len(rows) else 1
 
 

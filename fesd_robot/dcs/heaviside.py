@@ -16,7 +16,7 @@ from fesd_robot.dcs.system import ComplementaritySystem
 BELOW, ABOVE = "lambda_n _|_ alpha", "lambda_p _|_ 1 - alpha"
 """Kinds of the two pairs of a step: where its switching function is negative, and where it is positive."""
 
-UNDECIDED = 1e-10
+UNDECIDED_SWITCHING = 1e-10
 """A switching function this close to zero leaves its step undecided in a guess."""
 
 
@@ -137,7 +137,7 @@ def _guess(model: Model, steps: StepFunctions, products: ca.SX, definitions: ca.
         value = np.full(n_c, 0.5)
         for _ in range(n_c + 1):
             c = np.asarray(conditions(x, value, p)).ravel()
-            value = np.where(c > UNDECIDED, 1.0, np.where(c < -UNDECIDED, 0.0, 0.5))
+            value = np.where(c > UNDECIDED_SWITCHING, 1.0, np.where(c < -UNDECIDED_SWITCHING, 0.0, 0.5))
         own = model.guess(x, u, p)
         product = np.asarray(lifted(x, u, value, own, p)).ravel()
         return np.concatenate([value, np.maximum(-c, 0.0), np.maximum(c, 0.0), product, own])

@@ -1,11 +1,12 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
 from fesd_robot.fesd.constraints import TrajectoryConstraint
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import OptimalControlProblem, initial_value_problem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
 from fesd_robot.fesd.simulation import Phase, Sensitivity, Simulation, SimulationError, StepReport
+from fesd_robot.fesd.stepper import SimulationSettings
 from fesd_robot.fesd.tableau import Scheme, Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -21,12 +22,14 @@ __all__ = [
     "Sensitivity",
     "Simulation",
     "SimulationError",
+    "SimulationSettings",
     "StepEquilibration",
     "StepReport",
     "Tableau",
     "TrajectoryConstraint",
     "Transcription",
     "end_sensitivity",
+    "initial_value_problem",
     "make_tableau",
     "simulate",
 ]

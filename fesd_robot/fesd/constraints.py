@@ -58,14 +58,14 @@ class TrajectoryConstraint:
 
     def __post_init__(self) -> None:
         n = self.rows.numel()
-        for what, found, expected in (
+        for what, shape, expected in (
             ("lower", self.lower.shape, (n,)),
             ("upper", self.upper.shape, (n,)),
             ("row_names", (len(self.row_names),), (n,)),
             ("values", self.parameter_values.shape, (self.parameters.numel(), len(self.intervals))),
         ):
-            if found != expected:
-                raise DimensionError(f"constraint '{self.name}': {what} has shape {found}, expected {expected}")
+            if shape != expected:
+                raise DimensionError(f"constraint '{self.name}': {what} has shape {shape}, expected {expected}")
 
     @property
     def parameter_values(self) -> np.ndarray:

@@ -26,7 +26,7 @@ Modes = np.ndarray
 """(elements, n_pairs) booleans, or (elements * n_s, n_pairs) without switch detection: True where H_i may be positive
 and G_i is zero, False where it is the other way round."""
 
-DENSE = 400
+LARGEST_DENSE = 400
 """Up to this number of unknowns a step is solved with dense matrices."""
 
 
@@ -125,8 +125,8 @@ class ModeEquations:
         for part in parts:
             scheme += [rows.expression for rows in element_equations(part, functions, self.options, self.layout, u, p)]
             sides = [functions.sides(z) for _, z in part.points[1:]]
-            G += [a for a, _ in sides]
-            H += [b for _, b in sides]
+            G += [G_j for G_j, _ in sides]
+            H += [H_j for _, H_j in sides]
             ends.append(sum((w * sides[j][1] for w, j in zip(to_end, first, strict=True)), ca.SX.zeros(self.pairs)))
         return ca.vertcat(*scheme, *[part.h for part in parts], *G, *H, *ends)
 
@@ -234,7 +234,7 @@ class ModeEquations:
     def _jacobian(self, nonzeros: list[float]) -> np.ndarray | sparse.csc_matrix:
         """The derivative of all rows by the own variables, a full matrix where that is small."""
         shape = (self._first["all"], self.layout.size)
-        if self.layout.size > DENSE:
+        if self.layout.size > LARGEST_DENSE:
             return sparse.csc_matrix((nonzeros, self._pattern), shape=shape)
         full = np.zeros(shape)
         full[self._pattern] = nonzeros

@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.dcs.model import OMITTED
+from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 
 
@@ -16,40 +18,134 @@ from fesd_robot.fesd.constraints import TrajectoryConstraint
 class OptimalControlProblem:
     """min integral of the running cost + terminal cost over trajectories of a complementarity system.
 
+    What is left out is unbounded, costs nothing, or is guessed; the attributes are complete: arrays of these shapes.
+
     Args:
         system: the dynamics.
         duration: numerical time horizon, sum of all steps.
         intervals: number N of control intervals; controls are constant on each.
-        running_cost: name -> integrand in (x, u, z, p).
-        terminal_cost: name -> SX in x.
-        parameters: values of the system's parameters on each interval, (n_p, N).
+        parameters: values of the system's parameters on each interval, (n_p, N); only a system without any may do
+            without.
         initial_lower, initial_upper: bounds of x(0), (n_x).
         state_lower, state_upper: bounds of x at every stage, (n_x).
         terminal_lower, terminal_upper: bounds of x at the end, (n_x).
         control_lower, control_upper: bounds of u, (n_u).
+        state_guess: time -> x, start of the solver, (n_x); if omitted the middle of the bounds of x(0), or what is
+            nearest to zero where one of them is infinite, at all times.
+        control_guess: start of the controls, (n_u, N); if omitted what is nearest to zero.
+        running_cost: name -> integrand in (x, u, z, p).
+        terminal_cost: name -> SX in x.
         interval_end: SX in (x, p) that is zero at the end of every interval.
-        interval_end_names: one name per row of `interval_end`.
-        state_guess: time -> x, start of the solver, (n_x).
-        control_guess: start of the controls, (n_u, N).
+        interval_end_names: one name per row of `interval_end`; numbers if omitted.
         constraints: path, boundary and coupling constraints, and costs that are not the same on every interval.
+
+    Raises:
+        DimensionError: an array, guess, cost or list of names of the wrong shape.
+        ModelError: no interval, or a duration that is not positive.
     """
 
     system: ComplementaritySystem
     duration: float
-    intervals: int
-    parameters: np.ndarray
-    initial_lower: np.ndarray
-    initial_upper: np.ndarray
-    state_lower: np.ndarray
-    state_upper: np.ndarray
-    terminal_lower: np.ndarray
-    terminal_upper: np.ndarray
-    control_lower: np.ndarray
-    control_upper: np.ndarray
-    state_guess: Callable[[float], np.ndarray]
-    control_guess: np.ndarray
+    intervals: int = 1
+    parameters: np.ndarray = OMITTED
+    initial_lower: np.ndarray = OMITTED
+    initial_upper: np.ndarray = OMITTED
+    state_lower: np.ndarray = OMITTED
+    state_upper: np.ndarray = OMITTED
+    terminal_lower: np.ndarray = OMITTED
+    terminal_upper: np.ndarray = OMITTED
+    control_lower: np.ndarray = OMITTED
+    control_upper: np.ndarray = OMITTED
+    state_guess: Callable[[float], np.ndarray] = OMITTED
+    control_guess: np.ndarray = OMITTED
     running_cost: Mapping[str, ca.SX] = field(default_factory=dict)
     terminal_cost: Mapping[str, ca.SX] = field(default_factory=dict)
     interval_end: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     interval_end_names: tuple[str, ...] = ()
     constraints: Sequence[TrajectoryConstraint] = ()
+
+    def __post_init__(self) -> None:
+        if self.intervals < 1 or not 0 < self.duration < np.inf:
+            raise ModelError(
+                f"empty horizon: {self.intervals} intervals over a duration of {self.duration:g}, need at least one "
+                "interval and a positive duration"
+            )
+        n_x, n_u, n_p = (part.numel() for part in (self.system.state, self.system.control, self.system.parameters))
+        self._set("parameters", np.zeros((0, self.intervals)), (n_p, self.intervals))
+        for what, n in (("initial", n_x), ("state", n_x), ("terminal", n_x), ("control", n_u)):
+            for side, infinite in (("lower", -np.inf), ("upper", np.inf)):
+                self._set(f"{what}_{side}", np.full(n, infinite), (n,))
+        near_zero = np.clip(np.zeros(n_u), self.control_lower, self.control_upper)
+        self._set("control_guess", np.tile(near_zero[:, None], self.intervals), (n_u, self.intervals))
+        if self.state_guess is None:
+            start = _middle(self.initial_lower, self.initial_upper)
+            object.__setattr__(self, "state_guess", lambda time: start)
+        _check("state_guess(0)", np.shape(self.state_guess(0.0)), (n_x,))
+        n_end = self.interval_end.numel()
+        _check("interval_end", self.interval_end.shape, (n_end, 1))
+        _check("interval_end_names", (len(self.interval_end_names),), (n_end if self.interval_end_names else 0,))
+        for kind, terms in (("running_cost", self.running_cost), ("terminal_cost", self.terminal_cost)):
+            for name, term in terms.items():
+                _check(f"{kind}['{name}']", term.shape, (1, 1))
+
+    def _set(self, name: str, default: np.ndarray, shape: tuple[int, ...]) -> None:
+        """Fill in an array that was omitted, and check its shape."""
+        given = getattr(self, name)
+        value = default if given is None else np.asarray(given, dtype=float)
+        _check(name, value.shape, shape)
+        object.__setattr__(self, name, value)
+
+
+def initial_value_problem(
+    system: ComplementaritySystem,
+    initial: np.ndarray | Sequence[float],
+    duration: float,
+    *,
+    intervals: int = 1,
+    control: np.ndarray | Sequence[float] = (),
+    parameters: np.ndarray | Sequence[float] = (),
+) -> OptimalControlProblem:
+    """Return the problem of following a system from a fixed state, in which there is nothing to choose.
+
+    Args:
+        system: the dynamics.
+        initial: x(0), (n_x); also the guess of x at all times.
+        duration: numerical time horizon.
+        intervals: number N of control intervals.
+        control: u of all intervals, (n_u).
+        parameters: p of all intervals, (n_p).
+
+    Raises:
+        DimensionError: an argument of the wrong shape.
+        ModelError: no interval, or a duration that is not positive.
+    """
+    x, u, p = (np.asarray(value, dtype=float) for value in (initial, control, parameters))
+    for name, value, symbols in (
+        ("initial", x, system.state),
+        ("control", u, system.control),
+        ("parameters", p, system.parameters),
+    ):
+        _check(name, value.shape, (symbols.numel(),))
+    return OptimalControlProblem(
+        system=system,
+        duration=duration,
+        intervals=intervals,
+        parameters=np.tile(p[:, None], intervals),
+        initial_lower=x,
+        initial_upper=x,
+        control_lower=u,
+        control_upper=u,
+    )
+
+
+def _check(name: str, shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
+    if tuple(shape) != expected:
+        raise DimensionError(f"optimal control problem: {name} has shape {tuple(shape)}, expected {expected}")
+
+
+def _middle(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return the middle of bounds, or what is nearest to zero where one of them is infinite."""
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    middle = np.clip(np.zeros(len(lower)), lower, upper)
+    middle[bounded] = (lower[bounded] + upper[bounded]) / 2
+    return middle

@@ -16,8 +16,8 @@ from fesd_robot.fesd.point import PointFunctions, subsets
 MAX_TRIALS = 400
 """Newton solves after which a search gives up."""
 
-ZERO = 1e-8
-"""A multiplier at the left boundary of a step that counts as zero."""
+ACTIVE_G = 1e-8
+"""Largest G at the left boundary of a step of a pair that can be active there."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class FoundModes:
 
 
 @dataclass(frozen=True)
-class _Phases:
-    """A sequence of modes with the estimated times at which they end, as fractions of the step."""
+class _ModeSequence:
+    """Modes that follow each other, with the estimated times at which they end, as fractions of the step."""
 
     modes: tuple[tuple[bool, ...], ...]
     ends: tuple[float, ...]
@@ -56,7 +56,7 @@ class _Violation:
 
     Attributes:
         cell: element (or stage without switch detection).
-        entering, leaving: pairs whose multiplier, or whose partner, is negative there.
+        entering, leaving: pairs whose G, or whose H, is negative there.
         time: estimated zero, as a fraction of the step.
         immediate: whether the sign is wrong from the beginning of the mode.
     """
@@ -71,9 +71,9 @@ class _Violation:
 class ModeSearch:
     """Finds modes for which an interval of finite elements has all signs right.
 
-    A depth-first search over sequences of modes. The first sequence is one mode throughout; where a multiplier or a
-    partner has the wrong sign first, modes that differ in these pairs are tried from there on. What it returns solves
-    the interval's complementarity system with products that vanish exactly.
+    A depth-first search over sequences of modes. The first sequence is one mode throughout; where G or H of a pair has
+    the wrong sign first, modes that differ in these pairs are tried from there on. What it returns solves the
+    interval's complementarity system with products that vanish exactly.
 
     Args:
         equations: the interval.
@@ -105,9 +105,10 @@ class ModeSearch:
         self.reason = ""
         self._seen: set[bytes] = set()
         for mode in self._starts(step, likely):
-            found = self._descend(step, _Phases((tuple(mode.tolist()),), (1.0,)), self._constant(step, mode))
-            if found is not None:
-                return found
+            sequence = _ModeSequence((tuple(mode.tolist()),), (1.0,))
+            solved = self._descend(step, sequence, self._constant(step, mode))
+            if solved is not None:
+                return solved
         return None
 
     def check(self, step: StepInput, own: np.ndarray, modes: Modes) -> FoundModes | None:
@@ -122,12 +123,12 @@ class ModeSearch:
         yield from likely
         yield from self.point.modes(step.x, step.u, step.z, step.p)
 
-    def _descend(self, step: StepInput, phases: _Phases, guess: np.ndarray) -> FoundModes | None:
-        modes = self._allocate(phases)
+    def _descend(self, step: StepInput, sequence: _ModeSequence, guess: np.ndarray) -> FoundModes | None:
+        modes = self._allocate(sequence)
         if modes is None or self._trials >= MAX_TRIALS or modes.tobytes() in self._seen:
             return None
-        if self.switching and (np.asarray(self.point.sides(step.z)[0]).ravel()[modes[0]] > ZERO).any():
-            return None  # a pair cannot be active where its multiplier at the left boundary is not zero
+        if self.switching and (self._left_G(step)[modes[0]] > ACTIVE_G).any():
+            return None  # a pair cannot be active where its G at the left boundary is not zero
         self._seen.add(modes.tobytes())
         self._trials += 1
         result = self.equations.newton(guess, modes, step.x, step.p, step.length)
@@ -139,17 +140,19 @@ class ModeSearch:
             if not self._admissible(step, result.own):
                 return None
             return FoundModes(result.own, modes, result.residual, self._trials, self._iterations)
-        phase = int((modes[1 : violation.cell + 1] != modes[: violation.cell]).any(axis=1).sum())
-        if violation.immediate and phase:
+        kept = int((modes[1 : violation.cell + 1] != modes[: violation.cell]).any(axis=1).sum())
+        if violation.immediate and kept:
             return None  # the mode is wrong from its beginning
-        for candidate in self._candidates(phases, phase, modes[violation.cell], violation):
-            found = self._descend(step, candidate, self._guess(step, result.own, candidate))
-            if found is not None:
-                return found
+        for candidate in self._candidates(sequence, kept, modes[violation.cell], violation):
+            solved = self._descend(step, candidate, self._guess(step, result.own, candidate))
+            if solved is not None:
+                return solved
         return None
 
-    def _candidates(self, phases: _Phases, phase: int, base: np.ndarray, violation: _Violation) -> Iterator[_Phases]:
-        """Sequences that differ from the violation on, nearest modes first."""
+    def _candidates(
+        self, sequence: _ModeSequence, kept: int, base: np.ndarray, violation: _Violation
+    ) -> Iterator[_ModeSequence]:
+        """Sequences that differ from the violation on, nearest modes first; the modes before it are `kept` many."""
         pool = base.copy()
         pool[violation.entering] = True
         options = [
@@ -162,30 +165,31 @@ class ModeSearch:
         changes, size = (lambda mode: int((mode != base).sum())), (lambda mode: int(mode.sum()))
         options.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
         if self.switching:
-            end = max(violation.time, phases.ends[phase - 1] if phase else 0.0)
+            end = max(violation.time, sequence.ends[kept - 1] if kept else 0.0)
         else:
             end = violation.cell / self.equations.cells
         for mode in options:
             new = tuple(mode.tolist())
             if violation.immediate:
-                yield _Phases((new,), (1.0,))
-            if phase + 1 >= self.equations.cells:
+                yield _ModeSequence((new,), (1.0,))
+            if kept + 1 >= self.equations.cells:
                 self.reason = f"its switches need more than the {self.equations.elements} elements of a step"
             else:
-                yield _Phases((*phases.modes[: phase + 1], new), (*phases.ends[:phase], end, 1.0))
+                yield _ModeSequence((*sequence.modes[: kept + 1], new), (*sequence.ends[:kept], end, 1.0))
 
-    def _allocate(self, phases: _Phases) -> Modes | None:
-        """Distribute the cells over the phases, elements so that the steps are as equal as the switches allow."""
-        numbers = self._numbers(phases)
-        return None if numbers is None else np.repeat(np.array(phases.modes, dtype=bool), numbers, axis=0)
+    def _allocate(self, sequence: _ModeSequence) -> Modes | None:
+        """Distribute the cells over a sequence, elements so that the steps are as equal as the switches allow."""
+        numbers = self._numbers(sequence)
+        return None if numbers is None else np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
 
-    def _numbers(self, phases: _Phases) -> np.ndarray | None:
-        cells, count = self.equations.cells, len(phases.modes)
+    def _numbers(self, sequence: _ModeSequence) -> np.ndarray | None:
+        """Number of cells of every mode, None if there are more modes than cells."""
+        cells, count = self.equations.cells, len(sequence.modes)
         if not self.switching:
-            return np.diff([0, *(round(end * cells) for end in phases.ends)])
+            return np.diff([0, *(round(end * cells) for end in sequence.ends)])
         if count > cells:
             return None
-        lengths = np.diff([0.0, *phases.ends])
+        lengths = np.diff([0.0, *sequence.ends])
         numbers = np.ones(count, dtype=int)
         for _ in range(cells - count):
             numbers[int(np.argmax(lengths / numbers))] += 1
@@ -202,15 +206,15 @@ class ModeSearch:
         steps = np.full(layout.elements, step.length / layout.elements)
         return self._sampled(step, steps, times, states, lambda x, cell: z)
 
-    def _guess(self, step: StepInput, own: np.ndarray, phases: _Phases) -> np.ndarray:
-        """The states of an earlier trial, with the steps of the new phases."""
-        layout, numbers = self.equations.layout, self._numbers(phases)
+    def _guess(self, step: StepInput, own: np.ndarray, sequence: _ModeSequence) -> np.ndarray:
+        """The states of an earlier trial, with the steps of the new sequence."""
+        layout, numbers = self.equations.layout, self._numbers(sequence)
         if numbers is None:
             return own
-        modes = np.repeat(np.array(phases.modes, dtype=bool), numbers, axis=0)
+        modes = np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
         steps = np.full(layout.elements, step.length / layout.elements)
         if self.switching:
-            steps = np.repeat(np.diff([0.0, *phases.ends]) * step.length / numbers, numbers)
+            steps = np.repeat(np.diff([0.0, *sequence.ends]) * step.length / numbers, numbers)
 
         def algebraic(x: np.ndarray, cell: int) -> np.ndarray:
             start = self.equations.system.guess(x, step.u, step.p)
@@ -268,41 +272,47 @@ class ModeSearch:
 
     # -- signs -----------------------------------------------------------------------------------------------------
 
+    def _left_G(self, step: StepInput) -> np.ndarray:
+        """G at the left boundary of the step, (n_pairs)."""
+        return np.asarray(self.point.sides(step.z)[0]).ravel()
+
     def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> _Violation | None:
         equations, stages = self.equations, self.equations.layout.stages
-        begin, h = self._grid(own)
-        a, b = equations.values(own, step.x, step.p)
-        wrong_a = (a < -self.tolerance) & equations.sign_checked[None, :, None]
-        wrong_b = b < -self.tolerance
-        wrong_b[:, stages:] = False
-        wrong = (wrong_a | wrong_b).any(axis=2)
+        G_at, H_at = equations.values(own, step.x, step.p)
+        wrong_G = (G_at < -self.tolerance) & equations.sign_checked[None, :, None]
+        wrong_H = H_at < -self.tolerance
+        wrong_H[:, stages:] = False
+        wrong = (wrong_G | wrong_H).any(axis=2)
         if not wrong.any():
             return None
-        a_before, t_before = np.asarray(self.point.sides(step.z)[0]).ravel(), 0.0
-        b_before: np.ndarray | None = None
-        order = np.argsort(equations.fractions, kind="stable")
-        for n in range(equations.elements):
-            if self.switching and n and (modes[n] != modes[n - 1]).any():
-                b_before = None
-            for j in order:
-                time = float(begin[n] + equations.fractions[j] * h[n])
-                if wrong[n, j]:
-                    zeros = [_zero(t_before, a_before[i], time, a[n, j, i]) for i in np.flatnonzero(wrong_a[n, j])]
-                    for i in np.flatnonzero(wrong_b[n, j]):
-                        zeros.append(t_before if b_before is None else _zero(t_before, b_before[i], time, b[n, j, i]))
-                    seen = slice(None) if self.switching else slice(j, j + 1)
-                    return _Violation(
-                        cell=n if self.switching else n * stages + int(j),
-                        entering=np.flatnonzero(wrong_a[n, seen].any(axis=0)),
-                        leaving=np.flatnonzero(wrong_b[n, seen].any(axis=0)),
-                        time=min(max(min(zeros) / step.length, 0.0), 1.0),
-                        immediate=self.switching and b_before is None and min(zeros) <= t_before + 1e-12,
-                    )
-                if equations.sign_checked[j]:
-                    a_before, t_before = a[n, j], time
-                if j < stages:
-                    b_before = b[n, j]
-        return None
+        order = np.argsort(equations.fractions, kind="stable").tolist()
+        points = [(n, j) for n in range(equations.elements) for j in order]
+        first = next(number for number, point in enumerate(points) if wrong[point])
+        n, j = points[first]
+        begin, h = self._grid(own)
+        times = begin[:, None] + equations.fractions[None, :] * h[:, None]
+        checked = [point for point in points[:first] if equations.sign_checked[point[1]]]
+        last_G, last_time = (G_at[checked[-1]], times[checked[-1]]) if checked else (self._left_G(step), 0.0)
+        begins = self._first_of_mode(modes, n)
+        of_mode = [point for point in points[:first] if point[0] >= begins and point[1] < stages]
+        last_H = H_at[of_mode[-1]] if of_mode else None
+        zeros = [_zero(last_time, last_G[i], times[n, j], G_at[n, j, i]) for i in np.flatnonzero(wrong_G[n, j])]
+        for i in np.flatnonzero(wrong_H[n, j]):
+            zeros.append(last_time if last_H is None else _zero(last_time, last_H[i], times[n, j], H_at[n, j, i]))
+        seen = slice(None) if self.switching else slice(j, j + 1)
+        return _Violation(
+            cell=n if self.switching else n * stages + j,
+            entering=np.flatnonzero(wrong_G[n, seen].any(axis=0)),
+            leaving=np.flatnonzero(wrong_H[n, seen].any(axis=0)),
+            time=float(min(max(min(zeros) / step.length, 0.0), 1.0)),
+            immediate=self.switching and last_H is None and bool(min(zeros) <= last_time + 1e-12),
+        )
+
+    def _first_of_mode(self, modes: Modes, n: int) -> int:
+        """The element in which the mode of element n begins; without switch detection H is continued from the first."""
+        while self.switching and n and (modes[n] == modes[n - 1]).all():
+            n -= 1
+        return n if self.switching else 0
 
     def _admissible(self, step: StepInput, own: np.ndarray) -> bool:
         """Steps, states and algebraic variables within their bounds."""

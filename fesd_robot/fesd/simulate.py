@@ -14,9 +14,8 @@ from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.search import StepInput
 from fesd_robot.fesd.sensitivity import chain
 from fesd_robot.fesd.simulation import Sensitivity, Simulation, SimulationError, StepReport
-from fesd_robot.fesd.stepper import StepFailure, Stepper
+from fesd_robot.fesd.stepper import SimulationSettings, StepFailure, Stepper
 from fesd_robot.fesd.trajectory import Element, interval_elements
-from fesd_robot.mpcc import HomotopyOptions
 
 
 def simulate(
@@ -25,13 +24,9 @@ def simulate(
     controls: np.ndarray | int,
     duration: float,
     *,
-    options: FesdOptions | None = None,
-    tolerance: float = 1e-10,
-    solver: HomotopyOptions | None = None,
-    state_lower: np.ndarray | None = None,
-    state_upper: np.ndarray | None = None,
     parameters: np.ndarray | None = None,
-    sensitivities: bool = False,
+    options: FesdOptions | None = None,
+    settings: SimulationSettings | None = None,
     progress: Callable[[StepReport], None] | None = None,
 ) -> Simulation:
     """Integrate E x' = f(x, u, z) over `duration` in equal simulation steps.
@@ -46,13 +41,10 @@ def simulate(
         initial: x(0), (n_x).
         controls: u of every step, (n_u, steps); or the number of steps if the system has no control.
         duration: numerical time of all steps.
+        parameters: values of the system's parameters, (n_p).
         options: elements per step, scheme, form, equilibration; 2 elements of Radau IIA with 2 stages if omitted. Left
             out, the form is the differential one, whose round-off is the smallest.
-        tolerance: how negative G or H may be.
-        solver: homotopy of a step; its first sigma, factor and velocity level ratio are those of `stepper.STARTS`.
-        state_lower, state_upper: bounds of the state, (n_x); none if omitted.
-        parameters: values of the system's parameters, (n_p).
-        sensitivities: also compute the derivatives of the end state.
+        settings: tolerances, bounds of the state, homotopy of a step, and whether to compute sensitivities.
         progress: called after every step.
 
     Raises:
@@ -64,24 +56,16 @@ def simulate(
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.
     """
+    settings = settings or SimulationSettings()
     options = (options or FesdOptions(elements=2)).with_form("integral" if system.vanishing else "differential")
     controls, x, p = _checked(system, initial, controls, duration, parameters)
     if not isinstance(options.elements, int):
         raise DimensionError(f"a simulation needs one number of elements for all steps, found {options.elements}")
     if options.step_freedom is None:
         options = replace(options, step_freedom=max(options.elements - 1.0, 1.0))
-    if sensitivities and system.vanishing:
+    if settings.sensitivities and system.vanishing:
         raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
-    free = np.full(system.state.numel(), np.inf)
-    stepper = Stepper(
-        system=system,
-        options=options,
-        length=duration / controls.shape[1],
-        tolerance=tolerance,
-        solver=solver or HomotopyOptions(tolerance=1e-9, max_iterations=200),
-        state_lower=-free if state_lower is None else np.asarray(state_lower, dtype=float),
-        state_upper=free if state_upper is None else np.asarray(state_upper, dtype=float),
-    )
+    stepper = Stepper(system, options, duration / controls.shape[1], settings)
     steps = controls.shape[1]
     times = np.linspace(0.0, duration, steps + 1)
     integrals = ca.Function("quadratures", system.arguments, [ca.vertcat(*system.quadratures.values(), ca.SX(0, 1))])
@@ -101,34 +85,31 @@ def simulate(
 
     for k in range(steps):
         step = StepInput(x, z, controls[:, k], p, stepper.length)
-        found = stepper.solve(step, modes[-1:])
-        if isinstance(found, StepFailure):
+        solved = stepper.solve(step, modes[-1:])
+        if isinstance(solved, StepFailure):
             raise SimulationError(
-                f"simulation step {k} at time {times[k]:.6g} was not solved ({found.reason}); "
-                f"state {np.array2string(x, precision=6)}, residual {found.residual:.1e}",
-                result(), step=k, time=float(times[k]), state=x, residual=found.residual,
+                f"simulation step {k} at time {times[k]:.6g} was not solved ({solved.reason}); "
+                f"state {np.array2string(x, precision=6)}, residual {solved.residual:.1e}",
+                result(), step=k, time=float(times[k]), state=x, residual=solved.residual,
             )  # fmt: skip
-        if sensitivities:
-            derivatives.append(stepper.equations.sensitivity(found.own, found.modes, x, p, stepper.length))
-        solved = interval_elements(
-            stepper.equations.layout, stepper.search.states, found.own, np.concatenate([x, z]),
+        if settings.sensitivities:
+            derivatives.append(stepper.equations.sensitivity(solved.own, solved.modes, x, p, stepper.length))
+        new = interval_elements(
+            stepper.equations.layout, stepper.search.states, solved.own, np.concatenate([x, z]),
             interval=k, start=float(times[k]),
         )  # fmt: skip
-        elements += solved
-        modes += list(stepper.last_of_elements(found.modes))
-        totals.append(totals[-1] + _integrals(integrals, options, solved, p))
-        end = found.own[stepper.equations.layout.end(stepper.equations.elements - 1)]
+        elements += new
+        modes += list(stepper.last_of_elements(solved.modes))
+        totals.append(totals[-1] + _integrals(integrals, options, new, p))
+        end = solved.own[stepper.equations.layout.end(stepper.equations.elements - 1)]
         x, z = end[: len(x)], end[len(x) :]
         states.append(x)
-        switches = int((np.diff(np.array(modes[-len(solved) - 1 :]), axis=0) != 0).any(axis=1).sum())
-        reports.append(
-            StepReport(
-                k, steps, float(times[k + 1]), found.method, found.trials, found.iterations, found.residual, switches
-            )
-        )
+        switches = int((np.diff(np.array(modes[-len(new) - 1 :]), axis=0) != 0).any(axis=1).sum())
+        how = (solved.method, solved.trials, solved.iterations, solved.residual)
+        reports.append(StepReport(k, steps, float(times[k + 1]), *how, switches))
         if progress:
             progress(reports[-1])
-    return result(chain(derivatives, len(p)) if sensitivities else None)
+    return result(chain(derivatives, len(p)) if settings.sensitivities else None)
 
 
 def _integrals(function: ca.Function, options: FesdOptions, elements: list[Element], p: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -96,13 +96,13 @@ class Simulation:
     @property
     def phases(self) -> list[Phase]:
         """The time spans between the switches."""
-        found: list[Phase] = []
+        phases: list[Phase] = []
         for element, mode in zip(self.elements, self.modes, strict=True):
-            if found and (mode == found[-1].mode).all():
-                found[-1] = Phase(found[-1].start, element.end, mode, found[-1].regions)
+            if phases and (mode == phases[-1].mode).all():
+                phases[-1] = replace(phases[-1], end=element.end)
             elif element.step > 0:
-                found.append(Phase(element.start, element.end, mode, self._regions(mode)))
-        return found
+                phases.append(Phase(element.start, element.end, mode, self._regions(mode)))
+        return phases
 
     @property
     def switch_times(self) -> np.ndarray:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.modes import ModeEquations, Modes
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import initial_value_problem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.search import ModeSearch, StepInput
 from fesd_robot.fesd.transcription import Transcription
@@ -17,13 +18,48 @@ from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import relaxation_named
 
-STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
+HOMOTOPY_STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
 """First sigma, factor and velocity level ratio of a step's homotopy, and those that are tried when it fails."""
 
 
 @dataclass(frozen=True)
+class SimulationSettings:
+    """How the steps of a simulation are solved, and what their results must satisfy.
+
+    Attributes:
+        tolerance: how negative G or H may be.
+        homotopy: of a step whose modes are not found directly; its first sigma, factor and velocity level ratio are
+            those of `HOMOTOPY_STARTS`.
+        state_lower, state_upper: bounds of the state, (n_x); none if omitted.
+        sensitivities: also compute the derivatives of the end state.
+    """
+
+    tolerance: float = 1e-10
+    homotopy: HomotopyOptions = field(default_factory=lambda: HomotopyOptions(tolerance=1e-9, max_iterations=200))
+    state_lower: np.ndarray | None = None
+    state_upper: np.ndarray | None = None
+    sensitivities: bool = False
+
+    def state_bounds(self, n_x: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower and upper bounds of the state, (n_x) each.
+
+        Raises:
+            DimensionError: bounds of another length.
+        """
+        bounds = []
+        for name, given, infinite in (
+            ("state_lower", self.state_lower, -np.inf),
+            ("state_upper", self.state_upper, np.inf),
+        ):
+            bounds.append(np.full(n_x, infinite) if given is None else np.asarray(given, dtype=float))
+            if bounds[-1].shape != (n_x,):
+                raise DimensionError(f"{name} has shape {bounds[-1].shape}, expected ({n_x},)")
+        return bounds[0], bounds[1]
+
+
+@dataclass(frozen=True)
 class SolvedStep:
-    """The own variables of a step and its modes, and how they were found."""
+    """The own variables of a step and its modes, and how it was solved."""
 
     own: np.ndarray
     modes: Modes
@@ -48,10 +84,7 @@ class Stepper:
     system: ComplementaritySystem
     options: FesdOptions
     length: float
-    tolerance: float
-    solver: HomotopyOptions
-    state_lower: np.ndarray
-    state_upper: np.ndarray
+    settings: SimulationSettings
 
     @cached_property
     def equations(self) -> ModeEquations:
@@ -62,7 +95,12 @@ class Stepper:
     @cached_property
     def search(self) -> ModeSearch:
         """The search for modes."""
-        return ModeSearch(self.equations, self.tolerance, self.state_lower, self.state_upper)
+        return ModeSearch(self.equations, self.settings.tolerance, *self.state_bounds)
+
+    @cached_property
+    def state_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds of the state, (n_x) each."""
+        return self.settings.state_bounds(self.system.state.numel())
 
     @property
     def direct(self) -> bool:
@@ -78,44 +116,28 @@ class Stepper:
     def solve(self, step: StepInput, likely: list[np.ndarray]) -> SolvedStep | StepFailure:
         """Solve one step; ``likely`` are modes it probably starts in."""
         if self.direct:
-            found = self.search.solve(step, likely)
-            if found:
-                return SolvedStep(found.own, found.modes, "modes", found.trials, found.iterations, found.residual)
+            direct = self.search.solve(step, likely)
+            if direct:
+                return SolvedStep(direct.own, direct.modes, "modes", direct.trials, direct.iterations, direct.residual)
         return self._homotopy(step)
 
     def _problem(self, step: StepInput) -> Transcription:
-        return Transcription(
-            OptimalControlProblem(
-                system=self.system,
-                duration=self.length,
-                intervals=1,
-                parameters=step.p.reshape(-1, 1),
-                initial_lower=step.x,
-                initial_upper=step.x,
-                state_lower=self.state_lower,
-                state_upper=self.state_upper,
-                terminal_lower=np.full(len(step.x), -np.inf),
-                terminal_upper=np.full(len(step.x), np.inf),
-                control_lower=step.u,
-                control_upper=step.u,
-                state_guess=lambda _: step.x,
-                control_guess=step.u.reshape(-1, 1),
-            ),
-            self.options,
-        )
+        lower, upper = self.state_bounds
+        problem = initial_value_problem(self.system, step.x, self.length, control=step.u, parameters=step.p)
+        return Transcription(replace(problem, state_lower=lower, state_upper=upper), self.options)
 
     def _homotopy(self, step: StepInput) -> SolvedStep | StepFailure:
-        transcription = self._problem(step)
+        transcription, solver = self._problem(step), self.settings.homotopy
         if not self._built:
-            relaxation, steering = relaxation_named(self.solver.relaxation), self.solver.steering
+            relaxation, steering = relaxation_named(solver.relaxation), solver.steering
             self._built.append((transcription, assemble(transcription.problem, relaxation, steering=steering)))
         template, nlp = self._built[0]
         lower, upper, start = transcription.bounds_and_start()
         problem = replace(template.problem, lower=lower, upper=upper, start=start)
         iterations = 0
-        for trial, (sigma, factor, ratio) in enumerate(STARTS, start=1):
-            sigma = max(sigma, self.solver.tolerance)
-            homotopy = replace(self.solver, sigma_start=sigma, sigma_factor=factor, velocity_level_ratio=ratio)
+        for trial, (sigma, factor, ratio) in enumerate(HOMOTOPY_STARTS, start=1):
+            sigma = max(sigma, solver.tolerance)
+            homotopy = replace(solver, sigma_start=sigma, sigma_factor=factor, velocity_level_ratio=ratio)
             solution = solve(problem, homotopy, nlp=nlp)
             iterations += solution.iterations
             if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in
@@ -132,10 +154,10 @@ class Stepper:
         """The result of a homotopy, solved exactly in its own modes if that is possible."""
         own = solution.w[-self.equations.layout.size :]
         modes = self.equations.read_modes(own, step.x, step.p)
-        found = self.search.check(step, own, modes) if self.direct else None
-        if found:
-            iterations += found.iterations
-            return SolvedStep(found.own, modes, "homotopy, modes", trial, iterations, found.residual)
+        exact = self.search.check(step, own, modes) if self.direct else None
+        if exact:
+            iterations += exact.iterations
+            return SolvedStep(exact.own, modes, "homotopy, modes", trial, iterations, exact.residual)
         residual = max(solution.residuals.constraint_violation, solution.residuals.complementarity)
         return SolvedStep(own, modes, "homotopy", trial, iterations, residual)
 

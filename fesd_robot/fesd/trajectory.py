@@ -63,13 +63,13 @@ def interval_elements(
         left: (x, z) the interval starts from.
         interval, start: number of the interval and time of its left end.
     """
-    n_x, found = layout.n_x, []
+    n_x, elements = layout.n_x, []
     values, slopes = (np.asarray(part).T for part in states(left[:n_x], own))
     points = len(values) // layout.elements
     for n in range(layout.elements):
         step = float(own[layout.step(n)])
         scale = 1.0 if layout.slopes else (1.0 / step if step > 0 else 0.0)  # the integral form gives h K_j
-        found.append(
+        elements.append(
             Element(
                 interval=interval,
                 start=start,
@@ -84,4 +84,4 @@ def interval_elements(
         )
         start += step
         left = own[layout.end(n)]
-    return found
+    return elements

@@ -168,13 +168,13 @@ class Transcription:
 
     def unpack(self, w: np.ndarray) -> list[Element]:
         """Return the finite elements in time order from a point of the MPCC."""
-        found: list[Element] = []
+        elements: list[Element] = []
         time = 0.0
         for k, count in enumerate(self.elements):
             own, left = self.interval_variables(w, k)
-            found += interval_elements(self.layouts[count], self._states[count], own, left, interval=k, start=time)
-            time = found[-1].end
-        return found
+            elements += interval_elements(self.layouts[count], self._states[count], own, left, interval=k, start=time)
+            time = elements[-1].end
+        return elements
 
     def pack(self, elements: Sequence[Element]) -> np.ndarray:
         """Return the point of the MPCC that these elements are, the inverse of `unpack`.

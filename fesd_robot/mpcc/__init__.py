@@ -1,4 +1,8 @@
-"""Mathematical programs with complementarity constraints: the value, its relaxation, its solution by homotopy."""
+"""Mathematical programs with complementarity constraints: the value, its relaxation, its solution by homotopy.
+
+The two sides of a pair are G and H, 0 <= G complementary to H >= 0. In this package a multiplier is a Lagrange
+multiplier of a bound, a row or a side; Filippov multipliers are variables like all others here.
+"""
 
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.homotopy import solve

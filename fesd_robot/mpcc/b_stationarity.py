@@ -1,4 +1,4 @@
-"""B-stationarity: is there a feasible direction of descent to first order, on any branch of the biactive pairs.
+"""B-stationarity: whether a feasible direction descends to first order, on any branch of the biactive pairs.
 
 The linear program with complementarity constraints at w, with d = D s and D the size of the trust region,
 
@@ -32,7 +32,7 @@ Verdict = Literal["B-stationary", "descent", "unknown"]
 
 @dataclass(frozen=True)
 class BCertificate:
-    """What the LPCC says about a point.
+    """Whether a direction descends from a point, by the LPCC there.
 
     Attributes:
         verdict: ``B-stationary``, ``descent`` (with a direction), or ``unknown``.
@@ -62,6 +62,7 @@ def b_stationary(
     problem: Mpcc,
     w: np.ndarray,
     *,
+    at: Linearisation | None = None,
     radius: float = 1e-2,
     activity: float = 1e-6,
     tolerance: float = 1e-5,
@@ -77,6 +78,7 @@ def b_stationary(
     Args:
         problem: the MPCC.
         w: a feasible point, shape (n,), in the units of the problem's variables.
+        at: expansion of the problem at w, if it is at hand.
         radius: size of the trust region, abs(d_i) <= radius max(1, abs(w_i)).
         activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit; keep
             it above tolerance radius, as constraints at a smaller distance can hide a descent.
@@ -91,7 +93,7 @@ def b_stationary(
         DimensionError, SolverError: w of another shape, derivatives that are not finite.
     """
     begin = time.perf_counter()
-    at = linearise(problem, w)
+    at = at or linearise(problem, w)
     active = active_set(at, activity)
     size = radius * np.maximum(1.0, abs(w))
     decision = _Decision("unknown", f"the point violates a constraint by {active.violation:.1e}")

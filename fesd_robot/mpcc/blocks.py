@@ -20,8 +20,8 @@ class BlockDerivatives:
         cost, rows: values, (1, 1) and (n_rows, 1).
         gradient: of the cost by the variables, its nonzeros (n, 1).
         jacobian: of the rows by x, its nonzeros.
-        hessian: upper triangle of that of weight * cost + multipliers' * rows, its nonzeros; has the weight and the
-            multipliers as further inputs.
+        hessian: upper triangle of that of the Lagrangian weight * cost + multipliers' * rows, its nonzeros; has the
+            weight and the Lagrange multipliers as further inputs.
         gradient_sparsity, jacobian_sparsity, hessian_sparsity: where the nonzeros are.
         lower, upper: bounds of the rows.
     """
@@ -58,9 +58,9 @@ def differentiate(
     f, g, G, H = (ca.densify(part) for part in block.function(w, p))
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
-        part[row]
-        for part, free in ((G, block.vanishing), (H, np.zeros(block.pairs, bool)))
-        for row, implied in enumerate(_nonnegative_in_box(part, w, lower, upper) | free)
+        side[row]
+        for side, free in ((G, block.vanishing), (H, np.zeros(block.pairs, bool)))
+        for row, implied in enumerate(_nonnegative_in_box(side, w, lower, upper) | free)
         if relaxation.signs and not implied
     ]
     relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))

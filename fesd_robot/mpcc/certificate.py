@@ -1,4 +1,4 @@
-"""What kind of point a solution is, in one call."""
+"""The kind of a stationary point, and whether a direction descends from it, in one call."""
 
 from __future__ import annotations
 
@@ -42,17 +42,20 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
         tolerance: largest product of a pair at w.
         time_limit: seconds for each of the two answers.
 
+    Raises:
+        DimensionError, SolverError: w of another shape, derivatives that are not finite.
+
     Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
     """
-    from fesd_robot.mpcc.b_stationarity import (
-        b_stationary,  # the linear programs take long to import and few runs need them
-    )
+    # The linear programs take long to import, and few runs need them.
+    from fesd_robot.mpcc.b_stationarity import b_stationary
+    from fesd_robot.mpcc.derivatives import linearise
     from fesd_robot.mpcc.stationarity import stationarity
 
-    activity = ACTIVITY * tolerance**0.5
-    kind = stationarity(problem, w, activity=activity, time_limit=time_limit)
-    if kind.kind == "S":  # multipliers of the right sign leave no branch a way down
+    activity, at = ACTIVITY * tolerance**0.5, linearise(problem, w)
+    kind = stationarity(problem, w, at=at, activity=activity, time_limit=time_limit)
+    if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
-    verdict = b_stationary(problem, w, activity=activity, time_limit=time_limit).verdict
+    verdict = b_stationary(problem, w, at=at, activity=activity, time_limit=time_limit).verdict
     words: dict[str, Literal["certified", "refuted", "unknown"]] = {"B-stationary": "certified", "descent": "refuted"}
     return Certificate(kind.kind, words.get(verdict, "unknown"), kind.biactive, kind.unresolved, kind.residual)

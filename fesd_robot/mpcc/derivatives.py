@@ -170,7 +170,7 @@ def row_sizes(matrix: sparse.csr_array) -> np.ndarray:
 def repeated_bounds(at: Linearisation, active: ActiveSet) -> tuple[np.ndarray, np.ndarray]:
     """Return which lower and upper bounds on variables, (n,) each, repeat a pair's active side to first order.
 
-    A side a w_i + b with a > 0 repeats the lower bound of w_i, one with a < 0 the upper bound.
+    A side that is affine in w_i alone repeats the lower bound of w_i if it grows with it, else the upper bound.
     """
     lower, upper = np.zeros(len(at.w), bool), np.zeros(len(at.w), bool)
     sides = ((at.G_jacobian, active.G & ~at.vanishing), (at.H_jacobian, active.H))

@@ -12,17 +12,17 @@ from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
 from fesd_robot.mpcc.ipopt_settings import Trial, linear_solver_options, nlp_options
 from fesd_robot.mpcc.options import HomotopyOptions
-from fesd_robot.mpcc.polishing import ITERATIONS, BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.polishing import POLISHING_ITERATIONS, BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
 from fesd_robot.mpcc.schedule import Sigmas, chosen_start
 from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 from fesd_robot.mpcc.status import NlpStatus
 
-_FINAL = (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT, NlpStatus.ITERATION_LIMIT)
+_FINAL_STATUSES = (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT, NlpStatus.ITERATION_LIMIT)
 """Ends of an NLP after which another trial is pointless."""
 
-LOSS = 0.2
+COST_LOSS = 0.2
 """Part of the cost that an exact point may lose against the relaxed one; a branch that costs more was misread."""
 
 
@@ -74,7 +74,7 @@ def solve(
 
 @dataclass(frozen=True)
 class _Polished:
-    """What polishing has found: an exact point, or one whose cost speaks against its branch."""
+    """The ends of polishing: an exact point, or one whose cost speaks against its branch."""
 
     exact: PolishingReport | None = None
     costlier: PolishingReport | None = None
@@ -111,9 +111,9 @@ class _Homotopy:
 
     def solution(self, build_seconds: float) -> MpccSolution:
         """Run to the end, and return where that is."""
-        finished, size = self._run(), self._problem.size
+        completed, size = self._run(), self._problem.size
         exact = self._polished.exact
-        if exact is None and not (finished and self._is_feasible(self._problem.residuals(self._best.x[:size]))):
+        if exact is None and not (completed and self._is_feasible(self._problem.residuals(self._best.x[:size]))):
             exact = self._polished.costlier
         w = exact.w if exact else self._best.x[:size]
         residuals = self._problem.residuals(w)
@@ -122,7 +122,7 @@ class _Homotopy:
             w=w,
             residuals=residuals,
             feasible=feasible,
-            solved=(finished or exact is not None) and feasible,
+            solved=(completed or exact is not None) and feasible,
             branch=exact.branch if exact else None,
             status=exact.status if exact else self._status,
             reports=self._reports,
@@ -140,21 +140,21 @@ class _Homotopy:
             if result is None or not (result.converged or (loose and result.status is NlpStatus.ITERATION_LIMIT)):
                 return False
             self._point = result.point
-            settled = self._elastic and self._is_settled()
-            finished = self._steps.is_last(sigmas) or settled
-            if self._branch_nlp and (finished or (loose and sigmas[0] <= self._options.polish_at)):
+            without_slack = self._elastic and self._slacks_are_zero()
+            completed = self._steps.is_last(sigmas) or without_slack
+            if self._branch_nlp and (completed or (loose and sigmas[0] <= self._options.polish_at)):
                 loose = False
                 self._polish(self._branch_nlp, sigmas[0])
                 if self._polished.exact or self._status.ended_early:
-                    return finished
-            if finished and self._elastic and not settled:
+                    return completed
+            if completed and self._elastic and not without_slack:
                 self._status = NlpStatus.SLACK_LEFT
                 return False
-            if finished:
+            if completed:
                 return True
             sigmas = self._steps.after(sigmas, result.iterations)
 
-    def _is_settled(self) -> bool:
+    def _slacks_are_zero(self) -> bool:
         """Whether the slacks of the last NLP are zero and its products small."""
         slack = self._point.x[self._problem.size :].max(initial=0.0)
         return bool(slack <= self._options.tolerance) and self._is_feasible(self._reports[-1].residuals)
@@ -182,7 +182,7 @@ class _Homotopy:
             if loose or result.converged or better:
                 self._best = result.point
                 self._violation = 0.0 if result.converged else residuals.constraint_violation
-            if result.converged or result.status in _FINAL:
+            if result.converged or result.status in _FINAL_STATUSES:
                 break
         return result
 
@@ -199,7 +199,7 @@ class _Homotopy:
                 report=lambda one: self._report(
                     NlpReport(0.0, 0.0, one.status, one.iterations, one.seconds, one.residuals)
                 ),
-                iterations=min(ITERATIONS, self._options.max_iterations),
+                iterations=min(POLISHING_ITERATIONS, self._options.max_iterations),
                 stop=self._stop,
             ),
         )
@@ -227,4 +227,4 @@ class _Homotopy:
 
 def _keeps_cost(exact: float, relaxed: float, sigma: float) -> bool:
     """Whether an exact point costs little more than the relaxed one, which gains up to about sqrt(sigma) by itself."""
-    return exact - relaxed <= LOSS * max(abs(exact), abs(relaxed)) + sigma**0.5
+    return exact - relaxed <= COST_LOSS * max(abs(exact), abs(relaxed)) + sigma**0.5

@@ -1,4 +1,4 @@
-"""IPOPT behind CasADi: one relaxed NLP in, one point with multipliers and IPOPT's own words out."""
+"""IPOPT behind CasADi: one relaxed NLP in, one point with Lagrange multipliers and IPOPT's own words out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fesd_robot.mpcc.status import NlpStatus
 
 @dataclass(frozen=True)
 class NlpPoint:
-    """A point of the relaxed NLP: variables x, multipliers of bounds lam_x and of constraints lam_g."""
+    """A point of the relaxed NLP: variables x, Lagrange multipliers lam_x of bounds and lam_g of constraints."""
 
     x: np.ndarray
     lam_x: np.ndarray

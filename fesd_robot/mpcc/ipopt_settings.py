@@ -7,7 +7,7 @@ from typing import Any
 
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.options import HomotopyOptions
-from fesd_robot.mpcc.schedule import SETTLED, Sigmas
+from fesd_robot.mpcc.schedule import ACTIVE_SET_SETTLED_SIGMA, Sigmas
 from fesd_robot.native import ipopt_options, kkt_library
 
 LOOSE_TOLERANCE = 1e-2
@@ -70,7 +70,7 @@ def nlp_options(
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "no",
     }
-    if velocity_level_sigma <= SETTLED:
+    if velocity_level_sigma <= ACTIVE_SET_SETTLED_SIGMA:
         settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
     if trial is Trial.AGAIN:
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}

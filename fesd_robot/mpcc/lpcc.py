@@ -11,7 +11,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_sizes
 
-_ENOUGH = 0.9
+_RELATIVE_GAP = 0.9
 """Relative gap at which the mixed-integer program stops; any gap below 1 leaves a direction of descent."""
 
 _SIDE_NOISE = 1e-8
@@ -97,7 +97,7 @@ class Lpcc:
                     sparse.csr_array(sparse.hstack([rows, choice])), -np.inf, np.append(np.zeros(k), reach[k:])
                 ),
             ],
-            options={"time_limit": remaining, "mip_rel_gap": _ENOUGH},
+            options={"time_limit": remaining, "mip_rel_gap": _RELATIVE_GAP},
         )
         bound = -np.inf if result.mip_dual_bound is None else float(result.mip_dual_bound)
         return bound, None if result.x is None else self.keeping(np.where(result.x[n:] < 0.5, G_SIDE, H_SIDE))

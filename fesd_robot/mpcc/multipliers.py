@@ -1,4 +1,4 @@
-"""The stationarity equation of an MPCC at a point, and the multipliers that solve it best for given signs."""
+"""The stationarity equation of an MPCC at a point, and the Lagrange multipliers that solve it best for given signs."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from scipy.optimize import linprog
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, repeated_bounds, row_sizes
 
-_PRICE = 1e-7
-"""Price of a scaled multiplier against a residual: multipliers of more than its inverse do not count as existing."""
+_MULTIPLIER_PRICE = 1e-7
+"""Price of a scaled Lagrange multiplier against a residual: one of more than its inverse does not count as existing."""
 
-_ATTEMPTS = (
-    ("highs", 1e-8, _PRICE),
-    ("highs-ipm", 1e-7, _PRICE),
-    ("highs", 1e-7, _PRICE),
+_HIGHS_ATTEMPTS = (
+    ("highs", 1e-8, _MULTIPLIER_PRICE),
+    ("highs-ipm", 1e-7, _MULTIPLIER_PRICE),
+    ("highs", 1e-7, _MULTIPLIER_PRICE),
     ("highs", 1e-7, 0.0),
     ("highs", 1e-6, 0.0),
 )
 """HiGHS methods, tolerances and prices, tried in turn: on degenerate problems it gives up on some of them."""
 
-_MISMATCH = 5e-7
+_RESIDUAL_MISMATCH = 5e-7
 """By how much a residual may exceed what HiGHS claims; beyond, its multipliers are round-off and the next is tried."""
 
-_DROPPED = 1e-13
+_ROUND_OFF = 1e-13
 """Entries of a row of largest entry 1 that are round-off."""
 
 
 @dataclass(frozen=True)
 class Multipliers:
-    """Multipliers of bounds (n,), of g (n_g,) and of the sides G and H (n_pairs,), in units of f over the constraint's.
+    """Lagrange multipliers of bounds (n,), g (n_g,) and sides G, H (n_pairs,), in units of f over the constraint's.
 
     Attributes:
         lower, upper: of the bounds on the variables, >= 0.
@@ -49,7 +49,7 @@ class Multipliers:
 
     @property
     def largest(self) -> float:
-        """The largest absolute value; a huge one tells of a point where multipliers hardly exist."""
+        """The largest absolute value; a huge one belongs to a point where multipliers hardly exist."""
         return max((float(abs(part).max()) for part in vars(self).values() if part.size), default=0.0)
 
 
@@ -63,7 +63,7 @@ class StationarityEquation:
         low, high: what weak stationarity allows, (m,).
         pairs: where nu and xi of every biactive pair sit in y, shape (biactive, 2).
         pair_rows: which pairs these are, (biactive,).
-        unpack: y -> multipliers in the problem's units.
+        unpack: y -> Lagrange multipliers in the problem's units.
     """
 
     c: np.ndarray
@@ -137,7 +137,7 @@ def stationarity_equation(at: Linearisation, active: ActiveSet) -> StationarityE
         return Multipliers(*parts)
 
     rows = sparse.csr_array(sparse.diags_array(1.0 / scale) @ rows)
-    rows.data[abs(rows.data) < _DROPPED] = 0.0
+    rows.data[abs(rows.data) < _ROUND_OFF] = 0.0
     rows.eliminate_zeros()
     return StationarityEquation(
         at.gradient / size, rows, np.concatenate(low), np.concatenate(high), pairs, biactive, unpack
@@ -166,7 +166,7 @@ def least_residual(
     extra = np.zeros(len(low))
     extra[equation.pairs.ravel()] = sign_cost
     negative, positive = low < 0, high > 0
-    for method, tolerance, price in _ATTEMPTS:
+    for method, tolerance, price in _HIGHS_ATTEMPTS:
         free = negative & positive & (price + extra == 0.0)
         equal, below, above = (np.flatnonzero(part) for part in (free, positive & ~free, negative & ~free))
         remaining = deadline - time.perf_counter()
@@ -193,6 +193,6 @@ def least_residual(
             y[below] -= first
             y[above] += second
             y = np.clip(y, low, high)
-            if equation.residual(y) <= _MISMATCH - result.fun:
+            if equation.residual(y) <= _RESIDUAL_MISMATCH - result.fun:
                 return y
     return None

@@ -8,7 +8,7 @@ from typing import Any
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc.assembly import Compile
 from fesd_robot.mpcc.relaxations import relaxation_named
-from fesd_robot.mpcc.schedule import USUAL, Rule, Schedule, Sigmas, check_rule
+from fesd_robot.mpcc.schedule import USUAL_ITERATIONS, Rule, Schedule, Sigmas, check_rule
 from fesd_robot.mpcc.steering import Steering, check_steering
 
 
@@ -30,7 +30,7 @@ class HomotopyOptions:
         feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
         relaxation: name of what stands for a pair, from `relaxations.RELAXATIONS`.
-        steering: who drives sigma to zero: ``direct`` this homotopy, ``l1``, ``linf`` a penalty rho = 1/sigma on slack
+        steering: what drives sigma to zero: ``direct`` this homotopy, ``l1``, ``linf`` a penalty rho = 1/sigma on slack
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
         schedule: how sigma shrinks, ``linear``, ``superlinear`` or ``adaptive`` (`schedule.Rule`).
         sigma_power: power of the superlinear schedule.
@@ -83,10 +83,10 @@ class HomotopyOptions:
     def sigmas(self) -> list[Sigmas]:
         """The sequence of sigma of the position and the velocity level; both end at the tolerance exactly.
 
-        A first sigma that a problem would choose is 1 here, and every NLP takes `schedule.USUAL` iterations.
+        A first sigma that a problem would choose is 1 here, and every NLP takes `schedule.USUAL_ITERATIONS` iterations.
         """
         steps = self.steps(1.0 if self.sigma_start is None else self.sigma_start, self.tolerance)
         values = [steps.start()]
         while not steps.is_last(values[-1]):
-            values.append(steps.after(values[-1], USUAL))
+            values.append(steps.after(values[-1], USUAL_ITERATIONS))
         return values

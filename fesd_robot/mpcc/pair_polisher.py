@@ -19,7 +19,7 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 class PairPolisher:
     """The branch NLP with G = 0 (vanishing constraint: G <= 0 <= H) or H = 0 in every pair, pair by pair.
 
-    It knows nothing of elements or contacts; `fesd.polishing.BranchTranscription` is better for what it can read.
+    It uses neither elements nor contacts; `fesd.polishing.BranchTranscription` is better where a problem has them.
 
     Args:
         with_pairs: the problem to polish.
@@ -35,11 +35,11 @@ class PairPolisher:
 
     def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
         """Return the branch on which the smaller side of every pair is zero, then the one that the LPCC prefers."""
-        sides = []
+        smaller_G = []
         for block in self.with_pairs.blocks:
             _, _, G, H = block.evaluate(w)
-            sides.append((G <= H).ravel(order="F"))
-        factors = [ActiveFactor.G if G_zero else ActiveFactor.H for G_zero in np.concatenate(sides)]
+            smaller_G.append((G <= H).ravel(order="F"))
+        factors = [ActiveFactor.G if G_zero else ActiveFactor.H for G_zero in np.concatenate(smaller_G)]
         smaller = Branch.of_pairs(self.with_pairs.pair_labels, factors)
         yield smaller
         preferred = self._by_lpcc(w)

@@ -16,16 +16,16 @@ from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.status import NlpStatus
 
-ITERATIONS = 40
+POLISHING_ITERATIONS = 40
 """IPOPT iterations on one branch before it is updated; the right one needs 15 to 50."""
 
-UPDATES = 4
+BRANCH_UPDATES = 4
 """How often a branch is updated before the next candidate."""
 
-EXACT = 1e-12
+EXACT_PRODUCT = 1e-12
 """Largest product of a pair at an exact point."""
 
-TOLERANCE, VIOLATION = 1e-9, 1e-10
+POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-10
 """Of IPOPT, for its scaled optimality and for the constraints."""
 
 
@@ -40,7 +40,7 @@ class BranchBounds:
 
 
 class Polisher(Protocol):
-    """What knows on which branch of its problem a point lies."""
+    """A polisher: it names the branches of its problem on which a point may lie."""
 
     @property
     def problem(self) -> Mpcc:
@@ -70,7 +70,7 @@ class PolishingReport:
         residuals: of the problem with pairs, at the NLP's end.
         w: the NLP's end.
         branch: on which it was solved.
-        exact: the NLP converged, its constraints hold, and all products are below `EXACT`.
+        exact: the NLP converged, its constraints hold, and all products are at most `EXACT_PRODUCT`.
     """
 
     status: NlpStatus
@@ -84,7 +84,7 @@ class PolishingReport:
 
 @dataclass(frozen=True)
 class PolishingLimits:
-    """How long polishing may take, and who is told.
+    """How long polishing may take, how accurate its end has to be, and what hears of it.
 
     Attributes:
         iterations: of IPOPT, for each NLP.
@@ -97,7 +97,7 @@ class PolishingLimits:
     feasibility: float
     remaining: Callable[[], float | None]
     report: Callable[[PolishingReport], None]
-    iterations: int = ITERATIONS
+    iterations: int = POLISHING_ITERATIONS
     stop: Callable[[int, float], bool] | None = None
 
 
@@ -119,7 +119,7 @@ class BranchNlp:
         """Return the first exact end of a branch NLP, None if no branch on which w may lie leads to one.
 
         A branch whose NLP does not converge within the iterations is updated and continued from where it ended, at
-        most `UPDATES` times; then comes the next candidate of w.
+        most `BRANCH_UPDATES` times; then comes the next candidate of w.
 
         Args:
             problem: the problem with pairs, which every end is checked against.
@@ -129,7 +129,7 @@ class BranchNlp:
         """
         for branch in self.polisher.candidate_branches(w):
             point = w
-            for _ in range(1 + UPDATES):
+            for _ in range(1 + BRANCH_UPDATES):
                 seconds = limits.remaining()
                 if seconds is not None and seconds <= 0:
                     return None
@@ -155,8 +155,8 @@ class BranchNlp:
     ) -> PolishingReport:
         bounds = self.polisher.bounds(branch)
         settings = {
-            "tol": TOLERANCE,
-            "constr_viol_tol": VIOLATION,
+            "tol": POLISHING_TOLERANCE,
+            "constr_viol_tol": POLISHING_VIOLATION,
             "acceptable_iter": 0,
             "mu_strategy": "monotone",
             "mu_init": 1e-4,
@@ -179,7 +179,7 @@ class BranchNlp:
         residuals = problem.residuals(result.point.x)
         exact = (
             result.converged
-            and residuals.complementarity <= EXACT
+            and residuals.complementarity <= EXACT_PRODUCT
             and residuals.constraint_violation <= limits.feasibility
         )
         return PolishingReport(

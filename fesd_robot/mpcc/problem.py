@@ -139,6 +139,7 @@ class Mpcc:
     Args:
         lower, upper, start: bounds and initial point of the variables, shape (n,).
         blocks: the pieces of the problem.
+        names: of the variables, for messages; empty, or length n.
 
     Raises:
         DimensionError: bounds or start of different length, or a block that points outside.
@@ -156,7 +157,7 @@ class Mpcc:
             raise DimensionError(f"lower, upper and start must have one shape, found {sorted(shapes)}")
         for block in self.blocks:
             if block.index.size and not 0 <= block.index.min() <= block.index.max() < self.size:
-                raise DimensionError(f"block '{block.function.name()}' reads variables outside 0..{self.size - 1}")
+                raise DimensionError(f"block '{block.name}' reads variables outside 0..{self.size - 1}")
 
     @classmethod
     def from_expressions(

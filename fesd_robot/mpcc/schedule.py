@@ -13,20 +13,20 @@ from fesd_robot.mpcc.problem import Mpcc
 Rule = Literal["linear", "superlinear", "adaptive"]
 """How sigma shrinks from NLP to NLP.
 
-- linear: times the factor; times its square once sigma of the velocity level is at most `SETTLED`.
+- linear: times the factor; times its square once sigma of the velocity level is at most `ACTIVE_SET_SETTLED_SIGMA`.
 - superlinear: min(factor sigma, sigma^power); both levels shrink by the factor that this gives for the velocity level.
-- adaptive: times factor^e with e = `USUAL` / iterations of the last NLP, within 1/2 and 2.
+- adaptive: times factor^e with e = `USUAL_ITERATIONS` / iterations of the last NLP, within 1/2 and 2.
 """
 
 RULES: tuple[Rule, ...] = get_args(Rule)
 
-SETTLED = 5e-3
+ACTIVE_SET_SETTLED_SIGMA = 5e-3
 """Below this sigma of the velocity level the active set hardly changes: NLPs start warm, the factor is squared."""
 
-USUAL = 50
+USUAL_ITERATIONS = 50
 """Iterations of an NLP after which the adaptive schedule keeps the factor as it is."""
 
-START_RANGE = (0.1, 10.0)
+FIRST_SIGMA_RANGE = (0.1, 10.0)
 """Where a first sigma that is chosen from the problem lies; far smaller ones lose a third of the published problems."""
 
 Sigmas = tuple[float, float]
@@ -81,12 +81,12 @@ class Schedule:
         if self.rule == "superlinear":
             return min(self.factor, sigma ** (self.power - 1))
         if self.rule == "adaptive":
-            return float(self.factor ** np.clip(USUAL / max(iterations, 1), 0.5, 2.0))
-        return self.factor if sigma > SETTLED else self.factor**2
+            return float(self.factor ** np.clip(USUAL_ITERATIONS / max(iterations, 1), 0.5, 2.0))
+        return self.factor if sigma > ACTIVE_SET_SETTLED_SIGMA else self.factor**2
 
 
 def chosen_start(problem: Mpcc, velocity_level_ratio: float) -> float:
-    """Return a first sigma chosen from the problem: the largest product G H at its start point, within `START_RANGE`.
+    """Return a first sigma for a problem: the largest product G H at its start, within `FIRST_SIGMA_RANGE`.
 
     Products of the velocity level count by 1/ratio. So no pair is outside its first relaxation at the start, unless its
     product is above 10.
@@ -97,4 +97,4 @@ def chosen_start(problem: Mpcc, velocity_level_ratio: float) -> float:
         scale = np.where(block.velocity_level, velocity_level_ratio, 1.0)[:, None]
         products = np.maximum(G, 0.0) * np.maximum(H, 0.0) / scale
         largest = max(largest, float(np.nan_to_num(products).max(initial=0.0)))
-    return float(np.clip(largest, *START_RANGE))
+    return float(np.clip(largest, *FIRST_SIGMA_RANGE))

@@ -1,6 +1,6 @@
-"""How stationary a point of an MPCC is: multipliers by linear programs, their signs on pairs whose sides are both zero.
+"""How stationary a point is: Lagrange multipliers by linear programs, and their signs on pairs with G = H = 0.
 
-At w, with multipliers z of bounds, lambda of g, nu of G and xi of H,
+At w, with Lagrange multipliers z of bounds, lambda of g, nu of G and xi of H,
 
     grad f - z_lower + z_upper + g'^T lambda - G'^T nu - H'^T xi = 0,
 
@@ -8,9 +8,9 @@ z >= 0, lambda of the sign of its bound, nu = 0 where G > 0 and xi = 0 where H >
 
     W: no further condition    C: nu xi >= 0    M: nu xi = 0 or nu, xi > 0    S: nu, xi >= 0.
 
-A one-sided pair (H >= 0, G H <= 0) has nu = 0 unless G = 0, nu <= 0 if G = 0, xi = 0 if H > 0, xi >= 0 if H = 0 > G and
-a free xi if H = 0 < G. Where G = H = 0, W: nu <= 0; C: also nu xi >= 0; M: also nu xi = 0; S: nu = 0 and xi >= 0. With
-these signs C, M and S read as for the other pairs. What is C here is known as T-stationary.
+A vanishing constraint (H >= 0, G H <= 0) has nu = 0 unless G = 0, nu <= 0 if G = 0, xi = 0 if H > 0, xi >= 0 if
+H = 0 > G and a free xi if H = 0 < G. Where G = H = 0, W: nu <= 0; C: also nu xi >= 0; M: also nu xi = 0; S: nu = 0 and
+xi >= 0. With these signs C, M and S read as for the other pairs. What is C here is known as T-stationary.
 
 S and W do not depend on how a feasible set is written in pairs. M and C do: a pair that is stated twice, or whose side
 is also a constraint, can only weaken them.
@@ -28,16 +28,16 @@ from typing import Literal
 
 import numpy as np
 
-from fesd_robot.mpcc.derivatives import active_set, linearise
+from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
 from fesd_robot.mpcc.multipliers import Multipliers, StationarityEquation, least_residual, stationarity_equation
 from fesd_robot.mpcc.problem import Mpcc
 
 Kind = Literal["S", "M", "C", "W", "none"]
 
 _SIGN_NOISE = 1e-9
-"""A scaled multiplier below this is zero."""
+"""A scaled Lagrange multiplier below this is zero."""
 
-_BRANCHES = {
+_SIGN_BOXES = {
     "M": (((0.0, 0.0), (np.inf, np.inf)), ((0.0, -np.inf), (0.0, np.inf)), ((-np.inf, 0.0), (np.inf, 0.0))),
     "C": (((0.0, 0.0), (np.inf, np.inf)), ((-np.inf, -np.inf), (0.0, 0.0))),
 }
@@ -49,7 +49,7 @@ _SIGN_COST = 1e-4
 
 @dataclass(frozen=True)
 class Stationarity:
-    """What holds at a point.
+    """The strongest stationarity condition that holds at a point.
 
     Attributes:
         kind: the strongest condition that holds; ``none`` if there are no multipliers at all.
@@ -57,7 +57,7 @@ class Stationarity:
         biactive: number of pairs with both sides zero.
         unresolved: number of pairs with both sides above the activity, the smaller of which was taken as zero.
         violation: of the constraints at the point, relative to max(1, largest entry of the gradient).
-        multipliers: with which `kind` holds; those of least residual if it is ``none``.
+        multipliers: Lagrange multipliers with which `kind` holds; those of least residual if it is ``none``.
         worst_pairs: names of biactive pairs whose multipliers are against S, worst first, at most five.
         undecided: conditions stronger than `kind` that are open, for want of time or because HiGHS gave up.
     """
@@ -76,6 +76,7 @@ def stationarity(
     problem: Mpcc,
     w: np.ndarray,
     *,
+    at: Linearisation | None = None,
     activity: float = 1e-6,
     tolerance: float = 1e-6,
     time_limit: float = 60.0,
@@ -89,6 +90,7 @@ def stationarity(
     Args:
         problem: the MPCC.
         w: a feasible point, shape (n,), in the units of the problem's variables.
+        at: expansion of the problem at w, if it is at hand.
         activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit.
         tolerance: largest entry of the stationarity equation, relative to max(1, max abs(grad f)).
         time_limit: seconds; what they do not suffice for is listed in `undecided`.
@@ -100,7 +102,7 @@ def stationarity(
         DimensionError, SolverError: w of another shape, derivatives that are not finite.
     """
     deadline = time.perf_counter() + time_limit
-    at = linearise(problem, w)
+    at = at or linearise(problem, w)
     active = active_set(at, activity)
     equation = stationarity_equation(at, active)
     kind, y, undecided = _strongest(equation, tolerance, deadline)
@@ -121,7 +123,7 @@ def stationarity(
 def _strongest(
     equation: StationarityEquation, tolerance: float, deadline: float
 ) -> tuple[Kind, np.ndarray, tuple[Kind, ...]]:
-    """Return the strongest condition, multipliers with which it holds, and what was left open."""
+    """Return the strongest condition, Lagrange multipliers with which it holds, and what was left open."""
     undecided: list[Kind] = []
     strict = equation.low.copy()
     strict[equation.pairs.ravel()] = 0.0
@@ -135,9 +137,9 @@ def _strongest(
         return "none", np.zeros(len(equation.low)) if y is None else y, tuple(undecided)
     candidates: tuple[Kind, ...] = ("M", "C")
     for kind in candidates:
-        found, complete = _search(equation, kind, tolerance, deadline)
-        if found is not None:
-            return kind, found, tuple(undecided)
+        signed, complete = _search(equation, kind, tolerance, deadline)
+        if signed is not None:
+            return kind, signed, tuple(undecided)
         undecided += [] if complete else [kind]
     fewer = least_residual(equation, equation.low, equation.high, deadline, sign_cost=_SIGN_COST)
     return "W", y if fewer is None or equation.residual(fewer) > tolerance else fewer, tuple(undecided)
@@ -146,7 +148,7 @@ def _strongest(
 def _search(
     equation: StationarityEquation, kind: Kind, tolerance: float, deadline: float
 ) -> tuple[np.ndarray | None, bool]:
-    """Return multipliers that satisfy M or C, None if there are none, and whether the search was complete."""
+    """Return Lagrange multipliers that satisfy M or C, None if there are none, and whether the search was complete."""
     nodes, complete = [(equation.low, equation.high)], True
     while nodes:
         if time.perf_counter() >= deadline:
@@ -168,7 +170,7 @@ def _search(
             return y, True
         pair = equation.pairs[at]
         # Depth first; the branch that is nearest to y comes off the stack first.
-        for box in sorted(_BRANCHES[kind], key=lambda box: -float(abs(np.clip(y[pair], *box) - y[pair]).sum())):
+        for box in sorted(_SIGN_BOXES[kind], key=lambda box: -float(abs(np.clip(y[pair], *box) - y[pair]).sum())):
             child_low, child_high = low.copy(), high.copy()
             child_low[pair], child_high[pair] = np.maximum(low[pair], box[0]), np.minimum(high[pair], box[1])
             if (child_low[pair] <= child_high[pair]).all():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-_ELSEWHERE = "try another reference, solver.sigma_start or more method.elements"
+_USUAL_ADVICE = "try another reference, solver.sigma_start or more method.elements"
 
 
 class NlpStatus(str, Enum):
@@ -16,8 +16,8 @@ class NlpStatus(str, Enum):
 
     advice: str
 
-    CONVERGED = "converged", _ELSEWHERE
-    ACCEPTABLE = "converged to the acceptable level", _ELSEWHERE
+    CONVERGED = "converged", _USUAL_ADVICE
+    ACCEPTABLE = "converged to the acceptable level", _USUAL_ADVICE
     ITERATION_LIMIT = (
         "iteration limit",
         "try a larger solver.max_iterations, a larger solver.sigma_factor or another reference",
@@ -29,14 +29,14 @@ class NlpStatus(str, Enum):
     )
     INTERRUPTED = "interrupted", "this is the best iterate so far"
     SLACK_LEFT = "slack left", "try solver.steering: direct"
-    NOT_STARTED = "not started", _ELSEWHERE
-    RESTORATION_FAILED = "failed: restoration", _ELSEWHERE
-    SEARCH_DIRECTION_TOO_SMALL = "failed: search direction too small", _ELSEWHERE
-    INVALID_NUMBER = "failed: Invalid_Number_Detected", _ELSEWHERE
-    DIVERGING = "failed: Diverging_Iterates", _ELSEWHERE
-    STEP_NOT_COMPUTED = "failed: Error_In_Step_Computation", _ELSEWHERE
-    TOO_FEW_FREEDOMS = "failed: Not_Enough_Degrees_Of_Freedom", _ELSEWHERE
-    OTHER_FAILURE = "failed: for a reason of IPOPT's own", _ELSEWHERE
+    NOT_STARTED = "not started", _USUAL_ADVICE
+    RESTORATION_FAILED = "failed: restoration", _USUAL_ADVICE
+    SEARCH_DIRECTION_TOO_SMALL = "failed: search direction too small", _USUAL_ADVICE
+    INVALID_NUMBER = "failed: Invalid_Number_Detected", _USUAL_ADVICE
+    DIVERGING = "failed: Diverging_Iterates", _USUAL_ADVICE
+    STEP_NOT_COMPUTED = "failed: Error_In_Step_Computation", _USUAL_ADVICE
+    TOO_FEW_FREEDOMS = "failed: Not_Enough_Degrees_Of_Freedom", _USUAL_ADVICE
+    OTHER_FAILURE = "failed: for a reason of IPOPT's own", _USUAL_ADVICE
 
     def __new__(cls, words: str, advice: str) -> NlpStatus:
         """Return the member that is equal to its words."""

@@ -2,7 +2,7 @@
 
 State (x, y, angle, leg length, their rates, clock), controls (torque, leg force, slack, speed of time). Contact by
 time-freezing: gap, normal and tangential foot velocity switch between the motion and an auxiliary field in which the
-clock stands still. `Settings.multipliers` says how nosnoc's steps weigh these fields: `published` as in the example
+clock stands still. `Settings.multipliers` says how nosnoc's steps weight these fields: `published` as in the example
 that accompanies the paper, where the weights do not sum to 1 at the ground, `correct` with weights that do.
 
 Sources: arXiv 2303.18066 (step functions, the hopper), arXiv 2111.06759 (time-freezing).

@@ -15,7 +15,7 @@ class Settings:
 
     Attributes:
         tolerance: complementarity asked of fesd-robot; nosnoc keeps its authors' own.
-        multipliers: how nosnoc weighs the vector fields of the hopper, ``published`` or ``correct``.
+        multipliers: how nosnoc weights the vector fields of the hopper, ``published`` or ``correct``.
         linear_solver: of fesd-robot, ``auto`` or ``mumps``; nosnoc uses MUMPS.
     """
 

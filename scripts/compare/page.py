@@ -47,7 +47,7 @@ class Comparison:
 
     @property
     def title(self) -> str:
-        """Name of the problem, with how nosnoc weighs the fields where that can be chosen."""
+        """Name of the problem, with how nosnoc weights the fields where that can be chosen."""
         problem = PROBLEMS[self.task]
         if not problem.weighted or "nosnoc" not in self.runs:
             return problem.title
@@ -149,10 +149,10 @@ def page(comparisons: Sequence[Comparison], versions: dict[str, str], command: s
     packages = ", ".join(f"{name} {number}" for name, number in versions.items() if name != "python")
     tolerance, margin = comparisons[0].settings.tolerance, 100 * (COST_MARGIN - 1)
     tables = "\n\n".join(f"```\n{table(one, versions)}\n```" for one in comparisons)
-    return f"""# Optimal control problems beside nosnoc {versions["nosnoc"]}
+    return f"""# Optimal control problems compared with nosnoc {versions["nosnoc"]}
 
 Made by `{command}` on {machine()},
-one process with one thread a run, one after the other, Python {versions["python"]}, {packages}.
+one process with one thread per run, one after the other, Python {versions["python"]}, {packages}.
 Times are wall times from the description of a problem to its result.
 
 {summary(comparisons)}
@@ -160,24 +160,24 @@ Times are wall times from the description of a problem to its result.
 Targets: fesd-robot solves the problem with complementarity of at most {tolerance:g}, at a cost at most {margin:.0f} %
 above that of nosnoc. Time ratio: nosnoc's over fesd-robot's; cost ratio: fesd-robot's over nosnoc's. Costs are those of
 the returned motions, evaluated for both by the same function and without the terms that the tools add for themselves
-(equal steps, choice of multipliers); complementarity is the largest product of a relaxed pair, as each tool adds up its
-stages. A looser complementarity allows a lower cost: where nosnoc stops earlier, the tables below also give the
-objective that fesd-robot's homotopy had on passing there.
+(equal steps, regularisation of the step functions); complementarity is the largest product of a relaxed pair, as each
+tool adds up its stages. A looser complementarity allows a lower cost: where nosnoc stops earlier, the tables below also
+give the objective of fesd-robot's homotopy at the same complementarity.
 
 The problems, each written down once in `scripts/compare/`, with the same bounds, costs, control intervals, finite
 elements, scheme (Radau IIA with two stages) and start in both tools; nosnoc runs with its authors' settings, among them
 the complementarity where it stops.
 
-- *Hoppers*: the shipped tasks in fesd-robot, its authors' example in nosnoc. fesd-robot has the shares of the vector
-  fields as variables, switches on the integrated gap and starts at its reference with velocities that fit; nosnoc has
-  step functions and starts, as published, at the reference at rest. With the published weights of the fields these do
-  not sum to one in contact: such motions are not of the same physics, and their costs show nothing. With the correct
-  weights they are.
+- *Hoppers*: the shipped tasks in fesd-robot, its authors' example in nosnoc. fesd-robot has the Filippov multipliers of
+  the vector fields as variables, switches on the integrated gap and starts at its reference with consistent velocities;
+  nosnoc has step functions and starts, as published, at the reference at rest. With the published weights of the fields
+  the multipliers do not sum to one in contact: such motions do not obey the same physics, and their costs cannot be
+  compared. With the correct weights they can.
 - *Sliding mode*, *motor with friction*, *cart-pole with friction*: nosnoc's examples, in both tools in Stewart's form
   with the same cross complementarity and the same equal-step term. The best cost known for the sliding-mode problem, in
   closed form, is 5.592183.
 - *Two-disc swap*: nosnoc for Python has no impulses at element boundaries in this version, so both tools freeze time,
-  with the same auxiliary field; step functions in nosnoc, the shares of the fields in fesd-robot.
+  with the same auxiliary field; step functions in nosnoc, Filippov multipliers of the fields in fesd-robot.
 
 fesd-robot runs with its own linear solver and compiled functions (the default), nosnoc with MUMPS; compiling the
 functions of a large problem, which takes some seconds, counts only where they were not compiled before. All problems

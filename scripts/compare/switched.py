@@ -101,7 +101,6 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
         system=system,
         duration=problem.duration,
         intervals=count,
-        parameters=np.zeros((0, count)),
         initial_lower=problem.initial,
         initial_upper=problem.initial,
         state_lower=-problem.state_limit,
@@ -110,8 +109,6 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
         terminal_upper=np.nan_to_num(problem.target, nan=np.inf),
         control_lower=np.full(n_u, -problem.control_limit),
         control_upper=np.full(n_u, problem.control_limit),
-        state_guess=lambda time: problem.initial.astype(float),
-        control_guess=np.zeros((n_u, count)),
         running_cost={"running": problem.running},
         terminal_cost={"terminal": problem.terminal},
     )

@@ -103,7 +103,7 @@ def guess(time: float) -> np.ndarray:
 
 
 def ours(settings: Settings) -> Outcome:
-    """Solve with fesd-robot: the shares of the vector fields as variables, the switch on the integrated gap."""
+    """Solve with fesd-robot: Filippov multipliers as variables, the integrated gap as switching function."""
     begin = time.perf_counter(), time.process_time()
     discs = Discs()
     names = ["x1", "y1", "x2", "y2"]

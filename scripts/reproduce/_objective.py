@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
-from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.transcription import Transcription
@@ -76,7 +76,14 @@ class Objective:
     def __call__(self, x0: float) -> Point:
         """Return value and derivatives."""
         start = np.array([x0, 0.0])
-        simulation = simulate(self.system, start, self.steps, DURATION, options=self.options, sensitivities=True)
+        simulation = simulate(
+            self.system,
+            start,
+            self.steps,
+            DURATION,
+            options=self.options,
+            settings=SimulationSettings(sensitivities=True),
+        )
         (x, cost), sensitivity = simulation.states[-1], simulation.sensitivity.initial
         gradient = sensitivity[1, 0] + 2 * (x - TARGET) * sensitivity[0, 0]
         return Point(cost + (x - TARGET) ** 2, gradient, sensitivity[0, 0])
@@ -131,23 +138,12 @@ class Optimizer:
     """
 
     def __init__(self, switch_detection: bool, equilibration: str) -> None:
-        system, free = crossing(with_cost=False), np.array([np.inf])
+        system = crossing(with_cost=False)
         x = system.state
         ocp = OptimalControlProblem(
             system=system,
             duration=DURATION,
-            intervals=1,
-            parameters=np.zeros((0, 1)),
-            initial_lower=-free,
-            initial_upper=free,
-            state_lower=-free,
-            state_upper=free,
-            terminal_lower=-free,
-            terminal_upper=free,
-            control_lower=np.zeros(0),
-            control_upper=np.zeros(0),
             state_guess=lambda time: np.array([-1.0]),
-            control_guess=np.zeros((0, 1)),
             running_cost={"x squared": x**2},
             terminal_cost={"distance at the end": (x - TARGET) ** 2},
         )

@@ -93,7 +93,6 @@ def problem_of(variant: Variant, start: int = 0) -> OptimalControlProblem:
         system=system,
         duration=DURATION,
         intervals=INTERVALS,
-        parameters=np.zeros((0, INTERVALS)),
         initial_lower=initial,
         initial_upper=initial,
         state_lower=-bounds,

@@ -36,7 +36,7 @@ def sliding() -> Case:
     def measure(simulation: Simulation) -> Values:
         weights = sliding_weights(simulation)[:, 0]
         worst = weights[np.argmax(np.abs(weights - 0.5))]
-        return {**switches(simulation, "reaches 0"), "weight of x > 0 there": worst, "x(2)": simulation.states[-1, 0]}
+        return {**switches(simulation, "reaches 0"), "theta of x > 0 there": worst, "x(2)": simulation.states[-1, 0]}
 
     return Case(
         name="sliding",
@@ -45,7 +45,7 @@ def sliding() -> Case:
         initial=[-0.5],
         duration=2.0,
         steps=7,
-        exact={"reaches 0": 0.5, "weight of x > 0 there": 0.5, "x(2)": 0.0},
+        exact={"reaches 0": 0.5, "theta of x > 0 there": 0.5, "x(2)": 0.0},
         measure=measure,
     )
 
@@ -60,7 +60,7 @@ def leaving() -> Case:
         weight = 0.85 + worst[0] - (1 + worst[2]) / 2
         return {
             **switches(simulation, "reaches 0", "leaves 0"),
-            "weight of x > 0 at 0.7": weight,
+            "theta of x > 0 at 0.7": weight,
             "x(2)": simulation.states[-1, 0],
         }
 
@@ -72,7 +72,7 @@ def leaving() -> Case:
         initial=[-0.5, 0.0],
         duration=2.0,
         steps=7,
-        exact={"reaches 0": math.sqrt(2) - 1, "leaves 0": 1.0, "weight of x > 0 at 0.7": 0.85, "x(2)": 0.5},
+        exact={"reaches 0": math.sqrt(2) - 1, "leaves 0": 1.0, "theta of x > 0 at 0.7": 0.85, "x(2)": 0.5},
         measure=measure,
     )
 
@@ -180,8 +180,8 @@ def stick_slip() -> Case:
         # sin t oscillates with frequency 1; two integrations over the duration take it to x.
         h = duration / steps / 2
         error = oscillation_error(scheme, stages, duration, 1.0, h)
-        # The weights at the stages, carried on to the end of the element, decide when a sliding mode ends. That is
-        # exact where the end is a stage; v and x feel it squared only.
+        # The Filippov multipliers at the stages, extrapolated to the end of the element, decide when a sliding mode
+        # ends. That is exact where the end is a stage; v and x feel it squared only.
         c = make_tableau(scheme, stages).c
         carried = h**stages * float(np.prod(1 - c)) / math.factorial(stages) / math.cos(slip)
         return {

@@ -71,8 +71,8 @@ def frictional_mass(acceleration: float) -> Case:
 
     return Case(
         name=f"inelastic frictional mass, a_n = {acceleration:g}",
-        about=f"m = 1, q(0) = (0, 1), v(0) = (4, 0), g = 10, mu = 0.3; floor as an acceleration {acceleration:g} in "
-        "frozen time",
+        about=f"m = 1, q(0) = (0, 1), v(0) = (4, 0), g = 10, mu = 0.3; floor as an auxiliary force of "
+        f"{acceleration:g} in frozen time",
         systems={"Stewart": stewart(Model(state), regions), "step functions": steps},
         initial=[0.0, 1.0, 4.0, 0.0, 0.0],
         duration=impact + speed / acceleration + (duration - impact) / rate,

@@ -18,7 +18,7 @@ from _objective import LEFT, RIGHT, Objective
 from integration_order import DURATION, FAMILIES, FINE, START, order, oscillator, ratio, slope, tableau_options, title
 from matplotlib.figure import Figure
 
-from fesd_robot.fesd import SimulationError, make_tableau, simulate
+from fesd_robot.fesd import SimulationError, SimulationSettings, make_tableau, simulate
 
 STEPS = (34, 105, 324)
 QUICK = {"Gauss–Legendre": ["gauss_legendre 2", "gauss_legendre 3"], "Radau IIA": ["radau_iia 2", "radau_iia 3"]}
@@ -41,7 +41,14 @@ class Experiment:
         options = tableau_options(scheme, detection)
         for steps in grid:
             try:
-                simulation = simulate(self.system, START, steps, DURATION, options=options, sensitivities=True)
+                simulation = simulate(
+                    self.system,
+                    START,
+                    steps,
+                    DURATION,
+                    options=options,
+                    settings=SimulationSettings(sensitivities=True),
+                )
             except SimulationError as error:
                 self.failures.append(f"{title(scheme)}, N = {steps}: {error}")
                 continue

@@ -248,16 +248,16 @@ def _remarks(variant: Variant) -> str:
         ends.append(f"{TITLES[scheme]} {stages}: {end}")
     return (
         "Where errors with switch detection come from:\n\n"
-        "- The weights of the regions, which decide when a sliding mode is left, are only as accurate as the stages "
-        "of an element are. A simulation of the exact optimal controls, three elements an interval, ends off the "
-        f"target by: {'; '.join(ends)}.\n"
+        "- The Filippov multipliers, which decide when a sliding mode is left, are only as accurate as the stages of "
+        "an element are. A simulation of the exact optimal controls, three elements per interval, misses the target "
+        f"by: {'; '.join(ends)}.\n"
         "- 4.7e-6 (J = 7.3211) is a local optimum that leaves φ₂ = 0 at the end of the fourth interval, 0.003 too "
-        "early: φ₂ has the wrong sign until shortly after, but no stage is there to see it. The fifth interval is the "
-        "one with two switches, too many for two elements; with more it depends on the start.\n"
-        "- The first stage of Lobatto IIIC 2 is the left end of its element in time, but q + h (f₁ - f₂)/2 in place. "
-        "Where a sliding mode is left that is the wrong side of the surface, which the conditions of the stage forbid: "
-        "no element can begin there. Its optimisations do not converge; the published ones (elastic mode) scatter "
-        "between 1e-2 and 1e-8."
+        "early: φ₂ has the wrong sign until shortly after, but there is no stage at which it would be noticed. The "
+        "fifth interval has two switches, too many for two elements; with more it depends on the start.\n"
+        "- The first stage of Lobatto IIIC 2 is at the left end of its element in time, but its state is "
+        "q + h (f₁ - f₂)/2. Where a sliding mode is left, this is on the wrong side of the surface, which the "
+        "conditions of the stage forbid, so that no element can begin there. Its optimisations do not converge; the "
+        "published ones (elastic mode) scatter between 1e-2 and 1e-8."
     )
 
 

@@ -200,15 +200,17 @@ def main() -> None:
     report.add(
         "Every case is one set of regions with a vector field each, integrated in the form of Stewart and with "
         "set-valued step functions. Columns of a scheme (named with its order) show the larger of the two forms' "
-        "absolute differences to the closed form; the last column how far the forms are apart, over all schemes.\n\n"
-        "Piecewise polynomial solutions are represented by the schemes, and only round-off is left. Otherwise the "
-        "difference is that of the scheme, and its estimate from the leading error term stands below. The end of a "
-        "sliding mode is found from the weights at the stages, carried on to the end of the element: exactly where "
-        "that is a stage, else with an order equal to the number of stages (stick-slip with Gauss–Legendre).\n\n"
-        "Impacts are made by time freezing: a phase of numerical time in which the clock stands still and the floor "
-        "turns the velocity. Elastic impacts have a damped spring for a floor then, and the error of integrating its "
-        "swing, which Gauss–Legendre makes without damping in its length alone; impulses at element boundaries would "
-        "have none."
+        "absolute differences to the closed form, the last column the difference between the forms over all "
+        "schemes.\n\n"
+        "Where a solution is piecewise polynomial the schemes represent it exactly, and only round-off remains. "
+        "Otherwise the difference is the error of the scheme, and its estimate from the leading error term stands "
+        "below. The end of a sliding mode is found from the Filippov multipliers at the stages, extrapolated to the "
+        "end of the element: exactly where that is a stage, else with an order equal to the number of stages "
+        "(stick-slip with Gauss–Legendre).\n\n"
+        "Impacts are modelled by time-freezing: during a phase of numerical time the clock stands still and the floor "
+        "changes the velocity. In elastic impacts the floor is a damped spring during that phase. The error of "
+        "integrating its oscillation remains; with Gauss–Legendre it is in the duration alone if there is no damping. "
+        "Impulses at element boundaries would not have this error."
     )
     chosen = []
     for case in cases():

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
+from fesd_robot.complementarity import Branch
 from fesd_robot.contact import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact, contact_system
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Tableau, Transcription, make_tableau
+from fesd_robot.fesd.polishing import conditions_of, read_branch
 
 GRAVITY, FRICTION, AUXILIARY_FORCE = 10.0, 0.3, 100.0
 RADAU = make_tableau("radau_iia", 2)
@@ -62,13 +64,14 @@ class Motion:
     elements: list[Element] = field(default_factory=list)
     time: float = 0.0
     interval: int = 0
+    friction: float = FRICTION
 
     def add(self, duration: float, plus: float = 0.0, minus: float = 0.0, *, settled: bool = False) -> None:
         """Append an element; `settled` puts the speed exactly at zero where it ends up at round-off."""
         left = self.state
         free = 1.0 - plus - minus
         slope = np.array(
-            [AUXILIARY_FORCE * FRICTION * (minus - plus), AUXILIARY_FORCE * (plus + minus) - GRAVITY * free]
+            [AUXILIARY_FORCE * self.friction * (minus - plus), AUXILIARY_FORCE * (plus + minus) - GRAVITY * free]
         )
 
         def at(tau: float) -> np.ndarray:
@@ -104,7 +107,7 @@ class Motion:
     def algebraic(self, state: np.ndarray, plus: float, minus: float) -> np.ndarray:
         """The algebraic variables that belong to a state and to the multipliers theta_+ and theta_-."""
         if self.options.form == "multipliers":
-            return np.array([plus, minus, 1 - plus - minus])
+            return np.array([plus, minus, 1 - plus - minus] if self.friction > 0 else [plus])
         beta = plus + minus
         x_speed, z_speed = state[2:4]
         flying = float(beta == 0 and state[1] >= 0)
@@ -113,13 +116,14 @@ class Motion:
         parting = 1 - beta if flying == 0 else float(z_speed > 0)
         if flying and self.options.gate:
             parting = 0.5
-        c = np.array([state[1], gate * z_speed, gate * x_speed])
-        alpha = np.array([flying, parting, sliding])
+        steps = 3 if self.friction > 0 else 2
+        c = np.array([state[1], gate * z_speed, gate * x_speed])[:steps]
+        alpha = np.array([flying, parting, sliding])[:steps]
         return np.concatenate([alpha, np.maximum(-c, 0), np.maximum(c, 0), [(1 - flying) * (1 - parting)]])
 
     def system(self) -> ContactSystem:
         """The contact system that the motion is one of."""
-        return contact_system(*point_mass(), self.options)
+        return contact_system(*point_mass(self.friction), self.options)
 
     def transcription(self, mode: str | None = None) -> Transcription:
         """The problem of finding the motion with as many elements in as many intervals, without cost."""
@@ -171,6 +175,11 @@ class Motion:
             parts.append(np.array([element.step]))
             parts += [both for x, z in zip(element.x, element.z, strict=True) for both in (x, z)]
         return np.concatenate(parts)
+
+
+def branch_of(system: ContactSystem, elements: Sequence[Element]) -> Branch:
+    """The branch of elements one after the other, in which no flight is too low and no element too short to count."""
+    return read_branch(conditions_of(system.system), elements, np.zeros(len(elements)), 0.0)
 
 
 def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), stance: float = 0.2) -> Motion:

@@ -8,11 +8,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.fesd import FesdOptions, Simulation, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, Simulation, SimulationSettings, make_tableau, simulate
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.task import load_task
+
+from .motions import branch_of
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
 INVERSE_INERTIA = 10.909090909090909
@@ -48,13 +50,12 @@ def _run(
         np.tile([[0.0], [force], [1.0]], (1, steps)),
         duration,
         options=FesdOptions(tableau=tableau, elements=elements, step_freedom=elements - 1),
-        solver=SOLVER,
-        state_lower=lower,
         parameters=np.zeros(5),
+        settings=SimulationSettings(homotopy=SOLVER, state_lower=lower),
     )
-    physical = recover(
-        simulation.elements, tableau, motion.dynamics, motion.contacts, motion.contact_system, AUXILIARY_FORCE
-    )
+    system, elements = motion.contact_system, simulation.elements
+    branch = branch_of(system, elements)
+    physical = recover(elements, branch, tableau, motion.dynamics, motion.contacts, system, AUXILIARY_FORCE)
     return simulation, physical
 
 

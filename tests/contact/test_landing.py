@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.contact import ContactOptions, contact_system
-from fesd_robot.fesd import FesdOptions, simulate
+from fesd_robot.fesd import FesdOptions, SimulationSettings, simulate
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
 
 from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, RADAU, Motion, landing, point_mass
@@ -136,8 +136,9 @@ def test_sliding_stops_by_itself(name: str) -> None:
         np.ones((1, 4)),
         1.2,
         options=FesdOptions(tableau=RADAU, elements=2),
-        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0),
-        state_lower=lower,
+        settings=SimulationSettings(
+            homotopy=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0), state_lower=lower
+        ),
     )
     clock = IMPACT_TIME + 1.2 * AUXILIARY_FORCE / (AUXILIARY_FORCE + GRAVITY)
     assert simulation.states[-1][:5] == pytest.approx([89 / 30, 0, 0, 0, clock], abs=1e-8)

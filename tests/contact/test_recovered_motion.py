@@ -9,10 +9,9 @@ import pytest
 
 from fesd_robot.contact import ContactOptions
 from fesd_robot.fesd import Element, make_tableau
-from fesd_robot.fesd.polishing import conditions_of, read_branch
 from fesd_robot.recovery import PhysicalMotion, recover
 
-from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, Motion, landing, point_mass
+from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, Motion, branch_of, landing, point_mass
 
 IMPACT_TIME, IMPACT_SPEED = np.sqrt(0.2), np.sqrt(20)
 RATE = AUXILIARY_FORCE / (AUXILIARY_FORCE + GRAVITY)
@@ -24,8 +23,7 @@ each_form = pytest.mark.parametrize("options", FORMS.values(), ids=FORMS.keys())
 def _recover(motion: Motion, elements: Sequence[Element] | None = None) -> PhysicalMotion:
     (dynamics, contacts), system = point_mass(), motion.system()
     chosen = elements or motion.elements
-    branch = read_branch(conditions_of(system.system), chosen, np.zeros(len(chosen)), 0.0)
-    return recover(chosen, branch, motion.tableau, dynamics, contacts, system, AUXILIARY_FORCE)
+    return recover(chosen, branch_of(system, chosen), motion.tableau, dynamics, contacts, system, AUXILIARY_FORCE)
 
 
 def _kinds(motion: PhysicalMotion) -> list[tuple[str, float]]:

@@ -23,15 +23,17 @@ from fesd_robot.contact import (
     contact_of,
     contact_system,
 )
-from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.robot import Robot, configuration_derivative, load_robot, mass_matrix, nonlinear_effects
 
 from .grounds import HILLS
+from .motions import branch_of
 
 DISCS = Path(__file__).parent / "models" / "discs.urdf"
 GRAVITY, MASS, INERTIA, RADIUS = 9.81, 2.0, 0.04, 0.2
+AUXILIARY_FORCE = 200.0
 WEDGE = Plane(slope=0.5)
 
 
@@ -45,7 +47,6 @@ def simulated(
     form: str = "multipliers",
     elements: int = 2,
     stages: int = 3,
-    auxiliary_force: float = 200.0,
 ) -> PhysicalMotion:
     """Return the motion of the two discs without any drive, by finite elements.
 
@@ -62,7 +63,7 @@ def simulated(
     system = contact_system(
         dynamics,
         contacts,
-        ContactOptions(form=form, auxiliary_force=auxiliary_force),  # type: ignore[arg-type]
+        ContactOptions(form=form, auxiliary_force=AUXILIARY_FORCE),  # type: ignore[arg-type]
     )
     gaps = ca.Function("gaps", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
     initial = np.concatenate([q, v, [0.0], np.maximum(np.asarray(gaps(q).full()).ravel(), 0.0)])
@@ -74,10 +75,12 @@ def simulated(
         np.ones((1, steps)),
         duration,
         options=FesdOptions(tableau=tableau, elements=elements),
-        solver=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0),
-        state_lower=lower,
+        settings=SimulationSettings(
+            homotopy=HomotopyOptions(tolerance=1e-10, sigma_factor=0.1, velocity_level_ratio=1.0), state_lower=lower
+        ),
     )
-    return recover(simulation.elements, tableau, dynamics, contacts, system, auxiliary_force)
+    branch = branch_of(system, simulation.elements)
+    return recover(simulation.elements, branch, tableau, dynamics, contacts, system, AUXILIARY_FORCE)
 
 
 def _multibody_dynamics(robot: Robot) -> MultibodyDynamics:

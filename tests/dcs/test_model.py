@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.dcs import heaviside, heaviside_from_regions, stewart
+from fesd_robot.dcs import Model, heaviside, heaviside_from_regions, stewart
 from fesd_robot.errors import DimensionError, FesdRobotError, ModelError
 
 from .models import P, U, X, build, by_signs
@@ -113,3 +113,25 @@ def test_defaults(form: Any, model: dict[str, Any]) -> None:
     assert bare.equations.shape == (0, 1) and bare.quadratures == {}
     assert bare.algebraic.numel() == system.algebraic.numel() - 2
     assert np.array_equal(ca.evalf(bare.mass_matrix).full(), np.eye(3))
+
+
+def test_a_model_is_complete_when_it_is_made() -> None:
+    """Whatever was left out or given as numbers is there: symbols and expressions as SX, bounds as arrays, names."""
+    model = Model(X, algebraic=Z, equations=[1, 2], algebraic_lower=[0, 1], quadratures={"time": 1})
+    assert model.control.shape == model.parameters.shape == (0, 1)
+    assert isinstance(model.equations, ca.SX) and isinstance(model.quadratures["time"], ca.SX)
+    assert model.algebraic_lower.tolist() == [0.0, 1.0] and model.algebraic_upper.tolist() == [np.inf] * 2
+    assert list(model.state_names) == ["x0", "x1", "x2"] and list(model.control_names) == []
+    assert np.array_equal(ca.evalf(model.mass_matrix).full(), np.eye(3))
+    assert model.guess(np.ones(3), np.zeros(0), np.zeros(0)).tolist() == [0.0, 0.0]
+
+
+def test_what_a_model_is_made_of_is_checked_without_switches() -> None:
+    """A wrong part is refused when the model is made; what equations may use is known with the switches only."""
+    with pytest.raises(DimensionError, match="mass_matrix has shape"):
+        Model(X, mass_matrix=np.eye(2))
+    model = Model(X, algebraic=Z, equations=Z - ALPHA)
+    with pytest.raises(ModelError) as caught:
+        model.check_contents()
+    assert str(caught.value) == "equations uses alpha, not found in state or algebraic"
+    model.check_contents({"alpha": ALPHA})

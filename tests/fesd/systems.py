@@ -14,7 +14,6 @@ from fesd_robot.dcs import (
     heaviside_from_regions,
     stewart,
 )
-from fesd_robot.fesd import OptimalControlProblem
 
 OMEGA = 2 * np.pi
 
@@ -59,29 +58,6 @@ def driven() -> ComplementaritySystem:
         ca.vertcat(u + both, p - alpha[0]),
         lifted=[("both", both, alpha[0] * alpha[1])],
         regularisation_weight=1e-2,
-    )
-
-
-def initial_value_problem(
-    system: ComplementaritySystem, initial: list[float], duration: float
-) -> OptimalControlProblem:
-    """One interval from a fixed state with nothing to choose."""
-    x0, free = np.array(initial), np.full(len(initial), np.inf)
-    return OptimalControlProblem(
-        system=system,
-        duration=duration,
-        intervals=1,
-        parameters=np.zeros((0, 1)),
-        initial_lower=x0,
-        initial_upper=x0,
-        state_lower=-free,
-        state_upper=free,
-        terminal_lower=-free,
-        terminal_upper=free,
-        control_lower=np.zeros(0),
-        control_upper=np.zeros(0),
-        state_guess=lambda _: x0,
-        control_guess=np.zeros((0, 1)),
     )
 
 

@@ -11,11 +11,11 @@ import pytest
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import ModelError
-from fesd_robot.fesd import FesdOptions, StepEquilibration, Transcription, make_tableau
+from fesd_robot.fesd import FesdOptions, StepEquilibration, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.equilibration import indicator
 from fesd_robot.mpcc import HomotopyOptions, solve
 
-from .systems import initial_value_problem, scalar
+from .systems import scalar
 
 EXACT = ("difference_tanh", "difference_product", "direct", "linear_complementarity")
 

@@ -12,13 +12,13 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.fesd import FesdOptions, Transcription, make_tableau
+from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
 from fesd_robot.mpcc import BranchNlp, HomotopyOptions, MpccSolution, PolishingLimits, PolishingReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import load_task
 
-from .systems import initial_value_problem, leaving, relay, scalar
+from .systems import leaving, relay, scalar
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
 

@@ -14,6 +14,7 @@ from fesd_robot.errors import ModelError
 from fesd_robot.fesd import (
     FesdOptions,
     OptimalControlProblem,
+    SimulationSettings,
     Transcription,
     end_sensitivity,
     make_tableau,
@@ -24,6 +25,7 @@ from fesd_robot.mpcc import HomotopyOptions, solve
 
 from .systems import leaving, oscillator, scalar
 
+SENSITIVITIES = SimulationSettings(sensitivities=True)
 EXACT = np.array([[21.669465013239469, -2.0699542713808073], [56.637502490103850, -4.3423475157075602]])
 """e^T R_out J R_in of the oscillator from (1/e, 0) to T = π/2, with the jump J = [[1, 0], [-4π, 1]] at the switch."""
 
@@ -34,7 +36,7 @@ def _options(scheme: Scheme, stages: int, **changes: Any) -> FesdOptions:
 
 def _oscillator_error(steps: int, options: FesdOptions) -> float:
     start = np.array([np.exp(-1), 0.0])
-    simulation = simulate(oscillator(), start, steps, np.pi / 2, options=options, sensitivities=True)
+    simulation = simulate(oscillator(), start, steps, np.pi / 2, options=options, settings=SENSITIVITIES)
     assert simulation.sensitivity
     return float(np.abs(simulation.sensitivity.initial - EXACT).max())
 
@@ -64,7 +66,7 @@ def test_fixed_steps_have_the_wrong_sensitivity() -> None:
 def test_crossing_scales_by_the_ratio_of_the_speeds() -> None:
     """dx(2)/dx(0) of x' = 2 - sign x over the switch is f+ / f- = 1/3; without a switch it is 1."""
     for start, ratio in ((-1.0, 1 / 3), (0.5, 1.0)):
-        simulation = simulate(scalar("crossing"), np.array([start]), 3, 2.0, sensitivities=True)
+        simulation = simulate(scalar("crossing"), np.array([start]), 3, 2.0, settings=SENSITIVITIES)
         assert simulation.sensitivity and simulation.sensitivity.initial == pytest.approx(
             np.array([[ratio]]), abs=1e-12
         )
@@ -72,7 +74,7 @@ def test_crossing_scales_by_the_ratio_of_the_speeds() -> None:
 
 def test_sliding_forgets_where_it_came_from() -> None:
     """On the surface the state no longer depends on the start; after leaving at time 1 neither does the end."""
-    simulation = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, sensitivities=True)
+    simulation = simulate(leaving(), np.array([-0.5, 0.0]), 5, 2.0, settings=SENSITIVITIES)
     assert simulation.sensitivity
     assert simulation.sensitivity.initial[:, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
 
@@ -94,7 +96,7 @@ def _end(x0: np.ndarray, p: float, controls: np.ndarray) -> np.ndarray:
 def test_all_derivatives_match_differences() -> None:
     """By initial state, parameter and every control, with a reversal of the motion on the way."""
     x0, p, step = np.array([0.1, 0.3]), 1.2, 1e-6
-    simulation = simulate(_relay(), x0, CONTROLS, 2.0, parameters=np.array([p]), sensitivities=True)
+    simulation = simulate(_relay(), x0, CONTROLS, 2.0, parameters=np.array([p]), settings=SENSITIVITIES)
     assert len(simulation.switch_times) >= 1 and simulation.sensitivity
     for i in range(2):
         ahead, behind = (_end(x0 + sign * step * np.eye(2)[i], p, CONTROLS) for sign in (1, -1))
@@ -114,11 +116,11 @@ def test_sensitivity_of_an_optimal_solution(form: Any) -> None:
 
     Without the quadratic term every scheme is exact, whatever the steps are that the optimum leaves open.
     """
-    system, free = _relay(curvature=0.0), np.full(2, np.inf)
+    system = _relay(curvature=0.0)
     x0, p = np.array([0.0, -0.5]), 1.2
     problem = OptimalControlProblem(
         system=system, duration=2.0, intervals=4, parameters=np.full((1, 4), p),
-        initial_lower=x0, initial_upper=x0, state_lower=-free, state_upper=free,
+        initial_lower=x0, initial_upper=x0,
         terminal_lower=np.array([0.5, 0.3]), terminal_upper=np.array([0.5, 0.3]),
         control_lower=np.array([-5.0]), control_upper=np.array([5.0]),
         state_guess=lambda t: np.array([t / 4, 0.0]), control_guess=np.ones((1, 4)),
@@ -131,7 +133,7 @@ def test_sensitivity_of_an_optimal_solution(form: Any) -> None:
     sensitivity = end_sensitivity(transcription, solution.w)
     replay = simulate(
         system, x0, transcription.controls(solution.w), 2.0, parameters=np.array([p]), options=options,
-        sensitivities=True,
+        settings=SENSITIVITIES,
     )  # fmt: skip
     assert replay.sensitivity and len(replay.switch_times) >= 1
     assert replay.states[-1] == pytest.approx([0.5, 0.3], abs=1e-6)
@@ -148,4 +150,4 @@ def test_vanishing_constraints_are_refused() -> None:
         vanishing=[Complementarity(Label("none above"), x, free, vanishing=True)],
     )  # fmt: skip
     with pytest.raises(ModelError, match=r"sensitivities need pairs 0 <= G _\|_ H >= 0 only"):
-        simulate(system, np.array([-1.0]), 1, 1.0, sensitivities=True)
+        simulate(system, np.array([-1.0]), 1, 1.0, settings=SENSITIVITIES)

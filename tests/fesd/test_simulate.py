@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import DimensionError
-from fesd_robot.fesd import FesdOptions, Simulation, SimulationError, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, Simulation, SimulationError, SimulationSettings, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
 from fesd_robot.mpcc import HomotopyOptions
 
@@ -26,7 +26,7 @@ def _options(scheme: Scheme, stages: int, elements: int = 2) -> FesdOptions:
     return FesdOptions(tableau=make_tableau(scheme, stages), elements=elements)
 
 
-SOLVER = HomotopyOptions(tolerance=1e-10, max_iterations=200)
+SETTINGS = SimulationSettings(homotopy=HomotopyOptions(tolerance=1e-10, max_iterations=200))
 
 
 def _no_control(steps: int) -> np.ndarray:
@@ -43,7 +43,12 @@ def _alphas(simulation: Simulation, stages: int) -> np.ndarray:
 def test_crossing(scheme: Scheme, stages: int, steps: int) -> None:
     """x' = 2 - sign x from -1 crosses zero at 1/3 and reaches 5/3 at 2; the crossing is an element boundary."""
     simulation = simulate(
-        scalar("crossing"), np.array([-1.0]), _no_control(steps), 2.0, options=_options(scheme, stages), solver=SOLVER
+        scalar("crossing"),
+        np.array([-1.0]),
+        _no_control(steps),
+        2.0,
+        options=_options(scheme, stages),
+        settings=SETTINGS,
     )
     assert simulation.states[-1] == pytest.approx([5 / 3], abs=1e-8)
     starts = [element.start for element in simulation.elements]
@@ -58,7 +63,7 @@ def test_crossing(scheme: Scheme, stages: int, steps: int) -> None:
 def test_sliding(scheme: Scheme, stages: int) -> None:
     """x' = -sign x from -1/2 arrives at zero at 1/2 and stays there with alpha = 1/2."""
     simulation = simulate(
-        scalar("sliding"), np.array([-0.5]), _no_control(3), 1.0, options=_options(scheme, stages), solver=SOLVER
+        scalar("sliding"), np.array([-0.5]), _no_control(3), 1.0, options=_options(scheme, stages), settings=SETTINGS
     )
     assert simulation.states[1:, 0] == pytest.approx([-0.5 + 1 / 3, 0, 0], abs=1e-8)
     starts = np.array([element.start for element in simulation.elements])
@@ -75,7 +80,7 @@ def test_leaving_a_sliding_mode(scheme: Scheme, stages: int) -> None:
     A scheme with one stage knows alpha as a constant of each element and leaves half a step late: x is off by h²/2.
     """
     simulation = simulate(
-        leaving(), np.array([-0.5, 0.0]), _no_control(5), 2.0, options=_options(scheme, stages), solver=SOLVER
+        leaving(), np.array([-0.5, 0.0]), _no_control(5), 2.0, options=_options(scheme, stages), settings=SETTINGS
     )
     late = 0.2 if stages == 1 else 0.0
     assert simulation.states[-1] == pytest.approx([0.5 - late**2 / 2, 2.0], abs=1e-12)
@@ -118,7 +123,7 @@ def _oscillation(scheme: Scheme, stages: int, steps: int) -> Simulation:
         _no_control(steps),
         np.pi / 2,
         options=_options(scheme, stages),
-        solver=HomotopyOptions(tolerance=1e-12, max_iterations=200),
+        settings=SimulationSettings(homotopy=HomotopyOptions(tolerance=1e-12, max_iterations=200)),
     )
 
 
@@ -218,5 +223,7 @@ def test_a_bound_that_cannot_be_met_is_an_error() -> None:
     with pytest.raises(
         SimulationError, match=r"simulation step 1 at time 0\.5 was not solved .*state \[0\.5\]"
     ) as caught:
-        simulate(system, np.array([1.0]), _no_control(2), 1.0, state_lower=np.array([0.25]))
+        simulate(
+            system, np.array([1.0]), _no_control(2), 1.0, settings=SimulationSettings(state_lower=np.array([0.25]))
+        )
     assert [element.interval for element in caught.value.simulation.elements] == [0, 0]

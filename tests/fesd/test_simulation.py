@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError
-from fesd_robot.fesd import FesdOptions, SimulationError, StepReport, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationError, SimulationSettings, StepReport, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
 
 from .systems import driven, leaving, oscillator, scalar
@@ -90,7 +90,7 @@ def test_complementarity_is_exact() -> None:
 def test_a_failing_step_keeps_what_was_computed() -> None:
     """The error carries step, time, state and residual, and the elements before it."""
     with pytest.raises(SimulationError) as caught:
-        simulate(scalar("sliding"), np.array([1.0]), 2, 1.0, state_lower=np.array([0.25]))
+        simulate(scalar("sliding"), np.array([1.0]), 2, 1.0, settings=SimulationSettings(state_lower=np.array([0.25])))
     error = caught.value
     assert (error.step, error.time, error.state.tolist()) == (1, 0.5, [0.5])
     assert error.residual > 1e-3
@@ -120,6 +120,11 @@ def _simulate(system: ComplementaritySystem, **changes: Any) -> None:
         ({"duration": 0.0}, ModelError, "empty horizon: 3 steps over a duration of 0"),
         ({"duration": -1.0}, ModelError, "need at least one step and a positive duration"),
         ({"controls": 3}, DimensionError, r"controls is the number 3, expected an array of shape \(1, steps\)"),
+        (
+            {"settings": SimulationSettings(state_upper=np.ones(3))},
+            DimensionError,
+            r"state_upper has shape \(3,\), expected \(2,\)",
+        ),
         ({"options": FesdOptions(elements=(1, 2, 1))}, DimensionError, r"needs one number of elements .* \(1, 2, 1\)"),
     ],
 )

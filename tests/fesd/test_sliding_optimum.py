@@ -35,17 +35,13 @@ def _problem(form: str) -> OptimalControlProblem:
         system=by_regions(form, Model(ca.vertcat(q, v), u), subsystems, ca.vertcat(v, 2 * u)),
         duration=4.0,
         intervals=6,
-        parameters=np.zeros((0, 6)),
         initial_lower=BEGIN,
         initial_upper=BEGIN,
-        state_lower=-np.append(FREE, FREE),
-        state_upper=np.append(FREE, FREE),
         terminal_lower=np.append(TARGET, -FREE),
         terminal_upper=np.append(TARGET, FREE),
         control_lower=np.full(2, -10.0),
         control_upper=np.full(2, 10.0),
         state_guess=lambda time: np.append(BEGIN[:2] + (TARGET - BEGIN[:2]) * time / 4.0, np.zeros(2)),
-        control_guess=np.zeros((2, 6)),
         running_cost={"cost": ca.sumsqr(v)},
     )
 

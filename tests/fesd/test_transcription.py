@@ -203,22 +203,10 @@ def _crossing(x0: float, steps: tuple[float, float], mode: str, scheme: str) -> 
     """x' = 2 - sign x from x0 over T = 2: two elements, alpha = 0 in the first and 1 in the second."""
     system = scalar("crossing")
     x = system.state
-    free = np.full(1, np.inf)
     ocp = OptimalControlProblem(
         system=system,
         duration=2.0,
-        intervals=1,
-        parameters=np.zeros((0, 1)),
-        initial_lower=-free,
-        initial_upper=free,
-        state_lower=-free,
-        state_upper=free,
-        terminal_lower=-free,
-        terminal_upper=free,
-        control_lower=np.zeros(0),
-        control_upper=np.zeros(0),
         state_guess=lambda _: np.array([x0]),
-        control_guess=np.zeros((0, 1)),
         running_cost={"square": x**2},
         terminal_cost={"end": (x - 5 / 3) ** 2},
     )

@@ -8,7 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.mpcc import Mpcc, certify
+from fesd_robot.mpcc import Mpcc, b_stationarity, certify, derivatives, stationarity
+from fesd_robot.mpcc.derivatives import Linearisation, linearise
 
 from .known import X, Y, Z, mpcc, upper_rows
 
@@ -49,3 +50,18 @@ def test_no_stationary_point() -> None:
     """A point with a slope that no multiplier takes is none, and refuted."""
     certificate = certify(_problem((X - 1) ** 2 + (Y - 2) ** 2 + Z), np.array([0.0, 2.0, 0.0]))
     assert (certificate.kind, certificate.b_stationary) == ("none", "refuted")
+
+
+def test_the_problem_is_linearised_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both answers of a certificate, the kind and the descent, come from one expansion."""
+    problem, points = _problem(X + Y - Z, **upper_rows(Z - 4 * X, Z - 4 * Y)), []
+    expected = certify(problem, np.zeros(3))
+
+    def counted(problem: Mpcc, w: np.ndarray) -> Linearisation:
+        points.append(w)
+        return linearise(problem, w)
+
+    for module in (derivatives, stationarity, b_stationarity):
+        monkeypatch.setattr(module, "linearise", counted)
+    assert certify(problem, np.zeros(3)) == expected
+    assert len(points) == 1

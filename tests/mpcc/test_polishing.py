@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.mpcc import BranchNlp, HomotopyOptions, Mpcc, PairPolisher, PolishingLimits, PolishingReport, solve
-from fesd_robot.mpcc.polishing import EXACT
+from fesd_robot.mpcc.polishing import EXACT_PRODUCT
 
 from .known import KNOWN, Known
 
@@ -32,7 +32,7 @@ def test_small_problems_end_exactly(known: Known) -> None:
     problem = known.problem
     solution = solve(problem, HomotopyOptions(sigma_factor=0.1), polisher=PairPolisher(problem))
     assert solution.solved, solution.status
-    assert solution.residuals.complementarity <= (EXACT if solution.exact else 1e-8)
+    assert solution.residuals.complementarity <= (EXACT_PRODUCT if solution.exact else 1e-8)
     if known.name not in CORNERS:
         assert solution.exact and min(report.sigma for report in solution.reports if report.sigma) > 1e-8
     assert known.error(solution.w) <= known.distance

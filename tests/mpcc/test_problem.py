@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import Complementarity, Label, Place
-from fesd_robot.errors import DimensionError, ModelError
+from fesd_robot.errors import DimensionError
 from fesd_robot.mpcc import Block, Mpcc
 
 W = ca.SX.sym("w", 3)
@@ -139,23 +139,6 @@ def test_a_block_of_wrong_shapes_is_refused(changes: dict[str, Any], message: st
     with pytest.raises(DimensionError) as caught:
         _block(**changes)
     assert str(caught.value) == f"block 'piece': {message}"
-
-
-@pytest.mark.parametrize(
-    ("changes", "error", "message"),
-    [
-        ({"G": W[:2]}, DimensionError, "G of 'pair 0' has shape (2, 1), expected (1, 1)"),
-        ({"H": ca.SX(0, 1)}, DimensionError, "H of 'pair 0' has shape (0, 1), expected (1, 1)"),
-        ({"complement": W}, DimensionError, "complement of 'pair 0' has shape (3, 1), expected (1, 1)"),
-        ({"complement": 1 - W[1]}, ModelError, "'pair 0' has a complement, which only a vanishing constraint can have"),
-    ],
-    ids=["G", "H", "complement", "complement of a pair"],
-)
-def test_a_condition_of_wrong_factors_is_refused(changes: Any, error: type[Exception], message: str) -> None:
-    """Factors are scalars, and only a vanishing constraint has a third one; the error names the condition."""
-    with pytest.raises(error) as caught:
-        replace(Complementarity(PAIR, W[0], W[1]), **changes)
-    assert str(caught.value) == message
 
 
 @pytest.mark.parametrize("part", ["lower", "upper"])

@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import HomotopyOptions, solve
-from fesd_robot.mpcc.schedule import RULES, SETTLED, USUAL, Rule, Schedule, chosen_start
+from fesd_robot.mpcc.schedule import ACTIVE_SET_SETTLED_SIGMA, RULES, USUAL_ITERATIONS, Rule, Schedule, chosen_start
 
 from .known import KNOWN, X, Y, mpcc, vanishing
 
@@ -22,7 +22,7 @@ def _schedule(rule: Rule, **changes: Any) -> Schedule:
     return replace(Schedule(rule, first=1.0, last=1e-8, factor=0.2, power=1.5, velocity_level_ratio=1.0), **changes)
 
 
-def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL) -> float:
+def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL_ITERATIONS) -> float:
     """By what sigma of both levels shrinks."""
     first, second = schedule.after((sigma, sigma), iterations)
     assert first == second
@@ -32,15 +32,15 @@ def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL) -> float:
 def test_linear() -> None:
     """The factor, and its square once sigma has settled; iterations do not matter."""
     schedule = _schedule("linear")
-    assert _factor(schedule, 1.0) == _factor(schedule, 1.01 * SETTLED, 1000) == pytest.approx(0.2)
-    assert _factor(schedule, SETTLED) == pytest.approx(0.04)
+    assert _factor(schedule, 1.0) == _factor(schedule, 1.01 * ACTIVE_SET_SETTLED_SIGMA, 1000) == pytest.approx(0.2)
+    assert _factor(schedule, ACTIVE_SET_SETTLED_SIGMA) == pytest.approx(0.04)
 
 
 def test_superlinear() -> None:
     """min(factor sigma, sigma^power), whichever side of 1 sigma is on."""
     schedule = _schedule("superlinear")
     for sigma in (100.0, 1.0, 0.1, 0.04, 0.01, 1e-4):
-        assert schedule.after((sigma, sigma), USUAL)[0] == pytest.approx(min(0.2 * sigma, sigma**1.5))
+        assert schedule.after((sigma, sigma), USUAL_ITERATIONS)[0] == pytest.approx(min(0.2 * sigma, sigma**1.5))
 
 
 @pytest.mark.parametrize(

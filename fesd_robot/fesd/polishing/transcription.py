@@ -40,14 +40,14 @@ class BranchTranscription:
         """The problem without pairs, and with a row for every quantity that needs one at every point."""
         full = self.transcription.problem
         kinds = len(self.transcription.intervals)
-        first, intervals, rest = full.blocks[0], full.blocks[1 : 1 + kinds], full.blocks[1 + kinds :]
+        first, intervals, others = full.blocks[0], full.blocks[1 : 1 + kinds], full.blocks[1 + kinds :]
         blocks = [
             _without_pairs(first, self._initial_rows(first)),
             *(
                 _without_pairs(block, self._interval_rows(block, count))
                 for block, count in zip(intervals, self.transcription.intervals, strict=True)
             ),
-            *rest,
+            *others,
         ]
         return Mpcc(lower=full.lower, upper=full.upper, start=full.start, blocks=blocks)
 

@@ -1,4 +1,4 @@
-"""Relaxations of a complementarity pair, by name; each turns 0 <= a, 0 <= b, a b = 0 into smooth rows with a sigma.
+"""Relaxations of a complementarity pair, by name; each turns 0 <= G, 0 <= H, G H = 0 into smooth rows with a sigma.
 
 Compared with each other by Hoheisel, Kanzow, Schwartz, Math. Program. 137 (2013), and, with ways of steering sigma, by
 Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022.

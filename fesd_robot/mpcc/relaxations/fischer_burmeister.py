@@ -7,16 +7,16 @@ import casadi as ca
 from fesd_robot.mpcc.relaxations.relaxation import Relaxation
 
 
-def norm_against_sum(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
-    """Return a + b - sqrt(a² + b² + 2 sigma), which has the sign of a b - sigma where a + b > 0.
+def norm_against_sum(G: ca.SX, H: ca.SX, sigma: ca.SX) -> ca.SX:
+    """Return G + H - sqrt(G² + H² + 2 sigma), which has the sign of G H - sigma where G + H > 0.
 
     Source: Fischer, Optimization 24 (1992); smoothed by Kanzow, SIAM J. Matrix Anal. Appl. 17 (1996).
     """
-    return a + b - ca.sqrt(a**2 + b**2 + 2 * sigma)
+    return G + H - ca.sqrt(G**2 + H**2 + 2 * sigma)
 
 
 fischer_burmeister = Relaxation("fischer_burmeister", norm_against_sum, vanishing=True)
-"""a + b <= sqrt(a² + b² + 2 sigma)."""
+"""G + H <= sqrt(G² + H² + 2 sigma)."""
 
 fischer_burmeister_equality = Relaxation("fischer_burmeister_equality", norm_against_sum, equality=True)
-"""a + b = sqrt(a² + b² + 2 sigma)."""
+"""G + H = sqrt(G² + H² + 2 sigma)."""

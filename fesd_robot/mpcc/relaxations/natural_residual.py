@@ -7,16 +7,16 @@ import casadi as ca
 from fesd_robot.mpcc.relaxations.relaxation import Relaxation
 
 
-def smoothed_minimum(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
-    """Return (a + b - sqrt((a - b)² + 4 sigma)) / 2, which has the sign of a b - sigma where a + b > 0.
+def smoothed_minimum(G: ca.SX, H: ca.SX, sigma: ca.SX) -> ca.SX:
+    """Return (G + H - sqrt((G - H)² + 4 sigma)) / 2, which has the sign of G H - sigma where G + H > 0.
 
     Source: Chen and Harker, SIAM J. Matrix Anal. Appl. 14 (1993); Kanzow, ibid. 17 (1996).
     """
-    return 0.5 * (a + b - ca.sqrt((a - b) ** 2 + 4 * sigma))
+    return 0.5 * (G + H - ca.sqrt((G - H) ** 2 + 4 * sigma))
 
 
 natural_residual = Relaxation("natural_residual", smoothed_minimum, vanishing=True)
-"""(a + b - sqrt((a - b)² + 4 sigma)) / 2 <= 0."""
+"""(G + H - sqrt((G - H)² + 4 sigma)) / 2 <= 0."""
 
 natural_residual_equality = Relaxation("natural_residual_equality", smoothed_minimum, equality=True)
-"""(a + b - sqrt((a - b)² + 4 sigma)) / 2 = 0."""
+"""(G + H - sqrt((G - H)² + 4 sigma)) / 2 = 0."""

@@ -1,4 +1,4 @@
-"""What every relaxation of a complementarity pair says about itself."""
+"""A relaxation of complementarity pairs as a value: its formula, and what follows for signs and sigma."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import casadi as ca
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Smooth rows r(a, b, sigma) <= 0, or = 0, that become 0 <= a, 0 <= b, a b = 0 as sigma vanishes.
+    """Smooth rows r(G, H, sigma) <= 0, or = 0, that become 0 <= G, 0 <= H, G H = 0 as sigma vanishes.
 
-    The scaling is such that a = b = sqrt(sigma) satisfies one of the rows with equality.
+    The scaling is such that G = H = sqrt(sigma) satisfies one of the rows with equality.
 
     Args:
         name: its key in `RELAXATIONS`.
-        formula: (a, b, t) -> rows for t = sigma^(1/power); a, b, t of shape (n, 1), rows of shape (n k, 1).
+        formula: (G, H, t) -> rows for t = sigma^(1/power); G, H, t of shape (n, 1), rows of shape (n k, 1).
         power: 1 where the rows are smooth in sigma itself, 2 where they are smooth in its root.
         equality: rows are held at 0 instead of below.
-        signs: a, b >= 0 are held beside the rows.
+        signs: G, H >= 0 are held beside the rows.
         vanishing: the rows hold vanishing constraints: with H >= 0 alone they become G H <= 0 for G of any sign.
-        bounds_product: the rows keep a b within sigma; otherwise only the smaller side is within sqrt(sigma).
+        bounds_product: the rows keep G H within sigma; otherwise only the smaller side is within sqrt(sigma).
     """
 
     name: str
@@ -32,16 +32,16 @@ class Relaxation:
     vanishing: bool = False
     bounds_product: bool = True
 
-    def rows(self, a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
-        """Return r(a, b, sigma) of shape (n k, 1) for n pairs with k rows each."""
-        return self.formula(a, b, self.parameter(sigma))
+    def rows(self, G: ca.SX, H: ca.SX, sigma: ca.SX) -> ca.SX:
+        """Return r(G, H, sigma) of shape (n k, 1) for n pairs with k rows each."""
+        return self.formula(G, H, self.parameter(sigma))
 
     def parameter(self, sigma: ca.SX) -> ca.SX:
         """Return t = sigma^(1/power)."""
         return sigma if self.power == 1 else ca.sqrt(sigma)
 
     def last_sigma(self, tolerance: float) -> float:
-        """Return the sigma that keeps a b within the tolerance.
+        """Return the sigma that keeps G H within the tolerance.
 
         Where only the smaller side is within sqrt(sigma), the root is a tenth of the tolerance, which is enough for
         larger sides up to 10.

@@ -7,16 +7,16 @@ import casadi as ca
 from fesd_robot.mpcc.relaxations.relaxation import Relaxation
 
 
-def product(a: ca.SX, b: ca.SX, sigma: ca.SX) -> ca.SX:
-    """Return a b - sigma.
+def product(G: ca.SX, H: ca.SX, sigma: ca.SX) -> ca.SX:
+    """Return G H - sigma.
 
     Source: Scholtes, SIAM J. Optim. 11 (2001).
     """
-    return a * b - sigma
+    return G * H - sigma
 
 
 scholtes = Relaxation("scholtes", product, vanishing=True)
-"""a b <= sigma."""
+"""G H <= sigma."""
 
 scholtes_equality = Relaxation("scholtes_equality", product, equality=True)
-"""a b = sigma."""
+"""G H = sigma."""
