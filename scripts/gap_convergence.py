@@ -37,7 +37,7 @@ RATE = 1.5
 INTERVALS = (2, 4, 8, 16)
 
 
-def largest_gap(stages: int, intervals: int, feedback: float) -> float:
+def largest_gap(stages: int, intervals: int, gain: float) -> float:
     """Return the largest true gap at the ends of the elements, m."""
     task = load_task(
         TASK,
@@ -46,7 +46,7 @@ def largest_gap(stages: int, intervals: int, feedback: float) -> float:
             f"horizon.intervals={intervals}",
             f"method.stages={stages}",
             "method.elements=1",
-            f"method.formulation.baumgarte_gain={feedback}",
+            f"method.formulation.baumgarte_gain={gain}",
             "reference={type: line}",
             f"initial.velocity={{root_x: {0.5 * RATE}, root_pitch: {RATE}}}",
             "goal.configuration={}",
@@ -82,14 +82,14 @@ def main() -> int:
     parser.add_argument("--page", type=Path, default=ROOT / "docs" / "results" / "gap_convergence.md")
     page = parser.parse_args().page
     lines, passed = [], True
-    for feedback in (30.0, 0.0):
+    for gain in (30.0, 0.0):
         for stages in (1, 2, 3):
-            errors = [largest_gap(stages, n, feedback) for n in INTERVALS]
+            errors = [largest_gap(stages, n, gain) for n in INTERVALS]
             slope = float(np.polyfit(np.log(DURATION / np.array(INTERVALS)), np.log(errors), 1)[0])
             order = 2 * stages - 1
             passed &= slope >= order - 0.5 and errors == sorted(errors, reverse=True)
             cells = " | ".join(f"{error:.1e}" for error in errors)
-            lines.append(f"| {feedback:g} | {stages} | {order} | {cells} | {slope:.2f} |")
+            lines.append(f"| {gain:g} | {stages} | {order} | {cells} | {slope:.2f} |")
             print(lines[-1], flush=True)
     header = [
         "# The true gap in stance",

@@ -34,7 +34,7 @@ COLUMNS = {
     "duration [s]": "duration",
     "friction": "friction",
     "solved": "solved",
-    "attempts": "tries",
+    "attempts": "attempts",
     "iterations": "iterations",
     "seconds": "seconds",
     "cost": "cost",
@@ -78,13 +78,13 @@ def solve(seed: int, retries: int) -> dict[str, object]:
     """Plan one variation."""
     values, begin = variation(seed), time.perf_counter()
     result = plan(load_task(TASK, [*overrides(values), f"solver.retries={retries}"]))
-    tries = result.statistics.attempts
+    attempts = result.statistics.attempts
     return {
         "seed": seed,
         **values,
         "solved": result.status.solved,
-        "tries": len(tries),
-        "iterations": sum(one.iterations for one in tries),
+        "attempts": len(attempts),
+        "iterations": sum(one.iterations for one in attempts),
         "seconds": time.perf_counter() - begin,
         "cost": result.statistics.objective,
         "complementarity": result.status.complementarity,
@@ -105,9 +105,10 @@ def main() -> int:
         jobs = [pool.submit(solve, seed, arguments.retries) for seed in range(arguments.count)]
         for job in jobs:
             rows.append(row := job.result())
-            print(f"{row['seed']:>3} {'solved' if row['solved'] else 'NOT   '} {row['tries']} attempts "
+            print(f"{row['seed']:>3} {'solved' if row['solved'] else 'NOT   '} {row['attempts']} attempts "
                   f"{row['seconds']:.0f} s  {row['message']}", flush=True)  # fmt: skip
-    solved, first = sum(bool(row["solved"]) for row in rows), sum(row["solved"] and row["tries"] == 1 for row in rows)
+    solved = sum(bool(row["solved"]) for row in rows)
+    first = sum(row["solved"] and row["attempts"] == 1 for row in rows)
     lines = [
         "# Variations of the one-jump task",
         "",

@@ -122,7 +122,7 @@ class Report:
         plt.close(figure)
         self.parts.append(f"![{caption}](../images/{path.name})\n\n{caption}")
 
-    def finish(self) -> None:
+    def close(self) -> None:
         """Write the page and end the program, with exit status 1 if a check failed."""
         seconds = time.process_time() - self.begin
         switches = [f" --{key}" for key, value in vars(self.arguments).items() if value is True]

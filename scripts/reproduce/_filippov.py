@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
-BENDS = (0.15, 0.05)
+CURVATURES = (0.15, 0.05)
 """phi_1 = q1 + 0.15 q2^2, phi_2 = q2 - 0.05 q1^3."""
 ZERO = 1e-10
 """A Taylor coefficient this small counts as zero where it decides in which mode an arc goes on."""
@@ -122,7 +122,7 @@ def _next_arc(q: np.ndarray, velocity: Pair, zero: tuple[bool, bool]) -> Arc:
 
 def _arc(q: np.ndarray, velocity: Pair, mode: Mode, zero: tuple[bool, bool]) -> Arc:
     """Return the motion from q in a mode."""
-    (a, b), (v1, v2) = BENDS, velocity
+    (a, b), (v1, v2) = CURVATURES, velocity
     free = [Polynomial([q[i]]) + (velocity[i] - mode[i]).integ() for i in (0, 1)]
     s = [Polynomial([float(mode[0])]), Polynomial([float(mode[1])])]
     if mode == (0, 0):
@@ -150,7 +150,7 @@ def _arc(q: np.ndarray, velocity: Pair, mode: Mode, zero: tuple[bool, bool]) -> 
 
 def _switching(q: Pair) -> Pair:
     """phi along a path."""
-    return q[0] + BENDS[0] * q[1] ** 2, q[1] - BENDS[1] * q[0] ** 3
+    return q[0] + CURVATURES[0] * q[1] ** 2, q[1] - CURVATURES[1] * q[0] ** 3
 
 
 def _leading(margin: Polynomial) -> float:

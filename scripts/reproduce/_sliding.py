@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from _filippov import BENDS, replay
+from _filippov import CURVATURES, replay
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
@@ -67,7 +67,7 @@ VARIANTS = [
 def system_of(variant: Variant) -> ComplementaritySystem:
     """Return the dynamics, a Cartesian product of two subsystems with two regions each."""
     q, v, u = ca.SX.sym("q", 2), ca.SX.sym("v", 2), ca.SX.sym("u", 2)
-    surfaces = (q[0] + BENDS[0] * q[1] ** 2, q[1] - BENDS[1] * q[0] ** 3)
+    surfaces = (q[0] + CURVATURES[0] * q[1] ** 2, q[1] - CURVATURES[1] * q[0] ** 3)
     subsystems = [
         Subsystem(
             fields=np.outer(np.eye(4)[i], [-1.0, 1.0]),

@@ -255,7 +255,7 @@ def main() -> None:
     )
     report.check("an iteration with step functions is cheaper at every N", max(ratios.values()) < 1)
     report.check(f"its ratio is below {TARGET:g} at every N", max(ratios.values()) < TARGET)
-    report.finish()
+    report.close()
 
 
 if __name__ == "__main__":

@@ -369,7 +369,7 @@ def main() -> None:
     report.check(f"every fixed-step error at N = 324 above 1e-3, the least is {fixed_least:.2e}", fixed_least > 1e-3)
     report.check(f"Stewart and Heaviside form agree to 1e-11, found {difference:.1e}", difference < 1e-11)
     report.check("every step that has a solution was solved", not experiment.failures)
-    report.finish()
+    report.close()
 
 
 if __name__ == "__main__":

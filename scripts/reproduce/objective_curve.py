@@ -221,7 +221,7 @@ def main() -> None:
         np.mean(on_staircase < 2e-3) > 0.9,
     )
     report.check(f"simulations that failed: {len(failures)}", not failures)
-    report.finish()
+    report.close()
 
 
 if __name__ == "__main__":

@@ -212,7 +212,7 @@ def main() -> None:
         bool(np.isin(euler, (0.0, 1.0)).all()),
     )
     report.check("every step was solved", not experiment.failures)
-    report.finish()
+    report.close()
 
 
 if __name__ == "__main__":

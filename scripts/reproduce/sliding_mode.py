@@ -18,7 +18,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from _filippov import BENDS, replay
+from _filippov import CURVATURES, replay
 from _sliding import DURATION, INTERVALS, START, TARGET, TITLES, TOLERANCE, VARIANTS, Run, Variant, optimise, system_of
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -285,8 +285,8 @@ def draw(runs: Sequence[Run], best: dict[str, Run]) -> Figure:
 def _draw_paths(axis: Axes, best: dict[str, Run]) -> None:
     """The optimal paths over the surfaces that they slide along."""
     q = np.linspace(-1, 2.2, 200)
-    axis.plot(-BENDS[0] * q**2, q, color="0.6", linewidth=0.8, label="φ₁ = 0")
-    axis.plot(q, BENDS[1] * q**3, "--", color="0.6", linewidth=0.8, label="φ₂ = 0")
+    axis.plot(-CURVATURES[0] * q**2, q, color="0.6", linewidth=0.8, label="φ₁ = 0")
+    axis.plot(q, CURVATURES[1] * q**3, "--", color="0.6", linewidth=0.8, label="φ₂ = 0")
     for name, run in best.items():
         axis.plot(*run.path.T, label=f"path of {name}")
     axis.plot(*TARGET, "x", color="black", label="target")
@@ -313,7 +313,7 @@ def main() -> None:
         "they took, V3. Right: the optimal paths.",
     )
     report.add("## Summary")
-    report.finish()
+    report.close()
 
 
 if __name__ == "__main__":

@@ -218,7 +218,7 @@ def main() -> None:
         if simulation is not None:
             chosen.append((case, simulation))
     draw(chosen, report)
-    report.finish()
+    report.close()
 
 
 if __name__ == "__main__":
