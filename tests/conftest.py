@@ -25,7 +25,7 @@ SHORT = (
 
 
 class Planned(NamedTuple):
-    """A plan and what `progress` was told while it was made."""
+    """A plan and what `progress` was called with while it was made."""
 
     plan: Plan
     reports: list[NlpReport]

@@ -93,13 +93,13 @@ def _robot(motion: MotionProblem) -> list[str]:
                 _interval(*bounds),
             ]
         )
-    speeds = velocity_units(robot)
+    velocity_unit = velocity_units(robot)
     velocity_rows = [["velocity", "unit", "start", "goal", "limits"]]
     for i, name in enumerate(robot.velocity_names):
         velocity_rows.append(
             [
                 name,
-                speeds[name],
+                velocity_unit[name],
                 f"{ends.initial_velocity[i]:.4g}",
                 f"{ends.goal_velocity[i]:.4g}",
                 _interval(limits.lower_velocity[i], limits.upper_velocity[i]),
@@ -259,8 +259,8 @@ def _goal(motion: MotionProblem) -> list[str]:
         return [first, *described_points(goal)]
     tolerance = goal.tolerance
     hard = [f"{name} within {width:g} {units[name]}" for name, width in tolerance.configuration.items()]
-    speeds = velocity_units(robot)
-    hard += [f"velocity of {name} within {width:g} {speeds[name]}" for name, width in tolerance.velocity.items()]
+    velocity_unit = velocity_units(robot)
+    hard += [f"velocity of {name} within {width:g} {velocity_unit[name]}" for name, width in tolerance.velocity.items()]
     soft = "all else is" if hard else "The whole goal is"
     first = (f"Hard: {', '.join(hard)}; " if hard else "") + f"{soft} soft, with weights in the terminal costs only."
     return [first, *described_points(goal)]

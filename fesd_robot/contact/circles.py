@@ -55,7 +55,7 @@ def two_circles_contact(
     """Return gap, normal and tangent directions of two circles that turn with their frames.
 
     f_c(q) = |d| - r_1 - r_2 with d = p_1 - p_2 in the x-z plane, n = d / |d|, t = (n_z, -n_x), J_n = (J_1 - J_2)^T n,
-    J_t = (J_1 - J_2)^T t - r_1 J_w1 - r_2 J_w2: the speed of circle 1 over circle 2 where they touch.
+    J_t = (J_1 - J_2)^T t - r_1 J_w1 - r_2 J_w2: the velocity of circle 1 over circle 2 where they touch.
 
     Args:
         configuration: q, SX symbols (n_q).

@@ -56,7 +56,7 @@ def test_there_are_at_least_fifty() -> None:
 
 
 @pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
-def test_a_fault_is_told(run: Callable[..., Any], tmp_path: Path, file: Path) -> None:
+def test_a_fault_is_reported(run: Callable[..., Any], tmp_path: Path, file: Path) -> None:
     """`check` ends with status 2 and one sentence that names file, line, key and what would be valid."""
     assert_refused(run("check", file), file, tmp_path)
 

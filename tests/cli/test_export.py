@@ -65,7 +65,7 @@ def test_a_pipe_gets_the_content_alone(run: Run, finished: Any, plan: Path) -> N
 
 @pytest.mark.parametrize("name", ["motion.yaml", "motion.json"])
 def test_a_joint_trajectory_is_a_message(run: Run, plan: Path, tmp_path: Path, name: str) -> None:
-    """The fields of the message as YAML or JSON, for the joints asked for; what is left out is told on stderr."""
+    """The fields of the message as YAML or JSON, for the joints asked for; what is left out is reported on stderr."""
     outcome = run(
         "export", plan, "--format", "joint-trajectory", "--joint", "leg", "--joint", "root_pitch", "--out",
         tmp_path / name,

@@ -82,7 +82,7 @@ def test_what_is_not_solved_is_written_and_marked(
 
 
 def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, small: list[str]) -> None:
-    """With --quiet stdout stays empty, and a plan that is not solved is told on stderr."""
+    """With --quiet stdout stays empty, and a plan that is not solved is reported on stderr."""
     outcome = run("plan", task, "--quiet", *small, "--set", "solver.max_iterations=3")
     assert (outcome.code, outcome.out) == (3, "")
     assert outcome.err.startswith("hopper_one_jump: Not solved")

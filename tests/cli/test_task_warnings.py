@@ -66,7 +66,7 @@ WARNINGS: list[tuple[list[str], str]] = [
 
 
 @pytest.mark.parametrize(("overrides", "sentence"), WARNINGS, ids=[sentence[:40] for _, sentence in WARNINGS])
-def test_what_is_perhaps_not_meant_is_told(overrides: list[str], sentence: str) -> None:
+def test_what_is_perhaps_not_meant_is_reported(overrides: list[str], sentence: str) -> None:
     """Each doubtful setting is one warning with its numbers, and there is no other."""
     assert task_warnings(formulate(load_task(ONE_JUMP, overrides))) == [sentence]
 

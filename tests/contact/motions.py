@@ -67,7 +67,7 @@ class Motion:
     friction: float = FRICTION
 
     def add(self, duration: float, plus: float = 0.0, minus: float = 0.0, *, settled: bool = False) -> None:
-        """Append an element; `settled` puts the speed exactly at zero where it ends up at round-off."""
+        """Append an element; `settled` puts the velocity exactly at zero where it ends up at round-off."""
         left = self.state
         free = 1.0 - plus - minus
         slope = np.array(
@@ -185,7 +185,7 @@ def branch_of(system: ContactSystem, elements: Sequence[Element]) -> Branch:
 def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), stance: float = 0.2) -> Motion:
     """The point mass of benchmark (i) 3: flight, inelastic impact with friction, sliding stance.
 
-    z falls to 0 at √(2 z0 / g) with the speed -√20 for z0 = 1; the clock then stands still for √20 / a_n, and in stance
+    z falls to 0 at √(2 z0 / g) with the velocity -√20 for z0 = 1; the clock then stands still for √20 / a_n, and in stance
     it runs at the rate γ = a_n / (a_n + g).
     """
     motion = Motion(options, np.array(start, dtype=float))

@@ -80,7 +80,7 @@ def frame_motion(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray, step: f
 
 @pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("foot")])
 def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
-    """J_t v is the speed along the surface of the point of the body that lies at the contact, by finite differences."""
+    """J_t v is the velocity along the surface of the point of the body that lies at the contact, by finite differences."""
     source, pair = CASES[name]
     robot = load_robot(source)
     function, step = expressions(robot, pair), 1e-6
@@ -95,14 +95,14 @@ def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
             bodies = [(pair.frame, pair.radius)]
             tangent = np.asarray(pair.path.tangent(here.translation))
             normal = np.array([-tangent[2], 0, tangent[0]])
-        speeds = []
+        velocities = []
         for frame, radius in bodies:
             placement = frame_motion(robot, frame, q, v, 0.0)
             fixed = placement.actInv(placement.translation - radius * normal)
             ends = [frame_motion(robot, frame, q, v, h).act(fixed) for h in (-step, step)]
-            speeds.append(tangent @ (ends[1] - ends[0]) / (2 * step))
-        speed = np.asarray(function(q, v)[3].full()).ravel() @ v
-        assert speed == pytest.approx(speeds[0] - sum(speeds[1:]), abs=1e-7)
+            velocities.append(tangent @ (ends[1] - ends[0]) / (2 * step))
+        tangential = np.asarray(function(q, v)[3].full()).ravel() @ v
+        assert tangential == pytest.approx(velocities[0] - sum(velocities[1:]), abs=1e-7)
 
 
 def test_a_rolling_disc_does_not_slide() -> None:

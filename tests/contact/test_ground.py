@@ -140,8 +140,8 @@ def test_a_raised_ground_is_a_radius_away(ground: Terrain, radius: float) -> Non
         s = np.linspace(x - 2 * radius, x + 2 * radius, 4001)
         s = s[[np.argmin((s - x) ** 2 + (ground.profile.derivatives(s)[0] - center[2]) ** 2)]]
         for _ in range(5):
-            h, slope, bend = ground.profile.derivatives(s)
-            s = s - (s - x + (h - center[2]) * slope) / (1 + slope**2 + (h - center[2]) * bend)
+            h, slope, curvature = ground.profile.derivatives(s)
+            s = s - (s - x + (h - center[2]) * slope) / (1 + slope**2 + (h - center[2]) * curvature)
         nearest = np.array([s[0], 0.7, ground.profile.derivatives(s)[0, 0]])
         assert np.linalg.norm(center - nearest) == pytest.approx(radius, abs=3e-7)
         assert (center - nearest) / radius == pytest.approx(np.asarray(raised.normal(center)), abs=1e-4)

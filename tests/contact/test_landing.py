@@ -28,8 +28,8 @@ def test_the_exact_landing_is_a_solution(options: ContactOptions, mode: str) -> 
     assert residuals.constraint_violation <= 1e-13, residuals.worst_constraint
     assert residuals.complementarity <= 1e-13, residuals.worst_pair
     clock = IMPACT_TIME + 0.2 * AUXILIARY_FORCE / (AUXILIARY_FORCE + GRAVITY)
-    speed = SLIP_VELOCITY - FRICTION * GRAVITY * (clock - IMPACT_TIME)
-    assert motion.state[[1, 2, 3, 4]] == pytest.approx([0, speed, 0, clock], abs=1e-14)
+    velocity = SLIP_VELOCITY - FRICTION * GRAVITY * (clock - IMPACT_TIME)
+    assert motion.state[[1, 2, 3, 4]] == pytest.approx([0, velocity, 0, clock], abs=1e-14)
 
 
 def _at_the_ground(options: ContactOptions) -> Motion:
@@ -110,7 +110,7 @@ def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float
     )
     assert solution.solved
     flight, impact, stance = transcription.unpack(solution.w)
-    # Ungated, the end of a flight is a product of two speeds: a tolerance of 1e-10 determines it to its root.
+    # Ungated, the end of a flight is a product of two velocities: a tolerance of 1e-10 determines it to its root.
     accuracy = 1e-8 if options.gate else 1e-5
     assert flight.step == pytest.approx(IMPACT_TIME, abs=accuracy)
     assert impact.step == pytest.approx(IMPACT_SPEED / AUXILIARY_FORCE, abs=accuracy)

@@ -19,14 +19,14 @@ WALKER = Path(__file__).parents[1] / "robot" / "models" / "walker.xml"
 @pytest.mark.parametrize("source", [HOPPER, WALKER], ids=["hopper", "walker"])
 @pytest.mark.parametrize("ground", [Plane(height=0.1), Plane(slope=0.3)], ids=["level", "sloped"])
 def test_normal_and_tangent_are_derivatives(source: Path, ground: Plane) -> None:
-    """d/dt f_c = J_n v, and J_t v is the speed of the point along the ground, at random states."""
+    """d/dt f_c = J_n v, and J_t v is the velocity of the point along the ground, at random states."""
     robot = load_robot(source)
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
     contact = point_contact(robot, q, ground, name="tip", frame="foot", friction=0.6)
     sideways = point_contact(robot, q, Plane(slope=ground.slope - np.pi / 2), name="wall", frame="foot", friction=0)
     rates = ca.jtimes(ca.vertcat(contact.gap, sideways.gap), q, configuration_derivative(robot, q, v))
-    speeds = ca.vertcat(ca.dot(contact.normal, v), ca.dot(contact.tangent, v))
-    both = ca.Function("both", [q, v], [rates, speeds])
+    velocities = ca.vertcat(ca.dot(contact.normal, v), ca.dot(contact.tangent, v))
+    both = ca.Function("both", [q, v], [rates, velocities])
     assert (contact.name, contact.friction) == ("tip", 0.6)
     rng = np.random.default_rng(4)
     for _ in range(3):

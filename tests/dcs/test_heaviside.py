@@ -111,7 +111,7 @@ def test_lifted_products_have_their_definitions_as_residuals() -> None:
 
 
 def test_another_h_can_take_the_place_of_alpha() -> None:
-    """The lambda_n of a step excludes what it was told to exclude, the others their alpha."""
+    """The lambda_n of a step excludes what it is given to exclude, the others their alpha."""
     system = _plain(excluded={1: 1 - ALPHA[0]})
     x, u, p, z = np.zeros(3), np.zeros(1), np.zeros(2), np.array([0.2, 0.7, 0, 0, 0, 0])
     assert _evaluate(system, x, u, z, p)[2] == pytest.approx([0.2, 0.8, 0.8, 0.3])

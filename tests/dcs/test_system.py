@@ -49,7 +49,7 @@ def test_arguments_are_in_the_order_of_every_function() -> None:
 
 
 def test_vanishing_constraints_are_no_pairs() -> None:
-    """Pairs and vanishing constraints are told apart, each in the order given; G and H are those of the pairs."""
+    """Pairs and vanishing constraints are distinguished, each in the order given; G and H are those of the pairs."""
     system = _bouncing()
     (contact,) = system.pairs
     none_above = Complementarity(Label("none above"), system.state[0], system.algebraic[0], vanishing=True)

@@ -164,7 +164,7 @@ def test_cost_terms_are_the_objective(scheme: str, stages: int, equilibration: s
 
 
 def test_rows_have_names() -> None:
-    """The worst row is told with its equation, element, stage, state and interval."""
+    """The worst row is reported with its equation, element, stage, state and interval."""
     transcription = _transcription()
     problem = transcription.problem
     block = problem.blocks[1]

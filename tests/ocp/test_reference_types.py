@@ -78,7 +78,7 @@ ERRORS = [
 
 @pytest.mark.parametrize(("content", "fragment"), ERRORS, ids=[error[1] for error in ERRORS])
 def test_files_that_are_no_reference(short: str, load: Load, tmp_path: Path, content: str, fragment: str) -> None:
-    """What a file lacks is told at the line of its path."""
+    """What a file lacks is reported at the line of its path."""
     with pytest.raises(TaskError) as caught:
         formulate(load(with_file(short, tmp_path, content)))
     assert (caught.value.line, caught.value.key) == (11, "reference.path"), caught.value

@@ -42,15 +42,15 @@ def test_places_are_what_they_say(short: str, load: Load, scheme: str) -> None:
     ]
     transcription = Transcription(replace(motion.ocp, constraints=constraints), motion.fesd)
     w = np.random.default_rng(0).normal(size=transcription.problem.size)
-    stages, ends, intervals, neighbours, period = (b.evaluate(w)[1] for b in transcription.problem.blocks[-5:])
+    stages, ends, intervals, coupling, boundary = (b.evaluate(w)[1] for b in transcription.problem.blocks[-5:])
     elements, controls = transcription.unpack(w), transcription.controls(w)
     nodes = np.array([elements[0].x_left, *(elements[3 * k + 2].x[-1] for k in range(4))])
     np.testing.assert_array_equal(ends, [*nodes[1:].T, range(4)])
     np.testing.assert_array_equal(intervals, [*nodes[:-1].T, *nodes[1:].T, range(4)])
     np.testing.assert_array_equal(
-        neighbours, [*nodes[1:-1].T, *controls[:, :-1], *nodes[2:].T, *controls[:, 1:], range(3)]
+        coupling, [*nodes[1:-1].T, *controls[:, :-1], *nodes[2:].T, *controls[:, 1:], range(3)]
     )
-    np.testing.assert_array_equal(period.ravel(), [*nodes[0], *nodes[-1], 0])
+    np.testing.assert_array_equal(boundary.ravel(), [*nodes[0], *nodes[-1], 0])
     points = [(e, state) for e in elements[3:9] for state in e.x]
     np.testing.assert_array_equal(stages[:n], np.array([state for _, state in points]).T)
     np.testing.assert_array_equal(stages[n : n + 2], np.array([e.u for e, _ in points]).T)

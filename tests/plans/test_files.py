@@ -264,7 +264,7 @@ def test_no_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("others", [{}, {"tensors": [1]}])
 def test_a_later_plan_says_so(plan: Plan, tmp_path: Path, others: dict[str, Any]) -> None:
-    """A plan of a later schema version is told from a broken one, whatever else it holds."""
+    """A plan of a later schema version is distinguished from a broken one, whatever else it holds."""
     data = {**json.loads(plan.model_dump_json()), "schema_version": 2, **others}
     (tmp_path / "plan.json").write_text(json.dumps(data))
     with pytest.raises(PlanFileError, match="found a plan of schema version 2, expected 1"):

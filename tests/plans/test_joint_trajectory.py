@@ -77,7 +77,7 @@ def test_a_wheel_without_limits_turns_on(plan: Plan) -> None:
     assert max(np.diff(positions)) < np.pi
 
 
-def test_what_a_controller_should_know_is_told(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_a_controller_should_know_is_reported(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
     """A plan that is not solved, and joints that are no coordinates of it, are warned of."""
     status = plan.status.model_copy(update={"solved": False, "message": "Not solved."})
     robot = {**plan.task["robot"], "locked": {"neck": 0.0}, "coupled": {"right": "left"}}

@@ -1,4 +1,4 @@
-"""What a task demands besides physics, measured on motions in closed form."""
+"""What a task requires besides physics, measured on motions in closed form."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SAME = ["horizon.duration=0.3", "horizon.intervals=2", "reference={type: line}",
 
 
 def missed(hopper: MotionProblem, motion: PhysicalMotion, *overrides: str) -> dict[str, float]:
-    """What a motion misses of the demands in these overrides; its own start and end are start and goal."""
+    """What a motion misses of the requirements in these overrides; its own start and end are start and goal."""
     task = load_task(TASK, [*SAME, *overrides])
     start = (motion.configuration[0], motion.velocity[0])
     found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
@@ -88,7 +88,7 @@ def test_bounds_of_a_free_duration(hopper: MotionProblem) -> None:
 
 
 def test_waypoints(hopper: MotionProblem) -> None:
-    """Hard targets are compared at the end of the interval; targets that are only weighed are never missed."""
+    """Hard targets are compared at the end of the interval; targets that are only weighted are never missed."""
     height = 0.7 - 9.81 / 2 * 0.15**2
     for waypoint, size in (
         (f"configuration: {{root_z: {height - 0.1}}}, tolerance: {{configuration: {{root_z: 0.02}}}}", 0.08),

@@ -85,7 +85,7 @@ def test_not_converged(nlp: str, advice: str, clean: Audit) -> None:
 
 
 def test_feasible_but_not_complementary(clean: Audit) -> None:
-    """If only complementarity is missing, the worst pair and the tolerance are told."""
+    """If only complementarity is missing, the worst pair and the tolerance are reported."""
     message = status_of(solution("iteration limit"), clean, 1e-8).message
     assert "complementarity is 2.0e-03 (asked for 1e-08), worst at gap, interval 3" in message
 
@@ -104,7 +104,7 @@ def test_no_nlp_was_run(clean: Audit) -> None:
 
 
 def test_the_kind_of_point_stands_beside_the_verdict(clean: Audit) -> None:
-    """A certificate is told as it is, and does not decide whether a plan is solved."""
+    """A certificate is reported as it is, and does not decide whether a plan is solved."""
     certificate = Certificate(kind="M", b_stationary="refuted", biactive=7, unresolved=2, residual=1e-7)
     status = status_of(solution("converged", solved=True), clean, 1e-8, certificate)
     assert status.solved

@@ -161,7 +161,7 @@ ROBOT_MISTAKES: list[tuple[str, str, float, str | None, int, str, list[str]]] = 
 
 
 @pytest.mark.parametrize(("ground", "contact", "height", "table", "line", "key", "fragments"), ROBOT_MISTAKES)
-def test_what_a_robot_cannot_stand_on_is_told(
+def test_what_a_robot_cannot_stand_on_is_reported(
     tmp_path: Path,
     ground: str,
     contact: str,
