@@ -31,13 +31,13 @@ CASES: dict[str, tuple[Path, ContactGeometry]] = {
     "two discs": (DISCS, CircleOnCircle("first", 0.2, "second", 0.3)),
     "shank and foot": (HOPPER, CircleOnCircle("foot", 0.02, "body", 0.07)),
 }
-each_case = pytest.mark.parametrize(("source", "pair"), CASES.values(), ids=CASES.keys())
+each_case = pytest.mark.parametrize(("source", "geometry"), CASES.values(), ids=CASES.keys())
 
 
-def expressions(robot: Robot, pair: ContactGeometry) -> ca.Function:
+def expressions(robot: Robot, geometry: ContactGeometry) -> ca.Function:
     """Return (q, v) -> gap, its rate by differentiation, J_n, J_t."""
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
-    contact = contact_of(robot, q, pair, name="it", friction=0.4)
+    contact = contact_of(robot, q, geometry, name="it", friction=0.4)
     rate = ca.jtimes(contact.gap, q, configuration_derivative(robot, q, v))
     return ca.Function("contact", [q, v], [contact.gap, rate, contact.normal, contact.tangent])
 
@@ -49,10 +49,10 @@ def states(robot: Robot, count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 @each_case
-def test_gap_and_rates_by_finite_differences(source: Path, pair: ContactGeometry) -> None:
+def test_gap_and_rates_by_finite_differences(source: Path, geometry: ContactGeometry) -> None:
     """Along random motions d/dt f_c = J_n v, by differences of the gap and by CasADi's differentiation."""
     robot = load_robot(source)
-    function, step = expressions(robot, pair), 1e-6
+    function, step = expressions(robot, geometry), 1e-6
     for q, v in states(robot):
         _, rate, normal, _ = (np.asarray(value.full()).ravel() for value in function(q, v))
         ends = [float(function(pin.integrate(robot.model, q, h * v), v)[0]) for h in (-step, step)]
@@ -61,11 +61,11 @@ def test_gap_and_rates_by_finite_differences(source: Path, pair: ContactGeometry
 
 
 @each_case
-def test_expressions_and_pinocchio_agree(source: Path, pair: ContactGeometry) -> None:
+def test_expressions_and_pinocchio_agree(source: Path, geometry: ContactGeometry) -> None:
     """Gap, J_n and J_t as expressions are those that the audit computes with Pinocchio and scipy."""
     robot = load_robot(source)
-    function = expressions(robot, pair)
-    physics = NumericPhysics(robot, Scene({}, {"it": pair}), {"it": 0.4}, lambda _: np.zeros((0, 0)))
+    function = expressions(robot, geometry)
+    physics = NumericPhysics(robot, Scene({}, {"it": geometry}), {"it": 0.4}, lambda _: np.zeros((0, 0)))
     for q, v in states(robot):
         gap, _, normal, tangent = (np.asarray(value.full()).ravel() for value in function(q, v))
         assert physics.gaps(q) == pytest.approx(gap, abs=1e-12)
@@ -79,21 +79,21 @@ def frame_motion(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray, step: f
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("foot")])
-def test_the_tangential_speed_is_that_of_the_material_point(name: str) -> None:
-    """J_t v is the velocity along the surface of the point of the body that lies at the contact, by finite differences."""
-    source, pair = CASES[name]
+def test_the_tangential_velocity_is_that_of_the_material_point(name: str) -> None:
+    """J_t v is the velocity of the body's point at the contact along the surface, by finite differences."""
+    source, geometry = CASES[name]
     robot = load_robot(source)
-    function, step = expressions(robot, pair), 1e-6
+    function, step = expressions(robot, geometry), 1e-6
     for q, v in states(robot):
-        here = frame_motion(robot, pair.frame, q, v, 0.0)
-        if isinstance(pair, CircleOnCircle):
-            bodies = [(pair.frame, pair.radius), (pair.other_frame, -pair.other_radius)]
-            apart = here.translation - frame_motion(robot, pair.other_frame, q, v, 0.0).translation
+        here = frame_motion(robot, geometry.frame, q, v, 0.0)
+        if isinstance(geometry, CircleOnCircle):
+            bodies = [(geometry.frame, geometry.radius), (geometry.other_frame, -geometry.other_radius)]
+            apart = here.translation - frame_motion(robot, geometry.other_frame, q, v, 0.0).translation
             normal = apart * [1, 0, 1] / np.linalg.norm(apart[[0, 2]])
             tangent = np.array([normal[2], 0, -normal[0]])
         else:
-            bodies = [(pair.frame, pair.radius)]
-            tangent = np.asarray(pair.path.tangent(here.translation))
+            bodies = [(geometry.frame, geometry.radius)]
+            tangent = np.asarray(geometry.path.tangent(here.translation))
             normal = np.array([-tangent[2], 0, tangent[0]])
         velocities = []
         for frame, radius in bodies:

@@ -101,7 +101,7 @@ def test_directions_at_an_angle(motion: MotionProblem) -> None:
 
 @pytest.mark.parametrize("split", [0.0, 0.5, 1.0])
 def test_stance_is_a_sliding_mode(split: float) -> None:
-    """The multiplier β = 1 - γ keeps the foot's normal velocity at zero and lets the clock run at γ = 0.991087644358."""
+    """The multiplier β = 1 - γ keeps the foot's normal velocity at zero; the clock runs at γ = 0.991087644358."""
     motion = _motion("multipliers")
     parts = motion.contact_system.system
     beta = 1 - CLOCK_RATE
