@@ -185,8 +185,8 @@ def branch_of(system: ContactSystem, elements: Sequence[Element]) -> Branch:
 def landing(options: ContactOptions, start: Sequence[float] = (0, 1, 4, 0, 0), stance: float = 0.2) -> Motion:
     """The point mass of benchmark (i) 3: flight, inelastic impact with friction, sliding stance.
 
-    z falls to 0 at √(2 z0 / g) with velocity -√20 for z0 = 1; the clock then stands still for √20 / a_n, and in stance it
-    runs at the rate γ = a_n / (a_n + g).
+    z falls to 0 at √(2 z0 / g) with velocity -√20 for z0 = 1; the clock then stands still for √20 / a_n, and in stance
+    it runs at the rate γ = a_n / (a_n + g).
     """
     motion = Motion(options, np.array(start, dtype=float))
     z, z_speed = motion.state[[1, 3]]
