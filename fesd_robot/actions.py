@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fesd_robot.cli.outputs import write_page
 from fesd_robot.errors import PlanFileError
 from fesd_robot.plans import Plan, export, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.render.files import write_atomically
+from fesd_robot.render.outputs import write_page
 from fesd_robot.task import Task
 
 
@@ -26,7 +26,7 @@ def explain(task: Task) -> str:
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    from fesd_robot.cli.explanation import explanation  # the rooms that formulate take longest to import
+    from fesd_robot.explanation.problem import explanation  # the rooms that formulate take longest to import
     from fesd_robot.fesd import Transcription
     from fesd_robot.ocp import formulate
 

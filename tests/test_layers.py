@@ -24,7 +24,8 @@ BELOW: dict[str, set[str]] = {
     "recovery": {"complementarity", "contact", "fesd", "robot"},
     "plans": {"mpcc", "recovery", "robot", "task"},
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
-    "render": {"contact", "plans", "robot"},
+    "explanation": {"contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
+    "render": {"contact", "ocp", "plans", "robot", "task"},
     "strategies": {"mpcc", "plans", "task"},
 }
 """Room -> the rooms it may use, besides `errors` and `lazy`; the planner and the commands may use all."""

@@ -73,8 +73,8 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
 
 
 def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> Path:
-    from fesd_robot.cli.outputs import write_optional_files
     from fesd_robot.plans import write_plan
+    from fesd_robot.render.outputs import write_optional_files
 
     def extras(stage: Path) -> None:
         write_optional_files(plan, task, stage)

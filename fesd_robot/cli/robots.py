@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fesd_robot.cli.table import aligned
+from fesd_robot.explanation.table import aligned
 
 if TYPE_CHECKING:
     from fesd_robot.robot.catalogue import Entry

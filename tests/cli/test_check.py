@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fesd_robot.cli.explanation import capacity
+from fesd_robot.explanation.problem import capacity
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task

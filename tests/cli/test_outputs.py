@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fesd_robot.cli import outputs
 from fesd_robot.cli.summary import flight_heights, summary
 from fesd_robot.plans import read_plan
 from fesd_robot.plans.plan import ContactHistory
+from fesd_robot.render import outputs
 from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
 

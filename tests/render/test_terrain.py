@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.cli.outputs import circle_visuals, ground_visual
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.render import CircleVisual, GroundVisual, PageContent, WallVisual, render_page
 from fesd_robot.render.floor import floor_below, tick_labels
+from fesd_robot.render.outputs import circle_visuals, ground_visual
 from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fesd_robot.cli.outputs import write_optional_files
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.plan import ContactHistory
+from fesd_robot.render.outputs import write_optional_files
 from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]

@@ -9,15 +9,15 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.adapters import homotopy_options, numeric_physics
-from fesd_robot.cli.descriptions import (
+from fesd_robot.errors import RobotError
+from fesd_robot.explanation.descriptions import (
     described_constraints,
     described_costs,
     described_points,
     described_waypoints,
 )
-from fesd_robot.cli.table import aligned
-from fesd_robot.cli.task_warnings import reference_gaps, task_warnings
-from fesd_robot.errors import RobotError
+from fesd_robot.explanation.table import aligned
+from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING

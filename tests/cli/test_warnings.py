@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from fesd_robot.cli.task_warnings import task_warnings
+from fesd_robot.explanation.warnings import task_warnings
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
 

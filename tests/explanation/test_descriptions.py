@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fesd_robot.cli.explanation import explanation
+from fesd_robot.explanation.problem import explanation
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
