@@ -24,7 +24,7 @@ BELOW: dict[str, set[str]] = {
     "recovery": {"complementarity", "contact", "fesd", "robot"},
     "plans": {"mpcc", "recovery", "robot", "task"},
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
-    "explanation": {"contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
+    "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "ocp", "plans", "robot", "task"},
     "strategies": {"mpcc", "plans", "task"},
 }

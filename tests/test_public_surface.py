@@ -19,7 +19,7 @@ from fesd_robot.errors import FesdRobotError
 from fesd_robot.task import Task
 
 SOURCES = Path(fesd_robot.__file__).parent
-LAZY = ("fesd_robot", "fesd_robot.render", "fesd_robot.robot")
+LAZY = ("fesd_robot", "fesd_robot.explanation", "fesd_robot.render", "fesd_robot.robot")
 HEAVY = ("casadi", "pinocchio", "numpy", "scipy", "pydantic", "ruamel", "meshcat", "matplotlib", "typer", "rich")
 
 
