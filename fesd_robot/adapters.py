@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
+from fesd_robot.contact import Scene
+from fesd_robot.errors import RobotError
 from fesd_robot.fesd import Element
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.columns import control_interval
+from fesd_robot.plans.full_model import full_model_of
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery.whole_model import WholeModel
+from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
+
+logger = logging.getLogger(__name__)
 
 CERTIFICATE_SECONDS = 30.0
 """Longest time for each answer about the kind of a solution."""
@@ -119,7 +128,7 @@ def assembled_plan(
     """
     task, robot, drive = motion.task, motion.robot, motion.actuation
     contacts, duration = list(task.contacts), motion.grid.duration(physical.clock)
-    return Plan(
+    plan = Plan(
         name=task.name,
         status=status,
         audit=audit,
@@ -137,3 +146,54 @@ def assembled_plan(
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
     )
+    try:
+        return with_full_model(plan, motion, physics)
+    except RobotError as error:
+        logger.warning("the plan leaves out the joints of the whole model, which cannot be read any more: %s", error)
+        return plan
+
+
+def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) -> Plan:
+    """Return the plan with its motion on all joints of the model file, `fesd_robot.recovery.whole_model`.
+
+    Args:
+        plan: stays as it is.
+        motion: its task, formulated.
+        physics: of the task's robot.
+
+    Raises:
+        RobotError: the model cannot be read any more.
+    """
+    section, robot, contacts = motion.task.robot, motion.robot, [contact.name for contact in motion.contacts]
+    scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
+    model = WholeModel(robot, _whole_robot(motion), section.locked, section.coupled, scene)
+    trajectory, interval = plan.trajectory, control_interval(plan)
+    samples = zip(
+        np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),
+        np.column_stack([trajectory.velocity[name] for name in robot.velocity_names]),
+        np.column_stack([plan.controls[name][interval] for name in motion.actuation.names]),
+        np.stack([[plan.contacts[name].normal_force, plan.contacts[name].tangential_force] for name in contacts]).T,
+        strict=True,
+    )
+    samples = ((q, v, u, force.T) for q, v, u, force in samples)
+    return plan.model_copy(update={"full_model": full_model_of(model.motion(physics, samples))})
+
+
+def _whole_robot(motion: MotionProblem) -> Robot:
+    """Return the task's robot with nothing locked or coupled.
+
+    Armature and damping that the task gives to joints in unison are for all of them: each has an equal part.
+    """
+    task = motion.task
+    section = task.robot
+    if not section.locked and not section.coupled:
+        return motion.robot
+    parts = {name: [name] for name in {*section.armature, *section.damping}}
+    for follower, leader in section.coupled.items():
+        parts.setdefault(leader, [leader]).append(follower)
+
+    def shared(values: Mapping[str, float]) -> dict[str, float]:
+        return {joint: value / len(parts[name]) for name, value in values.items() for joint in parts[name]}
+
+    whole = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
+    return with_joint_properties(whole, armature=shared(section.armature), damping=shared(section.damping))

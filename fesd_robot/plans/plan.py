@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.full_model import FullModel
 from fesd_robot.plans.record import Array, Record
 
 SCHEMA_VERSION: Literal[1] = 1
@@ -178,6 +179,7 @@ class Plan(Record):
         controls: ``time`` (start of each control interval, s) and one array per control name.
         contacts: contact name -> history on `trajectory.time`.
         task: the task as it was solved, with every default filled in.
+        full_model: the motion on all joints of the model file; None in plans that do not say it.
     """
 
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -193,3 +195,4 @@ class Plan(Record):
     statistics: Statistics
     provenance: Provenance
     task: dict[str, Any]
+    full_model: FullModel | None = None

@@ -39,6 +39,29 @@ def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
             leader cannot have, two joints whose bodies move against each other, and a model with <mimic> joints;
             naming the follower.
     """
+    return _built(model, coupled).result
+
+
+def coupling_signs(model: pin.Model, coupled: Mapping[str, str]) -> dict[str, float]:
+    """Return by which sign every follower of `couple_joints` moves with its leader.
+
+        q_follower = sign q_leader,   q = 0 being the neutral value of both
+
+    Args:
+        model: the model before coupling, with the locked joints held.
+        coupled: name of a joint that follows -> name of the joint it moves in unison with.
+
+    Returns:
+        name of the follower -> 1.0, or -1.0 where the axes are opposite.
+
+    Raises:
+        JointError: as `couple_joints`.
+    """
+    builder = _built(model, coupled)
+    return {model.names[index]: sign for index, sign in builder.signs.items()}
+
+
+def _built(model: pin.Model, coupled: Mapping[str, str]) -> _Builder:
     if any(joint.shortname() == "JointModelMimic" for joint in model.joints):
         raise JointError(
             "found a model file with <mimic> joints, expected one without; couple these joints by <mimic>, too",
@@ -56,7 +79,7 @@ def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
     builder = _Builder(model, followers)
     builder.add_joints()
     builder.add_bodies()
-    return builder.result
+    return builder
 
 
 def _leader(model: pin.Model, follower: str, leader: str) -> int:
@@ -74,13 +97,14 @@ class _Place(NamedTuple):
 
 
 class _Builder:
-    """Builds the result joint by joint, and keeps the place of each body of the model in it."""
+    """Builds the result joint by joint, and keeps each body's place in it and the sign of every follower."""
 
     def __init__(self, model: pin.Model, followers: Mapping[int, int]) -> None:
         self.result = pin.Model()
         self.result.name, self.result.gravity = model.name, model.gravity
         self._model, self._followers = model, followers
         self._places = {0: _Place(0, pin.SE3.Identity())}
+        self.signs: dict[int, float] = {}
 
     def add_joints(self) -> None:
         """Place all joints, each branch of the tree as a whole, as Pinocchio's algorithms expect it."""
@@ -149,6 +173,7 @@ class _Builder:
             poses = [self._pose(leader, probe).inverse() * self._pose(index, sign * probe) for probe in _PROBE_VALUES]
             if all(np.abs(pose.homogeneous - poses[0].homogeneous).max() <= _SAME_POSE for pose in poses):
                 self._merge_limits(index, leader, sign)
+                self.signs[index] = sign
                 place = self._places[leader]
                 return _Place(place.joint, place.pose * poses[0])
         raise self._apart(index)

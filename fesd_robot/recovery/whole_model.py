@@ -1,0 +1,262 @@
+"""A planned motion on all joints of the model file: locked and coupled ones too, with the effort of every motor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.contact import CircleOnCircle, ContactGeometry, Scene
+from fesd_robot.errors import RobotError
+from fesd_robot.recovery.contact_rows import by_contact, stacked_rows
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.robot import Robot
+from fesd_robot.robot.couple import coupling_signs
+from fesd_robot.robot.joints import Prismatic
+from fesd_robot.robot.lock import lock_joints
+from fesd_robot.robot.root import ROOT_JOINT
+from fesd_robot.robot.tree import Link
+
+_SAME_PLACE = 1e-9
+"""m; feet that stay closer than this in the x-z plane share a contact."""
+
+_PROBES = (0.0, 0.3, -0.7)
+"""First entry of the displacements at which the places of feet are compared."""
+
+_FREE_DIRECTIONS = 6
+
+
+@dataclass(frozen=True)
+class WholeMotion:
+    """A motion along n samples by the joints of the model file.
+
+    Attributes:
+        joints: names of the joints with one degree of freedom, without the root's, (k).
+        units: ``m`` or ``rad`` of each.
+        position, velocity: m or rad and m/s or rad/s, (n, k).
+        effort: what the motor of each joint gives, N or N m, (n, k).
+        base: position, m, and quaternion x, y, z, w of the first link in the world, (n, 7); None if it is fixed.
+        feet: name of a contact -> names of the frames at which it touches, one unless it stands for several feet.
+        foot_force: normal and tangential force of every foot, N, (n, number of feet, 2), in the order of `feet`.
+    """
+
+    joints: list[str]
+    units: list[str]
+    position: np.ndarray
+    velocity: np.ndarray
+    effort: np.ndarray
+    base: np.ndarray | None
+    feet: dict[str, list[str]]
+    foot_force: np.ndarray
+
+
+class WholeModel:
+    """The model of a file with no joint locked or coupled, and how a plan's reduced model moves it.
+
+        q = c(q_r),   v = C v_r,   a = C a_r
+
+    with a row of C for every joint: that of its own coordinate, plus or minus that of its leader, or zero if locked.
+
+    Args:
+        robot: the reduced robot, whose coordinates the plan has.
+        whole: the robot of the same file and root with nothing locked or coupled.
+        locked: name of a joint -> value it is held at, m or rad.
+        coupled: name of a joint -> name of the joint it moves in unison with.
+        scene: surfaces, and what touches what.
+
+    Raises:
+        JointError: the joints cannot be locked or coupled.
+    """
+
+    def __init__(
+        self, robot: Robot, whole: Robot, locked: Mapping[str, float], coupled: Mapping[str, str], scene: Scene
+    ) -> None:
+        held = lock_joints(whole.model, locked) if locked else whole.model
+        signs = coupling_signs(held, coupled) if coupled else {}
+        self._robot, self._whole, self._locked, self._coupled, self._signs = robot, whole, locked, coupled, signs
+        self._data = whole.model.createData()
+        self._spread, self._base_joint = self._spreading(), self._find_base()
+        own = {name: robot.configuration_names.index(name) for name in robot.configuration_names}
+        self._copied = [(i, own[name]) for i, name in enumerate(whole.configuration_names) if name in own]
+        root = set(whole.root_names)
+        self._joints = [
+            link
+            for link in whole.tree.links
+            if len(link.joint.velocity_suffixes) == 1 and not root & set(whole.velocity_names[link.v_indices])
+        ]
+        feet = {name: self._feet(geometry) for name, geometry in scene.geometries.items()}
+        self._shares = np.repeat([1 / len(each) for each in feet.values()], [len(each) for each in feet.values()])
+        self._of_contact = np.repeat(np.arange(len(feet)), [len(each) for each in feet.values()])
+        self._feet_names = {name: [geometry.frame for geometry in each] for name, each in feet.items()}
+        geometries = {f"{name} {foot.frame}": foot for name, each in feet.items() for foot in each}
+        nothing = np.zeros((whole.model.nv, 0))
+        self._physics = NumericPhysics(
+            whole, Scene(scene.surfaces, geometries), dict.fromkeys(geometries, 0.0), lambda _: nothing
+        )
+
+    def configuration(self, q: np.ndarray) -> np.ndarray:
+        """Return the configuration of the whole model at that of the reduced one."""
+        whole, step = self._whole, np.zeros(self._whole.model.nv)
+        for name, value in self._locked.items():
+            step[whole.velocity_names.index(name)] = value
+        for name, leader in self._coupled.items():
+            step[whole.velocity_names.index(name)] = self._signs[name] * self._angle(q, leader)
+        result = pin.integrate(whole.model, whole.neutral, step)
+        for entry, source in self._copied:
+            result[entry] = q[source]
+        return np.asarray(result)
+
+    def velocity(self, v: np.ndarray) -> np.ndarray:
+        """Return C v_r; the same turns accelerations."""
+        return np.asarray(self._spread @ v)
+
+    def motion(self, physics: NumericPhysics, samples: Iterable[tuple[np.ndarray, ...]]) -> WholeMotion:
+        """Return a motion of the reduced robot on the whole model.
+
+        The acceleration at a sample is that of the reduced robot under its controls and contact forces. The efforts are
+        what the whole model needs for it: the inverse dynamics by Pinocchio's recursive Newton-Euler algorithm,
+
+            a_r = M_r^-1 (B u + J_r^T f - D_r v_r - h_r),   tau = M C a_r + h + D C v_r - J^T f_feet
+
+        so that a joint that is held has the effort that holds it, and the efforts of joints in unison add up to the
+        control that the plan has for all of them, C^T tau = B u. A joint that follows another by <mimic> in the file
+        has no motor: its effort is zero, and the leader's moves both. A contact that stands for n feet gives each the
+        n-th part of its force.
+
+        Args:
+            physics: of the reduced robot, with the contacts in the order of the scene.
+            samples: q_r, v_r, u and f, of shape (n_c, 2) with normal and tangential force, of every sample.
+        """
+        model, links = self._whole.model, self._joints
+        position, velocity, effort, base, forces = [], [], [], [], []
+        for q_r, v_r, u, f in samples:
+            driving = physics.contact_jacobian(q_r).T @ stacked_rows(f)
+            driving = driving - physics.required_force(q_r, v_r, np.zeros_like(v_r), u)
+            a_r = np.linalg.lstsq(physics.mass_matrix(q_r), driving, rcond=None)[0]
+            q, v, a = self.configuration(q_r), self.velocity(v_r), self.velocity(a_r)
+            feet = f[self._of_contact] * self._shares[:, None]
+            tau = pin.rnea(model, self._data, q, v, a) + self._physics.damping * v
+            tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet)
+            position.append([_position(link, q) for link in links])
+            velocity.append([link.multiplier * v[link.v_indices.start] for link in links])
+            effort.append([0.0 if link.mimics else tau[link.v_indices.start] for link in links])
+            base.append(self._base(q))
+            forces.append(feet)
+        positions = np.array(position)
+        for column, link in enumerate(links):
+            if len(link.joint.position_suffixes) > 1:
+                positions[:, column] = np.unwrap(positions[:, column])
+        return WholeMotion(
+            joints=[link.name for link in links],
+            units=["m" if isinstance(link.joint, Prismatic) else "rad" for link in links],
+            position=positions,
+            velocity=np.array(velocity),
+            effort=np.array(effort),
+            base=_continuous(np.array(base)) if self._base_joint else None,
+            feet=self._feet_names,
+            foot_force=np.array(forces),
+        )
+
+    def _spreading(self) -> np.ndarray:
+        """Return C, (n_v, n_v of the reduced robot)."""
+        columns = {name: k for k, name in enumerate(self._robot.velocity_names)}
+        spread = np.zeros((self._whole.model.nv, len(columns)))
+        for row, name in enumerate(self._whole.velocity_names):
+            if name in columns:
+                spread[row, columns[name]] = 1.0
+            elif name in self._coupled:
+                spread[row, columns[self._coupled[name]]] = self._signs[name]
+        return spread
+
+    def _angle(self, q: np.ndarray, joint: str) -> float:
+        names = self._robot.configuration_names
+        if joint in names:
+            return float(q[names.index(joint)])
+        return float(np.arctan2(q[names.index(f"{joint}.sin")], q[names.index(f"{joint}.cos")]))
+
+    def _find_base(self) -> int:
+        """Pinocchio's index of the joint under the first link, 0 if that is fixed or moves by one joint at a time."""
+        model = self._whole.model
+        if self._whole.root_names:
+            return int(model.getJointId(ROOT_JOINT))
+        return next((i for i in range(1, model.njoints) if model.parents[i] == 0 and _is_free(model.joints[i])), 0)
+
+    def _base(self, q: np.ndarray) -> np.ndarray:
+        pin.forwardKinematics(self._whole.model, self._data, q)
+        return np.asarray(pin.SE3ToXYZQUAT(self._data.oMi[self._base_joint]))
+
+    def _feet(self, geometry: ContactGeometry) -> list[ContactGeometry]:
+        """Return the geometry on every foot that a contact stands for, its own first.
+
+        These are the frames that are always at the same place in the x-z plane, at the ends of chains of joints that
+        move in unison; of several frames at the end of one chain the first, if possible of the same type.
+        """
+        if isinstance(geometry, CircleOnCircle) or not self._coupled:
+            return [geometry]
+        frames = {name: index for name in self._whole.frame_names if (index := self._frame(name)) is not None}
+        own = self._whole.frame_id(geometry.frame)
+        places = self._places([own, *frames.values()])
+        apart = np.abs(places[:, 1:] - places[:, :1]).max(axis=(0, 2))
+        chain = self._chain(own)
+        twins: dict[tuple[str, ...], list[str]] = {}
+        for (name, index), distance in zip(frames.items(), apart, strict=True):
+            other = self._chain(index)
+            in_unison = other != chain and self._led(other) == self._led(chain)
+            if in_unison and distance <= _SAME_PLACE:
+                twins.setdefault(other, []).append(name)
+        kind = self._whole.model.frames[own].type
+        chosen = [
+            next((name for name in names if self._whole.model.frames[frames[name]].type == kind), names[0])
+            for names in twins.values()
+        ]
+        return [geometry, *(replace(geometry, frame=name) for name in chosen)]
+
+    def _frame(self, name: str) -> int | None:
+        """Return the index of a frame, None if several have its name."""
+        try:
+            return self._whole.frame_id(name)
+        except RobotError:
+            return None
+
+    def _places(self, frames: list[int]) -> np.ndarray:
+        """Return x and z of frames at some configurations, m, (number of configurations, number of frames, 2)."""
+        robot, places = self._robot, []
+        for first in _PROBES:
+            q = pin.integrate(robot.model, robot.neutral, np.linspace(first, 1, robot.model.nv))
+            pin.framesForwardKinematics(self._whole.model, self._data, self.configuration(q))
+            places.append([self._data.oMf[frame].translation[[0, 2]] for frame in frames])
+        return np.array(places)
+
+    def _chain(self, frame: int) -> tuple[str, ...]:
+        """Return the names of the joints between a frame and the world that are not locked."""
+        model = self._whole.model
+        joint, names = model.frames[frame].parentJoint, []
+        while joint:
+            if model.names[joint] not in self._locked:
+                names.append(model.names[joint])
+            joint = model.parents[joint]
+        return tuple(names)
+
+    def _led(self, chain: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(self._coupled.get(name, name) for name in chain)
+
+
+def _is_free(joint: pin.JointModel) -> bool:
+    return bool(joint.nv == _FREE_DIRECTIONS)
+
+
+def _position(link: Link, q: np.ndarray) -> float:
+    own = q[link.q_indices]
+    if len(link.joint.position_suffixes) > 1:
+        return float(np.arctan2(own[1], own[0]))
+    return float(link.multiplier * own[0] + link.offset)
+
+
+def _continuous(poses: np.ndarray) -> np.ndarray:
+    """Return poses whose quaternions do not change their sign from sample to sample."""
+    for before, pose in zip(poses[:-1], poses[1:], strict=True):
+        if before[3:] @ pose[3:] < 0:
+            pose[3:] *= -1
+    return poses
