@@ -60,6 +60,25 @@ def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = No
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 
 
+def exported(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix: str = "") -> bytes:
+    """Return the trajectory of a plan as the content of a file, `fesd_robot.plans.export`, also of an earlier version.
+
+    Plans that do not say how all joints of the model file move get it from their task's robot.
+
+    Raises:
+        TaskError: a file that the task names cannot be read any more, and the plan does not say how all joints move.
+        FesdRobotError: the plan cannot be written in this format.
+    """
+    chosen = export_format(kind, joints)
+    if plan.full_model is None:
+        from fesd_robot.adapters import numeric_physics, with_full_model  # formulating takes long to import
+        from fesd_robot.ocp import formulate
+
+        motion = formulate(task_of(plan))
+        plan = with_full_model(plan, motion, numeric_physics(motion))
+    return export(plan, chosen.name, joints=joints, suffix=suffix)
+
+
 def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints: Sequence[str] | None = None) -> Path:
     """Write the trajectory of a plan into a file for another program.
 
@@ -75,12 +94,13 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
 
     Raises:
         PlanFileError: no such format, joints for a format that holds all of them, or the file cannot be written.
+        TaskError: a plan of an earlier version, whose task names a file that cannot be read any more.
     """
     path = Path(file)
     if path.is_dir():
         raise PlanFileError(f"{path}: is a folder, expected the name of a file")
     chosen = format_of_suffix(path) if kind is None else export_format(kind, joints)
-    content = export(plan, chosen.name, joints=joints, suffix=path.suffix)
+    content = exported(plan, chosen.name, joints=joints, suffix=path.suffix)
     try:
         return write_atomically(path, content)
     except OSError as error:

@@ -51,15 +51,14 @@ def export(
         typer.Option(
             "--joint",
             metavar="NAME",
-            help="A joint of the joint-trajectory; may be given several times. Default: all that a control of their "
-            "own drives.",
+            help="A joint of the joint-trajectory; may be given several times. Default: all of the model file, locked "
+            "and coupled ones too.",
             show_default=False,
         ),
     ] = None,
 ) -> None:
     """Write the trajectory of a plan for another program."""
-    from fesd_robot.actions import export_plan
-    from fesd_robot.plans import export as exported
+    from fesd_robot.actions import export_plan, exported
     from fesd_robot.plans import read_plan
     from fesd_robot.plans.exports import export_format
 

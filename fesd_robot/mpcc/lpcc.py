@@ -10,6 +10,7 @@ from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, milp
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_sizes
+from fesd_robot.mpcc.quiet import silent_highs
 
 _RELATIVE_GAP = 0.9
 """Relative gap at which the mixed-integer program stops; any gap below 1 leaves a direction of descent."""
@@ -87,18 +88,19 @@ class Lpcc:
         remaining = deadline - time.perf_counter()
         if remaining <= 0:
             return -np.inf, None
-        result = milp(
-            np.append(self.cost, np.zeros(k)),
-            integrality=np.append(np.zeros(n), np.ones(k)),
-            bounds=Bounds(np.append(self.low, np.zeros(k)), np.append(self.high, np.ones(k))),
-            constraints=[
-                LinearConstraint(sparse.csr_array(plain), self.row_low, self.row_high),
-                LinearConstraint(
-                    sparse.csr_array(sparse.hstack([rows, choice])), -np.inf, np.append(np.zeros(k), reach[k:])
-                ),
-            ],
-            options={"time_limit": remaining, "mip_rel_gap": _RELATIVE_GAP},
-        )
+        with silent_highs():
+            result = milp(
+                np.append(self.cost, np.zeros(k)),
+                integrality=np.append(np.zeros(n), np.ones(k)),
+                bounds=Bounds(np.append(self.low, np.zeros(k)), np.append(self.high, np.ones(k))),
+                constraints=[
+                    LinearConstraint(sparse.csr_array(plain), self.row_low, self.row_high),
+                    LinearConstraint(
+                        sparse.csr_array(sparse.hstack([rows, choice])), -np.inf, np.append(np.zeros(k), reach[k:])
+                    ),
+                ],
+                options={"time_limit": remaining, "mip_rel_gap": _RELATIVE_GAP},
+            )
         bound = -np.inf if result.mip_dual_bound is None else float(result.mip_dual_bound)
         return bound, None if result.x is None else self.keeping(np.where(result.x[n:] < 0.5, G_SIDE, H_SIDE))
 

@@ -13,7 +13,8 @@ from fesd_robot.plans.plan import Plan
 def csv_table(plan: Plan) -> bytes:
     """Return the trajectory as CSV with a header of names and units.
 
-    An impact has two samples at the same time, before and after.
+    An impact has two samples at the same time, before and after; which controls a sample has is said by
+    `fesd_robot.plans.columns.CONTROL_CONVENTION`.
     """
     columns, stream = columns_of(plan), io.StringIO(newline="")
     writer = csv.writer(stream)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 
-from fesd_robot.plans.columns import columns_of
+from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
 
 
 def json_columns(plan: Plan) -> bytes:
-    """Return name, verdict, columns by name with unit, and the modes of the contacts along them."""
+    """Return name, verdict, columns by name with unit, modes of the contacts along them, and which controls they hold."""
     content = {
         "name": plan.name,
         "solved": plan.status.solved,
+        "controls": CONTROL_CONVENTION,
         "columns": {name: values.tolist() for name, values in columns_of(plan).items()},
         "modes": {name: contact.mode for name, contact in plan.contacts.items()},
     }

@@ -6,12 +6,19 @@ import io
 
 import numpy as np
 
+from fesd_robot.plans.columns import control_interval
 from fesd_robot.plans.exports.format import ExportFormat
+from fesd_robot.plans.full_model import FullModel
 from fesd_robot.plans.plan import Plan
 
 
 def npz_arrays(plan: Plan) -> bytes:
-    """Return an archive of numpy arrays: time, configuration (n, n_q), velocity (n, n_v), controls, contacts."""
+    """Return an archive of numpy arrays: time, configuration (n, n_q), velocity (n, n_v), controls, contacts.
+
+    ``control`` has a row for every interval, and ``control_interval`` the row that acts at every sample, by
+    `fesd_robot.plans.columns.CONTROL_CONVENTION`. ``joint_position``, ``joint_velocity`` and ``joint_effort``,
+    (n, number of joints), ``base``, (n, 7), and the forces on feet are those of the model file.
+    """
     trajectory = plan.trajectory
     arrays = {
         "time": trajectory.time,
@@ -22,15 +29,36 @@ def npz_arrays(plan: Plan) -> bytes:
         "control_names": np.array([name for name in plan.controls if name != "time"]),
         "control_time": plan.controls["time"],
         "control": np.column_stack([values for name, values in plan.controls.items() if name != "time"]),
+        "control_interval": control_interval(plan),
         "contact_names": np.array(list(plan.contacts)),
         "gap": np.column_stack([contact.gap for contact in plan.contacts.values()]),
         "normal_force": np.column_stack([contact.normal_force for contact in plan.contacts.values()]),
         "tangential_force": np.column_stack([contact.tangential_force for contact in plan.contacts.values()]),
         "mode": np.column_stack([contact.mode for contact in plan.contacts.values()]),
+        **(_full_model_arrays(plan.full_model) if plan.full_model else {}),
     }
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
     return content.getvalue()
+
+
+def _full_model_arrays(model: FullModel) -> dict[str, np.ndarray]:
+    joints, feet = model.joints.values(), model.feet.values()
+    arrays = {
+        "joint_names": np.array(list(model.joints)),
+        "joint_position": np.column_stack([joint.position for joint in joints]),
+        "joint_velocity": np.column_stack([joint.velocity for joint in joints]),
+        "joint_effort": np.column_stack([joint.effort for joint in joints]),
+    }
+    if model.base:
+        arrays |= {"base_names": np.array(list(model.base)), "base": np.column_stack(list(model.base.values()))}
+    if model.feet:
+        arrays |= {
+            "foot_names": np.array(list(model.feet)),
+            "foot_normal_force": np.column_stack([foot.normal_force for foot in feet]),
+            "foot_tangential_force": np.column_stack([foot.tangential_force for foot in feet]),
+        }
+    return arrays
 
 
 NPZ = ExportFormat(
