@@ -47,7 +47,8 @@ class FullModel(Record):
 
     Attributes:
         joints: name -> motion of every joint with one degree of freedom, without those of the root.
-        base: pose of the first link in the world along the samples, by the keys of `BASE_UNITS`; None if it is fixed.
+        base: pose of the first link in the world along the samples, by the keys of `BASE_UNITS`; None if it is fixed or
+            the joint under it has one degree of freedom.
         feet: name of a frame -> force, for contacts that stand for several feet, which share its force equally.
     """
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnCircle, ContactGeometry, Scene
 from fesd_robot.errors import RobotError
-from fesd_robot.recovery.contact_rows import by_contact, stacked_rows
+from fesd_robot.recovery.contact_rows import stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
 from fesd_robot.robot.couple import coupling_signs
@@ -25,8 +26,6 @@ _SAME_PLACE = 1e-9
 _PROBES = (0.0, 0.3, -0.7)
 """First entry of the displacements at which the places of feet are compared."""
 
-_FREE_DIRECTIONS = 6
-
 
 @dataclass(frozen=True)
 class WholeMotion:
@@ -37,7 +36,8 @@ class WholeMotion:
         units: ``m`` or ``rad`` of each.
         position, velocity: m or rad and m/s or rad/s, (n, k).
         effort: what the motor of each joint gives, N or N m, (n, k).
-        base: position, m, and quaternion x, y, z, w of the first link in the world, (n, 7); None if it is fixed.
+        base: position, m, and quaternion x, y, z, w of the first link in the world, (n, 7); None if it is fixed or the
+            joint under it has one degree of freedom.
         feet: name of a contact -> names of the frames at which it touches, one unless it stands for several feet.
         foot_force: normal and tangential force of every foot, N, (n, number of feet, 2), in the order of `feet`.
     """
@@ -177,11 +177,11 @@ class WholeModel:
         return float(np.arctan2(q[names.index(f"{joint}.sin")], q[names.index(f"{joint}.cos")]))
 
     def _find_base(self) -> int:
-        """Pinocchio's index of the joint under the first link, 0 if that is fixed or moves by one joint at a time."""
+        """Return Pinocchio's index of the joint under the first link, 0 if it has at most one degree of freedom."""
         model = self._whole.model
         if self._whole.root_names:
             return int(model.getJointId(ROOT_JOINT))
-        return next((i for i in range(1, model.njoints) if model.parents[i] == 0 and _is_free(model.joints[i])), 0)
+        return next((i for i in range(1, model.njoints) if model.parents[i] == 0 and model.joints[i].nv > 1), 0)
 
     def _base(self, q: np.ndarray) -> np.ndarray:
         pin.forwardKinematics(self._whole.model, self._data, q)
@@ -243,10 +243,6 @@ class WholeModel:
         return tuple(self._coupled.get(name, name) for name in chain)
 
 
-def _is_free(joint: pin.JointModel) -> bool:
-    return bool(joint.nv == _FREE_DIRECTIONS)
-
-
 def _position(link: Link, q: np.ndarray) -> float:
     own = q[link.q_indices]
     if len(link.joint.position_suffixes) > 1:
@@ -256,7 +252,7 @@ def _position(link: Link, q: np.ndarray) -> float:
 
 def _continuous(poses: np.ndarray) -> np.ndarray:
     """Return poses whose quaternions do not change their sign from sample to sample."""
-    for before, pose in zip(poses[:-1], poses[1:], strict=True):
+    for before, pose in pairwise(poses):
         if before[3:] @ pose[3:] < 0:
             pose[3:] *= -1
     return poses

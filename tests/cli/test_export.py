@@ -65,18 +65,20 @@ def test_a_pipe_gets_the_content_alone(run: Run, finished: Any, plan: Path) -> N
 
 @pytest.mark.parametrize("name", ["motion.yaml", "motion.json"])
 def test_a_joint_trajectory_is_a_message(run: Run, plan: Path, tmp_path: Path, name: str) -> None:
-    """The fields of the message as YAML or JSON, for the joints asked for; what is left out is reported on stderr."""
+    """The fields of the message as YAML or JSON, for the joints asked for."""
     outcome = run(
         "export", plan, "--format", "joint-trajectory", "--joint", "leg", "--joint", "root_pitch", "--out",
         tmp_path / name,
     )  # fmt: skip
-    assert outcome.code == 0 and "warning: efforts are left out" in outcome.err
+    assert outcome.code == 0
     text = (tmp_path / name).read_text(encoding="utf-8")
     message = json.loads(text) if name.endswith("json") else YAML(typ="safe").load(text)
     assert list(message) == ["header", "joint_names", "points"]
     assert message["joint_names"] == ["leg", "root_pitch"]
     assert message["points"][-1]["time_from_start"] == {"sec": 0, "nanosec": 200_000_000}
     assert message["points"][0]["positions"] == [0.5, 0.0]
+    leg_force, reaction_torque = (read_plan(plan).controls[name][0] for name in ("leg_force", "reaction_torque"))
+    assert message["points"][0]["effort"] == pytest.approx([leg_force, reaction_torque], abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import sys
 import time
 
 import numpy as np
@@ -51,13 +52,14 @@ def test_a_mixed_integer_program_prints_nothing(capfd: pytest.CaptureFixture[str
 def test_only_the_lines_of_highs_are_left_out(capfd: pytest.CaptureFixture[str]) -> None:
     """What Python, C, or the file descriptor itself get meanwhile appears in its order, also when something fails."""
     libc = ctypes.CDLL(None)
-    print("before")
+    sys.stdout.write("before\n")
     with pytest.raises(KeyError), silent_highs():
-        print("from Python", flush=True)
+        sys.stdout.write("from Python\n")
+        sys.stdout.flush()
         libc.printf(b"HighsMipSolverData::transformNewIntegerFeasibleSolution tmpSolver.run();\n")
         libc.printf(b"from C\n")
         libc.fflush(None)
         os.write(1, b"from the system\n")
         raise KeyError
-    print("after")
+    sys.stdout.write("after\n")
     assert capfd.readouterr().out.splitlines() == ["before", "from Python", "from C", "from the system", "after"]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fesd_robot.actions import exported
 from fesd_robot.cli.export import format_names
 from fesd_robot.plans import EXPORTS, Plan, PlanFileError, export
+from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of, control_interval
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -34,7 +38,47 @@ def test_the_suffix_chooses_the_writing(plan: Plan) -> None:
     """A joint trajectory is YAML, or JSON with the same content."""
     text = export(plan, "joint-trajectory", joints=["leg"], suffix=".json")
     assert json.loads(text)["joint_names"] == ["leg"]
-    assert export(plan, "joint-trajectory", joints=["leg"]).startswith(b"header:")
+    assert b"\nheader:" in export(plan, "joint-trajectory", joints=["leg"])
+
+
+def test_every_table_says_how_all_joints_move(plan: Plan) -> None:
+    """The archive of arrays and the JSON file hold the joints of the model file as the CSV file does."""
+    columns, archive = columns_of(plan), np.load(io.BytesIO(export(plan, "npz")))
+    content = json.loads(export(plan, "json"))
+    assert list(archive["joint_names"]) == ["root_x", "root_z", "root_pitch", "leg"]
+    assert archive["joint_effort"][:, 3].tolist() == content["columns"]["joint leg effort [N]"]
+    np.testing.assert_array_equal(archive["joint_velocity"][:, 2], columns["joint root_pitch velocity [rad/s]"])
+    assert content["controls"] == CONTROL_CONVENTION
+    held = archive["control"][archive["control_interval"]]
+    np.testing.assert_array_equal(held[:, 1], columns["leg_force [N]"])
+
+
+def test_a_plan_that_does_not_say_how_all_joints_move(plan: Plan) -> None:
+    """The tables of a plan of an earlier version hold its own coordinates; `export_plan` adds what is missing."""
+    folder = Path(__file__).parents[2] / "tasks"
+    old = plan.model_copy(
+        update={"full_model": None, "provenance": plan.provenance.model_copy(update={"folder": str(folder)})}
+    )
+    assert not any(name.startswith("joint ") for name in columns_of(old))
+    for kind in EXPORTS:
+        assert exported(old, kind) == export(plan, kind)
+
+
+@pytest.mark.parametrize(
+    ("time", "expected"),
+    [
+        ([0.0, 0.05, 0.1, 0.15, 0.2], [0, 0, 0, 1, 1]),
+        ([0.0, 0.1, 0.1, 0.2, 0.2], [0, 0, 1, 1, 1]),
+        ([0.0, 0.0, 0.1 + 1e-10, 0.15, 0.2], [0, 0, 0, 1, 1]),
+        ([0.0, 0.05, 0.05, 0.1 - 1e-10, 0.2], [0, 0, 0, 0, 1]),
+    ],
+)
+def test_which_controls_a_sample_has(plan: Plan, time: list[float], expected: list[int]) -> None:
+    """At an interval's end they are those that end there, after an impact those that act from then on."""
+    trajectory = plan.trajectory.model_copy(update={"time": np.array(time)})
+    controls = {**plan.controls, "time": np.array([0.0, 0.1])}
+    at = plan.model_copy(update={"trajectory": trajectory, "controls": controls})
+    assert control_interval(at).tolist() == expected
 
 
 def test_the_readme_and_the_completion_name_every_format() -> None:

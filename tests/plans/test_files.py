@@ -76,7 +76,14 @@ def test_csv_has_names_units_and_both_sides_of_an_impact(plan: Plan, tmp_path: P
     velocities = [f"{name} velocity [{unit}/s]" for name, unit in plan.units.configuration.items()]
     contact = ["foot gap [m]", "foot normal force [N]", "foot tangential force [N]"]
     controls = ["reaction_torque [N m]", "leg_force [N]"]
-    assert header == ["time [s]", *positions, *velocities, *controls, *contact, "foot mode"]
+    joints = [
+        f"joint {name} {part} [{unit}{per}]"
+        for name, unit, effort in zip(
+            plan.trajectory.configuration, ("m", "m", "rad", "m"), ("N", "N", "N m", "N"), strict=True
+        )
+        for part, unit, per in (("position", unit, ""), ("velocity", unit, "/s"), ("effort", effort, ""))
+    ]
+    assert header == ["time [s]", *positions, *velocities, *controls, *contact, *joints, "foot mode"]
     assert len(rows) == len(plan.trajectory.time)
     column = {name: [row[i] for row in rows] for i, name in enumerate(header)}
     assert np.array(column["time [s]"], dtype=float).tobytes() == plan.trajectory.time.tobytes()
@@ -116,6 +123,11 @@ def test_npz_keys_and_shapes(plan: Plan, tmp_path: Path) -> None:
         "normal_force": (n, 1),
         "tangential_force": (n, 1),
         "mode": (n, 1),
+        "control_interval": (n,),
+        "joint_names": (4,),
+        "joint_position": (n, 4),
+        "joint_velocity": (n, 4),
+        "joint_effort": (n, 4),
     }
     np.testing.assert_array_equal(arrays["configuration"][:, 3], plan.trajectory.configuration["leg"])
     np.testing.assert_array_equal(arrays["control"][:, 1], plan.controls["leg_force"])

@@ -1,4 +1,4 @@
-"""A plan as a ROS message: one point at a time, joints and efforts by name, and what cannot be one."""
+"""A plan as a ROS message: one point at a time, all joints with their efforts by name, and what cannot be one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.plans import Plan, joint_trajectory
+from fesd_robot.plans import Plan, export, joint_trajectory
+from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of
 
 
 def seconds(point: dict[str, Any]) -> float:
@@ -37,65 +38,65 @@ def test_points_are_the_samples_after_impacts(plan: Plan, caplog: pytest.LogCapt
     assert "1 impact(s): of each only the point after it is written" in caplog.text
 
 
-def test_joints_with_controls_of_their_own_have_efforts(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
-    """By default the joints are those that a joint actuator drives; each point carries the control from then on."""
-    with caplog.at_level(logging.WARNING, logger="fesd_robot"):
-        message = joint_trajectory(plan)
-    assert message["joint_names"] == ["root_pitch"]
-    starts, values = plan.controls["time"], plan.controls["reaction_torque"]
+def test_all_joints_of_the_model_have_efforts(plan: Plan) -> None:
+    """By default the joints are those of the model file; the effort of each is what the controls give it."""
+    message = joint_trajectory(plan)
+    assert message["joint_names"] == ["root_x", "root_z", "root_pitch", "leg"]
+    starts, pitch = plan.controls["time"], plan.trajectory.configuration["root_pitch"]
+    assert np.abs(pitch).max() == 0
     for point in message["points"]:
-        expected = [value for start, value in zip(starts, values, strict=True) if start <= seconds(point) + 1e-9][-1]
-        assert point["effort"] == [expected]
-    assert "left out: leg_force" in caplog.text
+        interval = max(int(np.searchsorted(starts, seconds(point) - 1e-9)) - 1, 0)
+        torque, force = (plan.controls[name][interval] for name in ("reaction_torque", "leg_force"))
+        assert point["effort"] == pytest.approx([0, force, torque, force], abs=1e-12)
+        assert point["accelerations"] == []
 
 
-def test_a_joint_without_control_leaves_no_efforts(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
-    """Efforts are for all joints or for none, as the message asks."""
+def test_tables_and_message_agree(plan: Plan) -> None:
+    """Positions, velocities and efforts are those of the CSV columns at the same samples."""
+    columns, message = columns_of(plan), joint_trajectory(plan)
+    last = np.append(np.diff(plan.trajectory.time) > 0, True)
+    for k, name in enumerate(message["joint_names"]):
+        unit = plan.units.configuration[name]
+        for part, key, of in (
+            ("position", "positions", unit),
+            ("velocity", "velocities", f"{unit}/s"),
+            ("effort", "effort", "N" if unit == "m" else "N m"),
+        ):
+            assert columns[f"joint {name} {part} [{of}]"][last].tolist() == [p[key][k] for p in message["points"]]
+
+
+@pytest.mark.parametrize(
+    ("speed", "words"), [(0.0, "ends at rest"), (0.3, "does not end at rest: leg moves at 0.3 m/s")]
+)
+def test_the_end_is_said_as_it_is(plan: Plan, caplog: pytest.LogCaptureFixture, speed: float, words: str) -> None:
+    """The first line of the file and a warning say whether the robot ends at rest; no number is changed for it."""
+    velocity = {name: np.append(values[:-1], 0.0) for name, values in plan.trajectory.velocity.items()}
+    velocity["leg"][-1] = speed
+    stopped = plan.model_copy(update={"trajectory": plan.trajectory.model_copy(update={"velocity": velocity})})
     with caplog.at_level(logging.WARNING, logger="fesd_robot"):
-        message = joint_trajectory(plan, ["root_pitch", "leg"])
-    assert all(point["effort"] == [] and point["accelerations"] == [] for point in message["points"])
-    assert "no control drives leg alone" in caplog.text
-
-
-def test_default_controls_are_called_like_their_joints(plan: Plan) -> None:
-    """Without actuators in the task every control drives the joint of its name."""
-    robot = {**plan.task["robot"], "actuators": None}
-    controls = {"time": plan.controls["time"], "leg": plan.controls["leg_force"]}
-    found = joint_trajectory(plan.model_copy(update={"task": {**plan.task, "robot": robot}, "controls": controls}))
-    assert found["joint_names"] == ["leg"] and found["points"][0]["effort"] == [controls["leg"][0]]
-
-
-def test_a_wheel_without_limits_turns_on(plan: Plan) -> None:
-    """A joint written as cosine and sine becomes an angle that does not jump."""
-    angle = np.linspace(0, 9, len(plan.trajectory.time))
-    configuration = {"wheel.cos": np.cos(angle), "wheel.sin": np.sin(angle)}
-    velocity = {"wheel": np.ones_like(angle)}
-    update = {"configuration": configuration, "velocity": velocity}
-    rolling = plan.model_copy(update={"trajectory": plan.trajectory.model_copy(update=update)})
-    positions = [point["positions"][0] for point in joint_trajectory(rolling, ["wheel"])["points"]]
-    assert positions[0] == pytest.approx(0) and positions[-1] == pytest.approx(9)
-    assert max(np.diff(positions)) < np.pi
+        first, second, *_ = export(stopped, "joint-trajectory").decode().splitlines()
+    assert first == f"# drop: the robot {words}" and second == f"# {CONTROL_CONVENTION}"
+    assert ("does not end at rest" in caplog.text) == (speed > 0)
 
 
 def test_what_a_controller_should_know_is_reported(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
-    """A plan that is not solved, and joints that are no coordinates of it, are warned of."""
+    """A plan that is not solved is warned of."""
     status = plan.status.model_copy(update={"solved": False, "message": "Not solved."})
-    robot = {**plan.task["robot"], "locked": {"neck": 0.0}, "coupled": {"right": "left"}}
     with caplog.at_level(logging.WARNING, logger="fesd_robot"):
-        joint_trajectory(plan.model_copy(update={"status": status, "task": {**plan.task, "robot": robot}}))
-    assert "drop is not solved" in caplog.text and "left out: neck, right" in caplog.text
+        joint_trajectory(plan.model_copy(update={"status": status}))
+    assert "drop is not solved" in caplog.text
 
 
 def test_joints_that_are_none(plan: Plan) -> None:
-    """An unknown joint names the nearest one, a joint twice and no joint at all are refused."""
-    with pytest.raises(FesdRobotError, match=r"found 'legg', expected a joint of drop \(did you mean 'leg'\?\)"):
+    """An unknown joint names the nearest one, a joint twice is refused, and a plan that does not say how they move."""
+    with pytest.raises(
+        FesdRobotError, match=r"found 'legg', expected a joint of the model of drop \(did you mean 'leg'"
+    ):
         joint_trajectory(plan, ["legg"])
     with pytest.raises(FesdRobotError, match="a joint twice"):
         joint_trajectory(plan, ["leg", "leg"])
-    force = {"type": "generalized_force"}
-    robot = {**plan.task["robot"], "actuators": {"reaction_torque": force, "leg_force": force}}
-    with pytest.raises(FesdRobotError, match=r"a single joint, .*valid: root_x, root_z, root_pitch, leg"):
-        joint_trajectory(plan.model_copy(update={"task": {**plan.task, "robot": robot}}))
+    with pytest.raises(FesdRobotError, match="found a plan without the joints of the model file"):
+        joint_trajectory(plan.model_copy(update={"full_model": None}))
 
 
 def test_a_clock_that_steps_back_cannot_be_followed(plan: Plan) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from fesd_robot.errors import JointError
 from fesd_robot.robot import load_robot
+from fesd_robot.robot.couple import coupling_signs
 
 SOLO = "example-robot-data:solo12"
 WALKER = Path(__file__).parent / "models" / "walker.xml"
@@ -60,6 +61,7 @@ def test_coupled_joints_are_one_motor(pair, axis, sign, assert_close):
     """Efforts, damping and friction add up, the narrower limits hold, and opposite axes turn by opposite angles."""
     robot, whole = pair(axis, offset=ALONG, coupled={"b": "a"}), pair(axis, offset=ALONG)
     assert robot.joint_names == ["a", "grip"]
+    assert coupling_signs(whole.model, {"b": "a"}) == {"b": sign}
     expected = [-0.5, 0.8] if sign > 0 else [-0.5, 1.0]
     assert [robot.lower_position[0], robot.upper_position[0]] == expected
     assert (robot.velocity_limit[0], robot.effort_limit[0], robot.model.upperDryFrictionLimit[0]) == (2.0, 5.5, 0.4)

@@ -51,7 +51,8 @@ def joint_trajectory(plan: Plan, joints: Sequence[str] | None = None) -> dict[st
         raise FesdRobotError(f"found a joint twice among {', '.join(chosen)}, expected each once")
     ticks = np.rint(plan.trajectory.time * NANOSECONDS)
     positions, velocities, efforts = (
-        np.column_stack([getattr(motions[name], part) for name in chosen]) for part in ("position", "velocity", "effort")
+        np.column_stack([getattr(motions[name], part) for name in chosen])
+        for part in ("position", "velocity", "effort")
     )
     values = (ticks, positions, velocities, efforts)
     if not all(np.isfinite(each).all() for each in values) or (np.diff(ticks) < 0).any():

@@ -10,7 +10,7 @@ from fesd_robot.plans.plan import Plan
 
 
 def json_columns(plan: Plan) -> bytes:
-    """Return name, verdict, columns by name with unit, modes of the contacts along them, and which controls they hold."""
+    """Return name, verdict, columns by name with unit, which controls they hold, and modes of contacts."""
     content = {
         "name": plan.name,
         "solved": plan.status.solved,
