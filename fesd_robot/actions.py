@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from fesd_robot.errors import PlanFileError
+from fesd_robot.errors import FesdRobotError, PlanFileError
 from fesd_robot.plans import Plan, export, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.outputs import write_page
 from fesd_robot.task import Task
+
+logger = logging.getLogger(__name__)
 
 
 def explain(task: Task) -> str:
@@ -63,20 +66,30 @@ def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = No
 def exported(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix: str = "") -> bytes:
     """Return the trajectory of a plan as the content of a file, `fesd_robot.plans.export`, also of an earlier version.
 
-    Plans that do not say how all joints of the model file move get it from their task's robot.
+    Plans that do not say how all joints of the model file move get it from their task's robot; tables of plans whose
+    robot cannot be read any more leave it out with a warning.
 
     Raises:
-        TaskError: a file that the task names cannot be read any more, and the plan does not say how all joints move.
+        TaskError: a file that the task names cannot be read any more, and a format that consists of these joints.
         FesdRobotError: the plan cannot be written in this format.
     """
     chosen = export_format(kind, joints)
     if plan.full_model is None:
-        from fesd_robot.adapters import numeric_physics, with_full_model  # formulating takes long to import
-        from fesd_robot.ocp import formulate
-
-        motion = formulate(task_of(plan))
-        plan = with_full_model(plan, motion, numeric_physics(motion))
+        try:
+            plan = _with_full_model(plan)
+        except FesdRobotError as error:
+            if chosen.joints:
+                raise
+            logger.warning("the columns of all joints of the model file are left out: %s", error)
     return export(plan, chosen.name, joints=joints, suffix=suffix)
+
+
+def _with_full_model(plan: Plan) -> Plan:
+    from fesd_robot.adapters import numeric_physics, with_full_model  # formulating takes long to import
+    from fesd_robot.ocp import formulate
+
+    motion = formulate(task_of(plan))
+    return with_full_model(plan, motion, numeric_physics(motion))
 
 
 def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints: Sequence[str] | None = None) -> Path:
@@ -94,7 +107,7 @@ def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints
 
     Raises:
         PlanFileError: no such format, joints for a format that holds all of them, or the file cannot be written.
-        TaskError: a plan of an earlier version, whose task names a file that cannot be read any more.
+        TaskError: the joints of a plan of an earlier version, whose task names a file that cannot be read any more.
     """
     path = Path(file)
     if path.is_dir():

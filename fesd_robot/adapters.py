@@ -168,14 +168,14 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
     model = WholeModel(robot, _whole_robot(motion), section.locked, section.coupled, scene)
     trajectory, interval = plan.trajectory, control_interval(plan)
+    forces = [(plan.contacts[name].normal_force, plan.contacts[name].tangential_force) for name in contacts]
     samples = zip(
         np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),
         np.column_stack([trajectory.velocity[name] for name in robot.velocity_names]),
         np.column_stack([plan.controls[name][interval] for name in motion.actuation.names]),
-        np.stack([[plan.contacts[name].normal_force, plan.contacts[name].tangential_force] for name in contacts]).T,
+        np.moveaxis(np.array(forces), -1, 0),
         strict=True,
     )
-    samples = ((q, v, u, force.T) for q, v, u, force in samples)
     return plan.model_copy(update={"full_model": full_model_of(model.motion(physics, samples))})
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from fesd_robot.actions import exported
 from fesd_robot.cli.export import format_names
+from fesd_robot.errors import TaskError
 from fesd_robot.plans import EXPORTS, Plan, PlanFileError, export
 from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of, control_interval
 
@@ -62,6 +63,17 @@ def test_a_plan_that_does_not_say_how_all_joints_move(plan: Plan) -> None:
     assert not any(name.startswith("joint ") for name in columns_of(old))
     for kind in EXPORTS:
         assert exported(old, kind) == export(plan, kind)
+
+
+def test_a_plan_of_an_earlier_version_whose_robot_is_gone(plan: Plan, caplog: pytest.LogCaptureFixture) -> None:
+    """Its tables hold its own coordinates, with a warning that names the file; a joint trajectory cannot be written."""
+    nowhere = plan.provenance.model_copy(update={"folder": "/nowhere/tasks"})
+    old = plan.model_copy(update={"full_model": None, "provenance": nowhere})
+    assert exported(old, "csv") == export(old, "csv")
+    (record,) = caplog.records
+    assert "all joints of the model file are left out" in record.getMessage() and "/nowhere/" in record.getMessage()
+    with pytest.raises(TaskError, match="/nowhere/"):
+        exported(old, "joint-trajectory")
 
 
 @pytest.mark.parametrize(
