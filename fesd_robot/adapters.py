@@ -21,8 +21,8 @@ from fesd_robot.plans.full_model import full_model_of
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
+from fesd_robot.recovery.full_model import FullModel
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.recovery.whole_model import WholeModel
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
@@ -149,12 +149,12 @@ def assembled_plan(
     try:
         return with_full_model(plan, motion, physics)
     except RobotError as error:
-        logger.warning("the plan leaves out the joints of the whole model, which cannot be read any more: %s", error)
+        logger.warning("the plan leaves out the joints of the full model, which cannot be read any more: %s", error)
         return plan
 
 
 def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) -> Plan:
-    """Return the plan with its motion on all joints of the model file, `fesd_robot.recovery.whole_model`.
+    """Return the plan with its motion on all joints of the model file, `fesd_robot.recovery.full_model`.
 
     Args:
         plan: stays as it is.
@@ -166,7 +166,7 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
     """
     section, robot, contacts = motion.task.robot, motion.robot, [contact.name for contact in motion.contacts]
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
-    model = WholeModel(robot, _whole_robot(motion), section.locked, section.coupled, scene)
+    model = FullModel(robot, _full_robot(motion), section.locked, section.coupled, scene)
     trajectory, interval = plan.trajectory, control_interval(plan)
     forces = [(plan.contacts[name].normal_force, plan.contacts[name].tangential_force) for name in contacts]
     samples = zip(
@@ -179,7 +179,7 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
     return plan.model_copy(update={"full_model": full_model_of(model.motion(physics, samples))})
 
 
-def _whole_robot(motion: MotionProblem) -> Robot:
+def _full_robot(motion: MotionProblem) -> Robot:
     """Return the task's robot with nothing locked or coupled.
 
     Armature and damping that the task gives to joints in unison are for all of them: each has an equal part.
@@ -195,5 +195,5 @@ def _whole_robot(motion: MotionProblem) -> Robot:
     def shared(values: Mapping[str, float]) -> dict[str, float]:
         return {joint: value / len(parts[name]) for name, value in values.items() for joint in parts[name]}
 
-    whole = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
-    return with_joint_properties(whole, armature=shared(section.armature), damping=shared(section.damping))
+    full = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
+    return with_joint_properties(full, armature=shared(section.armature), damping=shared(section.damping))

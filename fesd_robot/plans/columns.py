@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fesd_robot.plans.full_model import BASE_UNITS, FullModel
+from fesd_robot.plans.full_model import BASE_UNITS, FullModelMotion
 from fesd_robot.plans.plan import Plan
 
 CONTROL_CONVENTION = (
@@ -53,7 +53,7 @@ def columns_of(plan: Plan) -> dict[str, np.ndarray]:
     return columns | (_full_model_columns(plan.full_model) if plan.full_model else {})
 
 
-def _full_model_columns(model: FullModel) -> dict[str, np.ndarray]:
+def _full_model_columns(model: FullModelMotion) -> dict[str, np.ndarray]:
     columns: dict[str, np.ndarray] = {}
     for name, joint in model.joints.items():
         columns[f"joint {name} position [{joint.unit}]"] = joint.position

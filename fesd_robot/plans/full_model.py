@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from fesd_robot.plans.record import Array, Record
-from fesd_robot.recovery.whole_model import WholeMotion
+from fesd_robot.recovery.full_model import FullMotion
 
 BASE_UNITS = {"x": "m", "y": "m", "z": "m", "qx": "1", "qy": "1", "qz": "1", "qw": "1"}
 """Entry of the pose of the base in the world -> its unit; position and quaternion."""
@@ -39,7 +39,7 @@ class FootForce(Record):
     tangential_force: Array
 
 
-class FullModel(Record):
+class FullModelMotion(Record):
     """A planned motion by the joints of the model file, locked and coupled ones too.
 
     The efforts are those that the model with nothing locked or coupled needs for the motion, by inverse dynamics. Those
@@ -57,8 +57,8 @@ class FullModel(Record):
     feet: dict[str, FootForce]
 
 
-def full_model_of(motion: WholeMotion) -> FullModel:
-    """Return a motion on the whole model by name."""
+def full_model_of(motion: FullMotion) -> FullModelMotion:
+    """Return a motion on the full model by name."""
     joints = {
         name: JointMotion.model_validate({"unit": unit, "position": position, "velocity": velocity, "effort": effort})
         for name, unit, position, velocity, effort in zip(
@@ -71,4 +71,4 @@ def full_model_of(motion: WholeMotion) -> FullModel:
         for frame, (normal, tangential) in zip(frames, forces, strict=False):
             if len(frames) > 1:
                 feet[frame] = FootForce(contact=contact, normal_force=normal, tangential_force=tangential)
-    return FullModel(joints=joints, base=base, feet=feet)
+    return FullModelMotion(joints=joints, base=base, feet=feet)

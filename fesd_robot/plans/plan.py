@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from fesd_robot.plans.audit_record import Audit
-from fesd_robot.plans.full_model import FullModel
+from fesd_robot.plans.full_model import FullModelMotion
 from fesd_robot.plans.record import Array, Record
 
 SCHEMA_VERSION: Literal[1] = 1
@@ -195,4 +195,4 @@ class Plan(Record):
     statistics: Statistics
     provenance: Provenance
     task: dict[str, Any]
-    full_model: FullModel | None = None
+    full_model: FullModelMotion | None = None

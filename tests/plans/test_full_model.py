@@ -1,4 +1,4 @@
-"""Solo12's exported torques replayed on the whole robot in space: twelve joints, a free base, a force on each foot."""
+"""Solo12's exported torques replayed on the full robot in space: twelve joints, a free base, a force on each foot."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def table(run: Run) -> dict[str, np.ndarray]:
     }
 
 
-def whole_model() -> pin.Model:
+def full_model() -> pin.Model:
     """Solo12 as its file says, on a free base, with what the task adds divided between left and right."""
     model = pin.buildModelFromUrdf(str(locate_robot("example-robot-data:solo12", None)), pin.JointModelFreeFlyer())
     damping, armature = np.array(model.damping), np.array(model.armature)
@@ -86,7 +86,7 @@ def test_inverse_dynamics_in_space_give_the_exported_torques(run: Run, table: di
     Motion, forces and torques are read from the CSV file, accelerations are the slopes of the collocation polynomials;
     what is left for the base is the boom's: nothing in the plane.
     """
-    model = whole_model()
+    model = full_model()
     data, joints = model.createData(), list(model.names)[2:]
     assert len(joints) == 12 and set(joints) == set(run.plan.full_model.joints)
     largest = max(np.abs(table[f"joint {name} effort [N m]"]).max() for name in joints)

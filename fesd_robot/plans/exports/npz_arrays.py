@@ -8,7 +8,7 @@ import numpy as np
 
 from fesd_robot.plans.columns import control_interval
 from fesd_robot.plans.exports.format import ExportFormat
-from fesd_robot.plans.full_model import FullModel
+from fesd_robot.plans.full_model import FullModelMotion
 from fesd_robot.plans.plan import Plan
 
 
@@ -42,7 +42,7 @@ def npz_arrays(plan: Plan) -> bytes:
     return content.getvalue()
 
 
-def _full_model_arrays(model: FullModel) -> dict[str, np.ndarray]:
+def _full_model_arrays(model: FullModelMotion) -> dict[str, np.ndarray]:
     joints, feet = model.joints.values(), model.feet.values()
     arrays = {
         "joint_names": np.array(list(model.joints)),

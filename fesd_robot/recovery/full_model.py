@@ -28,7 +28,7 @@ _PROBES = (0.0, 0.3, -0.7)
 
 
 @dataclass(frozen=True)
-class WholeMotion:
+class FullMotion:
     """A motion along n samples by the joints of the model file.
 
     Attributes:
@@ -52,7 +52,7 @@ class WholeMotion:
     foot_force: np.ndarray
 
 
-class WholeModel:
+class FullModel:
     """The model of a file with no joint locked or coupled, and how a plan's reduced model moves it.
 
         q = c(q_r),   v = C v_r,   a = C a_r
@@ -61,7 +61,7 @@ class WholeModel:
 
     Args:
         robot: the reduced robot, whose coordinates the plan has.
-        whole: the robot of the same file and root with nothing locked or coupled.
+        full: the robot of the same file and root with nothing locked or coupled.
         locked: name of a joint -> value it is held at, m or rad.
         coupled: name of a joint -> name of the joint it moves in unison with.
         scene: surfaces, and what touches what.
@@ -71,39 +71,39 @@ class WholeModel:
     """
 
     def __init__(
-        self, robot: Robot, whole: Robot, locked: Mapping[str, float], coupled: Mapping[str, str], scene: Scene
+        self, robot: Robot, full: Robot, locked: Mapping[str, float], coupled: Mapping[str, str], scene: Scene
     ) -> None:
-        held = lock_joints(whole.model, locked) if locked else whole.model
+        held = lock_joints(full.model, locked) if locked else full.model
         signs = coupling_signs(held, coupled) if coupled else {}
-        self._robot, self._whole, self._locked, self._coupled, self._signs = robot, whole, locked, coupled, signs
-        self._data = whole.model.createData()
+        self._robot, self._full, self._locked, self._coupled, self._signs = robot, full, locked, coupled, signs
+        self._data = full.model.createData()
         self._spread, self._base_joint = self._spreading(), self._find_base()
         own = {name: robot.configuration_names.index(name) for name in robot.configuration_names}
-        self._copied = [(i, own[name]) for i, name in enumerate(whole.configuration_names) if name in own]
-        root = set(whole.root_names)
+        self._copied = [(i, own[name]) for i, name in enumerate(full.configuration_names) if name in own]
+        root = set(full.root_names)
         self._joints = [
             link
-            for link in whole.tree.links
-            if len(link.joint.velocity_suffixes) == 1 and not root & set(whole.velocity_names[link.v_indices])
+            for link in full.tree.links
+            if len(link.joint.velocity_suffixes) == 1 and not root & set(full.velocity_names[link.v_indices])
         ]
         feet = {name: self._feet(geometry) for name, geometry in scene.geometries.items()}
         self._shares = np.repeat([1 / len(each) for each in feet.values()], [len(each) for each in feet.values()])
         self._of_contact = np.repeat(np.arange(len(feet)), [len(each) for each in feet.values()])
         self._feet_names = {name: [geometry.frame for geometry in each] for name, each in feet.items()}
         geometries = {f"{name} {foot.frame}": foot for name, each in feet.items() for foot in each}
-        nothing = np.zeros((whole.model.nv, 0))
+        nothing = np.zeros((full.model.nv, 0))
         self._physics = NumericPhysics(
-            whole, Scene(scene.surfaces, geometries), dict.fromkeys(geometries, 0.0), lambda _: nothing
+            full, Scene(scene.surfaces, geometries), dict.fromkeys(geometries, 0.0), lambda _: nothing
         )
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
-        """Return the configuration of the whole model at that of the reduced one."""
-        whole, step = self._whole, np.zeros(self._whole.model.nv)
+        """Return the configuration of the full model at that of the reduced one."""
+        full, step = self._full, np.zeros(self._full.model.nv)
         for name, value in self._locked.items():
-            step[whole.velocity_names.index(name)] = value
+            step[full.velocity_names.index(name)] = value
         for name, leader in self._coupled.items():
-            step[whole.velocity_names.index(name)] = self._signs[name] * self._angle(q, leader)
-        result = pin.integrate(whole.model, whole.neutral, step)
+            step[full.velocity_names.index(name)] = self._signs[name] * self._angle(q, leader)
+        result = pin.integrate(full.model, full.neutral, step)
         for entry, source in self._copied:
             result[entry] = q[source]
         return np.asarray(result)
@@ -112,11 +112,11 @@ class WholeModel:
         """Return C v_r; the same turns accelerations."""
         return np.asarray(self._spread @ v)
 
-    def motion(self, physics: NumericPhysics, samples: Iterable[tuple[np.ndarray, ...]]) -> WholeMotion:
-        """Return a motion of the reduced robot on the whole model.
+    def motion(self, physics: NumericPhysics, samples: Iterable[tuple[np.ndarray, ...]]) -> FullMotion:
+        """Return a motion of the reduced robot on the full model.
 
         The acceleration at a sample is that of the reduced robot under its controls and contact forces. The efforts are
-        what the whole model needs for it: the inverse dynamics by Pinocchio's recursive Newton-Euler algorithm,
+        what the full model needs for it: the inverse dynamics by Pinocchio's recursive Newton-Euler algorithm,
 
             a_r = M_r^-1 (B u + J_r^T f - D_r v_r - h_r),   tau = M C a_r + h + D C v_r - J^T f_feet
 
@@ -129,7 +129,7 @@ class WholeModel:
             physics: of the reduced robot, with the contacts in the order of the scene.
             samples: q_r, v_r, u and f, of shape (n_c, 2) with normal and tangential force, of every sample.
         """
-        model, links = self._whole.model, self._joints
+        model, links = self._full.model, self._joints
         position, velocity, effort, base, forces = [], [], [], [], []
         for q_r, v_r, u, f in samples:
             driving = physics.contact_jacobian(q_r).T @ stacked_rows(f)
@@ -148,7 +148,7 @@ class WholeModel:
         for column, link in enumerate(links):
             if len(link.joint.position_suffixes) > 1:
                 positions[:, column] = np.unwrap(positions[:, column])
-        return WholeMotion(
+        return FullMotion(
             joints=[link.name for link in links],
             units=["m" if isinstance(link.joint, Prismatic) else "rad" for link in links],
             position=positions,
@@ -162,8 +162,8 @@ class WholeModel:
     def _spreading(self) -> np.ndarray:
         """Return C, (n_v, n_v of the reduced robot)."""
         columns = {name: k for k, name in enumerate(self._robot.velocity_names)}
-        spread = np.zeros((self._whole.model.nv, len(columns)))
-        for row, name in enumerate(self._whole.velocity_names):
+        spread = np.zeros((self._full.model.nv, len(columns)))
+        for row, name in enumerate(self._full.velocity_names):
             if name in columns:
                 spread[row, columns[name]] = 1.0
             elif name in self._coupled:
@@ -178,13 +178,13 @@ class WholeModel:
 
     def _find_base(self) -> int:
         """Return Pinocchio's index of the joint under the first link, 0 if it has at most one degree of freedom."""
-        model = self._whole.model
-        if self._whole.root_names:
+        model = self._full.model
+        if self._full.root_names:
             return int(model.getJointId(ROOT_JOINT))
         return next((i for i in range(1, model.njoints) if model.parents[i] == 0 and model.joints[i].nv > 1), 0)
 
     def _base(self, q: np.ndarray) -> np.ndarray:
-        pin.forwardKinematics(self._whole.model, self._data, q)
+        pin.forwardKinematics(self._full.model, self._data, q)
         return np.asarray(pin.SE3ToXYZQUAT(self._data.oMi[self._base_joint]))
 
     def _feet(self, geometry: ContactGeometry) -> list[ContactGeometry]:
@@ -195,8 +195,8 @@ class WholeModel:
         """
         if isinstance(geometry, CircleOnCircle) or not self._coupled:
             return [geometry]
-        frames = {name: index for name in self._whole.frame_names if (index := self._frame(name)) is not None}
-        own = self._whole.frame_id(geometry.frame)
+        frames = {name: index for name in self._full.frame_names if (index := self._frame(name)) is not None}
+        own = self._full.frame_id(geometry.frame)
         places = self._places([own, *frames.values()])
         apart = np.abs(places[:, 1:] - places[:, :1]).max(axis=(0, 2))
         chain = self._chain(own)
@@ -206,9 +206,9 @@ class WholeModel:
             in_unison = other != chain and self._led(other) == self._led(chain)
             if in_unison and distance <= _SAME_PLACE:
                 twins.setdefault(other, []).append(name)
-        kind = self._whole.model.frames[own].type
+        kind = self._full.model.frames[own].type
         chosen = [
-            next((name for name in names if self._whole.model.frames[frames[name]].type == kind), names[0])
+            next((name for name in names if self._full.model.frames[frames[name]].type == kind), names[0])
             for names in twins.values()
         ]
         return [geometry, *(replace(geometry, frame=name) for name in chosen)]
@@ -216,7 +216,7 @@ class WholeModel:
     def _frame(self, name: str) -> int | None:
         """Return the index of a frame, None if several have its name."""
         try:
-            return self._whole.frame_id(name)
+            return self._full.frame_id(name)
         except RobotError:
             return None
 
@@ -225,13 +225,13 @@ class WholeModel:
         robot, places = self._robot, []
         for first in _PROBES:
             q = pin.integrate(robot.model, robot.neutral, np.linspace(first, 1, robot.model.nv))
-            pin.framesForwardKinematics(self._whole.model, self._data, self.configuration(q))
+            pin.framesForwardKinematics(self._full.model, self._data, self.configuration(q))
             places.append([self._data.oMf[frame].translation[[0, 2]] for frame in frames])
         return np.array(places)
 
     def _chain(self, frame: int) -> tuple[str, ...]:
         """Return the names of the joints between a frame and the world that are not locked."""
-        model = self._whole.model
+        model = self._full.model
         joint, names = model.frames[frame].parentJoint, []
         while joint:
             if model.names[joint] not in self._locked:

@@ -10,8 +10,8 @@ import pytest
 
 from fesd_robot.contact import PointOnSurface, Scene
 from fesd_robot.contact.ground import Plane
+from fesd_robot.recovery.full_model import FullModel, FullMotion
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.recovery.whole_model import WholeModel, WholeMotion
 from fesd_robot.robot import Robot, load_robot
 
 MODELS = Path(__file__).parents[1] / "robot" / "models"
@@ -40,7 +40,7 @@ class Case:
         source, root, locked, coupled, contacts = CASES[name]
         self.locked, self.coupled = locked, coupled
         self.robot: Robot = load_robot(source, root=root, locked=locked, coupled=coupled)
-        self.whole: Robot = load_robot(source, root=root)
+        self.full: Robot = load_robot(source, root=root)
         plane, random = Plane(slope=SLOPE), np.random.default_rng(3)
         scene = Scene({"ground": plane}, {name: PointOnSurface(frame, plane) for name, frame in contacts.items()})
         model = self.robot.model
@@ -53,8 +53,8 @@ class Case:
             )
             for _ in range(4)
         ]
-        self.model = WholeModel(self.robot, self.whole, locked, coupled, scene)
-        self.motion: WholeMotion = self.model.motion(self.physics, self.samples)
+        self.model = FullModel(self.robot, self.full, locked, coupled, scene)
+        self.motion: FullMotion = self.model.motion(self.physics, self.samples)
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -63,12 +63,12 @@ def case(request: pytest.FixtureRequest) -> Case:
 
 
 def test_all_frames_are_where_the_reduced_robot_has_them(case: Case) -> None:
-    """With every joint at its value the frames of the whole robot are those of the plan, and move as they do."""
+    """With every joint at its value the frames of the full robot are those of the plan, and move as they do."""
     for q, v, *_ in case.samples:
         places = []
         for robot, at, moving in (
             (case.robot, q, v),
-            (case.whole, case.model.configuration(q), case.model.velocity(v)),
+            (case.full, case.model.configuration(q), case.model.velocity(v)),
         ):
             model, data = robot.model, robot.model.createData()
             pin.forwardKinematics(model, data, at, moving)
@@ -81,7 +81,7 @@ def test_all_frames_are_where_the_reduced_robot_has_them(case: Case) -> None:
 
 
 def test_efforts_do_the_work_of_the_controls(case: Case) -> None:
-    """Whatever the motion, the motors of the whole robot have the power that the controls of the plan have."""
+    """Whatever the motion, the motors of the full robot have the power that the controls of the plan have."""
     root = case.robot.root_names
     free = [k for k, name in enumerate(case.robot.velocity_names) if name not in root]
     for k, (_, v, u, _) in enumerate(case.samples):
@@ -93,15 +93,15 @@ def test_every_joint_is_listed_once(case: Case) -> None:
     """Locked joints stand at their value, followers beside their leaders, <mimic> joints at what the file says."""
     joints = case.motion.joints
     assert len(set(joints)) == len(joints)
-    assert {*case.locked, *case.coupled} <= set(joints) and not {*case.whole.root_names} & set(joints)
+    assert {*case.locked, *case.coupled} <= set(joints) and not {*case.full.root_names} & set(joints)
     for name, value in case.locked.items():
         column = joints.index(name)
         turns = np.round((case.motion.position[:, column] - value) / (2 * np.pi))
         np.testing.assert_allclose(case.motion.position[:, column], value + 2 * np.pi * turns, atol=1e-12)
         assert not case.motion.velocity[:, column].any()
-    for link in case.whole.tree.links:
+    for link in case.full.tree.links:
         if link.mimics:
-            (leader,) = (one.name for one in case.whole.tree.links if one.v_indices == link.v_indices and one != link)
+            (leader,) = (one.name for one in case.full.tree.links if one.v_indices == link.v_indices and one != link)
             own, led = joints.index(link.name), joints.index(leader)
             expected = link.multiplier * case.motion.position[:, led] + link.offset
             np.testing.assert_allclose(case.motion.position[:, own], expected)
@@ -119,12 +119,12 @@ def test_feet_share_the_force_of_their_contact() -> None:
 
 def test_the_base_is_a_pose(case: Case) -> None:
     """The base is where Pinocchio has the first link, as position and unit quaternion without jumps of sign."""
-    if not case.whole.root_names:
+    if not case.full.root_names:
         return
-    link = case.whole.model.frames[case.whole.model.getFrameId("root_joint")]
+    link = case.full.model.frames[case.full.model.getFrameId("root_joint")]
     for pose, (q, *_) in zip(case.motion.base, case.samples, strict=True):
-        data = case.whole.model.createData()
-        pin.framesForwardKinematics(case.whole.model, data, case.model.configuration(q))
+        data = case.full.model.createData()
+        pin.framesForwardKinematics(case.full.model, data, case.model.configuration(q))
         placement = data.oMi[link.parentJoint]
         assert pin.XYZQUATToSE3(pose).isApprox(placement, 1e-9)
     assert (np.sum(case.motion.base[1:, 3:] * case.motion.base[:-1, 3:], axis=1) >= 0).all()
