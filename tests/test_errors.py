@@ -15,10 +15,7 @@ ALLOWED = {
     ("cli/interrupts.py", "KeyboardInterrupt"): "what Ctrl-C is",
     ("dcs/checks.py", "TypeError"): "caught by the function that raises it",
     ("lazy.py", "AttributeError"): "asked for by PEP 562",
-    ("ocp/constraints.py", "TypeError"): "a kind of constraint without its function, a mistake of the program",
-    ("ocp/scene.py", "TypeError"): "a kind of ground without its function, a mistake of the program",
     ("plans/record.py", "ValueError"): "asked for by pydantic, becomes a PlanFileError with file and key",
-    ("plans/requirements.py", "TypeError"): "a kind of constraint without its audit, a mistake of the program",
     ("render/window.py", "NotImplementedError"): "a method of Meshcat's window that a page cannot have",
 }
 """(file, exception) -> why it may be raised although it is none of this package's."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -22,7 +23,7 @@ BELOW: dict[str, set[str]] = {
     "fesd": {"complementarity", "dcs", "mpcc"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
-    "plans": {"mpcc", "recovery", "robot", "task"},
+    "plans": {"contact", "mpcc", "recovery", "robot", "task"},
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "ocp", "plans", "robot", "task"},
@@ -57,3 +58,11 @@ def test_every_room_is_in_the_order() -> None:
     """A new room has to say what it stands on."""
     rooms = {folder.name for folder in SOURCES.iterdir() if (folder / "__init__.py").is_file()}
     assert rooms == {*BELOW, "cli"}
+
+
+def test_the_table_of_the_architecture_is_this_order() -> None:
+    """The documentation's column of what a room uses says what is tested here."""
+    text = (SOURCES.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)/` \|[^|]*\|([^|]*)\|$", text, re.MULTILINE)
+    table = {room: set(re.findall(r"\w+", uses)) for room, uses in rows}
+    assert table == BELOW

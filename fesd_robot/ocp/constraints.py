@@ -13,6 +13,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact import ContactSystem, Ground, PlanarContact
+from fesd_robot.errors import ModelError
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES, Points
@@ -41,7 +42,7 @@ BoundedRow = tuple[str, ca.SX, float, float]
 @singledispatch
 def point_rows(constraint: BodyPoint, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     """Return the rows of a constraint on the position p of a point, SX (3); all of them are lengths."""
-    raise TypeError(f"no rows are known for {type(constraint).__name__}")
+    raise ModelError(f"no rows are known for {type(constraint).__name__}")
 
 
 @point_rows.register
@@ -193,7 +194,7 @@ def add_forbidden_zones(
                     "expected a zone where it does not touch at the start",
                 )
         plus, minus = contact_system.theta_auxiliary[i]
-        label = Label(f"contact in zone '{name}'", zone.contact, contact=zone.contact)
+        label = Label("contact in a zone", name, contact=zone.contact)
         conditions.append(Complementarity(label, depth, plus + minus, vanishing=True))
     system = contact_system.system
     system = replace(system, complementarities=[*system.complementarities, *conditions])

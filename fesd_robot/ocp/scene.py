@@ -8,7 +8,7 @@ from pathlib import Path
 from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, Ground, PointOnSurface, Scene
 from fesd_robot.contact import ground as surfaces
 from fesd_robot.contact.ground import profiles
-from fesd_robot.errors import GroundError
+from fesd_robot.errors import GroundError, ModelError
 from fesd_robot.task import GROUND, CircleCircleContact, PointContact, Task
 from fesd_robot.task.ground import HeightMap, Plane, Shape, Steps
 
@@ -57,7 +57,7 @@ def surface_of(shape: Shape, folder: Path) -> Ground:
     Raises:
         GroundError: the surface cannot be built.
     """
-    raise TypeError(f"no surface is known for {type(shape).__name__}")
+    raise ModelError(f"no surface is known for {type(shape).__name__}")
 
 
 @surface_of.register

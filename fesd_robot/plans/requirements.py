@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import singledispatch
 
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.contact import Ground
+from fesd_robot.errors import ModelError
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
@@ -77,6 +80,50 @@ def _largest(violations: Iterable[float]) -> float:
     return float(np.max(list(violations), initial=0.0))
 
 
+@singledispatch
+def violations(constraint: BodyPoint, point: np.ndarray, ground: Ground) -> Iterator[float]:
+    """Yield by how much a point violates a constraint, m; negative where there is room left.
+
+    Args:
+        constraint: of the task.
+        point: position in world axes, m, (3,).
+        ground: of the scene.
+
+    Raises:
+        ModelError: a kind of constraint without a measure.
+    """
+    raise ModelError(f"no violation is known for {type(constraint).__name__}")
+
+
+@violations.register
+def _clearance(constraint: Clearance, point: np.ndarray, ground: Ground) -> Iterator[float]:
+    yield constraint.distance - float(ground.distance(point))
+
+
+@violations.register
+def _sphere(constraint: AvoidSphere, point: np.ndarray, ground: Ground) -> Iterator[float]:
+    yield constraint.radius - float(np.linalg.norm(_offset(point, constraint.center)))
+
+
+@violations.register
+def _box(constraint: AvoidBox, point: np.ndarray, ground: Ground) -> Iterator[float]:
+    half = 0.5 * _given(constraint.size)
+    yield float(np.min(half - np.abs(_offset(point, constraint.center))))
+
+
+@violations.register
+def _ellipse(constraint: AvoidEllipse, point: np.ndarray, ground: Ground) -> Iterator[float]:
+    axes = _given(constraint.semi_axes)
+    yield float(np.min(axes) * (1.0 - np.linalg.norm(_offset(point, constraint.center) / axes)))
+
+
+@violations.register
+def _frame_limits(constraint: FrameLimits, point: np.ndarray, ground: Ground) -> Iterator[float]:
+    for value, bounds in zip(point, (constraint.x, constraint.y, constraint.z), strict=True):
+        if bounds is not None:
+            yield float(max(bounds[0] - value, value - bounds[1]))
+
+
 class _Checks:
     """Violations of one motion; negative where there is room left."""
 
@@ -91,29 +138,12 @@ class _Checks:
         for constraint in self._task.constraints.values():
             if isinstance(constraint, BodyPoint):
                 for q in self._motion.configuration:
-                    yield from self._outside(constraint, self._position(q, constraint.frame, constraint.offset))
+                    point = self._position(q, constraint.frame, constraint.offset)
+                    yield from violations(constraint, point, self._ground)
             elif isinstance(constraint, ForbiddenZone):
                 yield from self._zone(constraint)
             elif isinstance(constraint, ContactWindow):
                 yield from self._window(constraint)
-
-    def _outside(self, constraint: BodyPoint, point: np.ndarray) -> Iterator[float]:
-        if isinstance(constraint, Clearance):
-            yield constraint.distance - float(self._ground.distance(point))
-        elif isinstance(constraint, AvoidSphere):
-            yield constraint.radius - float(np.linalg.norm(_offset(point, constraint.center)))
-        elif isinstance(constraint, AvoidBox):
-            half = 0.5 * _given(constraint.size)
-            yield float(np.min(half - np.abs(_offset(point, constraint.center))))
-        elif isinstance(constraint, AvoidEllipse):
-            axes = _given(constraint.semi_axes)
-            yield float(np.min(axes) * (1.0 - np.linalg.norm(_offset(point, constraint.center) / axes)))
-        elif isinstance(constraint, FrameLimits):
-            for value, bounds in zip(point, (constraint.x, constraint.y, constraint.z), strict=True):
-                if bounds is not None:
-                    yield float(max(bounds[0] - value, value - bounds[1]))
-        else:
-            raise TypeError(f"no violation is known for {type(constraint).__name__}")
 
     def _zone(self, zone: ForbiddenZone) -> Iterator[float]:
         i, motion = self._names.index(zone.contact), self._motion

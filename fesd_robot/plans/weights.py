@@ -18,7 +18,7 @@ def weights_of(plan: Plan) -> dict[str, str]:
         "configuration coordinate": units.configuration,
         "velocity coordinate": units.velocity,
         "control": units.controls,
-        "contact": dict.fromkeys(plan.contacts, "N"),
+        "contact": dict.fromkeys(plan.contacts, ""),
         "axis": axes,
         "frame": axes,
         None: {},
@@ -31,7 +31,8 @@ def weights_of(plan: Plan) -> dict[str, str]:
             if weights is None:
                 only = term.goal == "configuration" and (goal.get("frames") or goal.get("center_of_mass"))
                 weights = dict.fromkeys(goal["configuration"] if only else named[term.names], term.default)
-            sentences[name] = _sentence(weights, named[term.names], term.unit)
+            own = named[term.names] if term.quantity is None else dict.fromkeys(weights, term.quantity)
+            sentences[name] = _sentence(weights, own, term.unit)
     for frame, target in goal.get("frames", {}).items():
         sentences[f"goal: {frame}"] = _target(target)
     if goal.get("center_of_mass"):

@@ -22,6 +22,7 @@ class CostTerm:
             unit per s, and ``{integral}``, that unit times s.
         default: weight of every name where the task gives no map.
         prefix: of the terms of single names, whose weights are by axis; None where all names are in one term.
+        quantity: unit of what is weighted, where the named thing, as a contact, has none of its own.
         goal: the part of the goal from which a distance is measured; a motion that repeats has no such term.
         duration: what `horizon.duration` has to be for the term to have a meaning.
     """
@@ -31,6 +32,7 @@ class CostTerm:
     unit: str
     default: float = 0.0
     prefix: str | None = None
+    quantity: str | None = None
     goal: Literal["configuration", "velocity"] | None = None
     duration: Literal["fixed", "free"] | None = None
 
@@ -123,7 +125,7 @@ class Costs(Section):
     )
     force: Annotated[
         Weights,
-        CostTerm("integral of the normal force (not squared)", "contact", "/{integral}"),
+        CostTerm("integral of the normal force (not squared)", "contact", "/{integral}", quantity="N"),
     ] = Field(
         default_factory=dict,
         description="Name of a contact -> weight of the time integral of its normal force, the impulses of impacts "

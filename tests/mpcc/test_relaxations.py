@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -11,19 +13,14 @@ from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, Relaxation
 from fesd_robot.mpcc.steering import STEERINGS, Steering
+from fesd_robot.task.method import Solver
 
 from .known import KNOWN, Known, X, Y, mpcc, vanishing
 
 SIGMA = 0.04
 ROOT = 0.2
 SAME_SET = ["scholtes", "fischer_burmeister", "natural_residual", "chen_chen_kanzow"]
-WITHOUT_VANISHING = {
-    "scholtes_equality",
-    "fischer_burmeister_equality",
-    "natural_residual_equality",
-    "lin_fukushima",
-    "kadrani",
-}
+WITHOUT_VANISHING = [name for name, relaxation in RELAXATIONS.items() if not relaxation.vanishing]
 
 
 def _rows(name: str, G: np.ndarray, H: np.ndarray, sigma: float = SIGMA) -> np.ndarray:
@@ -134,7 +131,7 @@ def test_a_relaxation_that_cannot_hold_vanishing_constraints_is_refused(name: st
     message = str(caught.value)
     assert f"relaxation '{name}'" in message and "'pair 0' of block 'problem'" in message
     valid = message.split("valid: ")[1].rstrip(")").split(", ")
-    assert valid == sorted(set(RELAXATIONS) - WITHOUT_VANISHING)
+    assert valid == sorted(set(RELAXATIONS) - set(WITHOUT_VANISHING))
 
 
 def test_an_unknown_relaxation_is_refused() -> None:
@@ -187,3 +184,9 @@ def test_known_solutions(name: str, steering: Steering, known: Known) -> None:
     assert solution.solved and solution.feasible and solution.status == "converged"
     assert solution.residuals.complementarity <= 1.01e-8 and solution.residuals.constraint_violation <= 1e-8
     assert known.error(solution.w) <= INACCURATE.get(case, known.distance)
+
+
+def test_a_task_can_ask_for_every_relaxation_of_contact() -> None:
+    """The names in the task schema are those of the relaxations that hold vanishing constraints, and no others."""
+    offered = get_args(Solver.model_fields["relaxation"].annotation)
+    assert set(offered) == {name for name, relaxation in RELAXATIONS.items() if relaxation.vanishing}

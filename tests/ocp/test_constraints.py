@@ -13,6 +13,7 @@ from fesd_robot.errors import TaskError
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.constraints import point_rows
+from fesd_robot.plans.requirements import violations
 from fesd_robot.task import AvoidBox, BodyPoint, Task
 
 from .pinocchio_points import constraint, frame, rows, states
@@ -52,8 +53,8 @@ def test_rows_are_the_geometry(short: str, load: Load) -> None:
 
 
 def test_every_constraint_on_a_point_has_rows() -> None:
-    """Each type of constraint on the position of a point has a function of its own that gives its rows."""
-    assert set(BodyPoint.__subclasses__()) == set(point_rows.registry) - {object}
+    """Each type of constraint on the position of a point has one function for its rows and one that measures it."""
+    assert set(BodyPoint.__subclasses__()) == set(point_rows.registry) - {object} == set(violations.registry) - {object}
 
 
 def test_the_rounded_box_contains_the_box() -> None:
