@@ -51,7 +51,8 @@ LONG_SECONDS = 30.0
 
 SIZE, SHOT_SCALE = (320, 200), 3
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
-           "position missed by", "velocity missed by", "flights", "longest slide", "complementarity", "stationarity", "status")  # fmt: skip
+           "position missed by", "velocity missed by", "flights", "longest slide", "complementarity", "stationarity",
+           "status")  # fmt: skip
 BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
            "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
 WITHOUT_CAPTION = "<style>#caption, #bar { display: none; }</style></head>"
@@ -152,8 +153,8 @@ def page(all_entries: Sequence[Entry], command: str) -> str:
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
-            "building and certificate included, of all attempts of one run. The goal is missed by the largest difference "
-            "of each unit; flights and the longest slide are those of all contacts. Tasks that take more than "
+            "building and certificate included, of all attempts of one run. The goal is missed by the largest "
+            "difference of each unit; flights and the longest slide are those of all contacts. Tasks that take more than "
             f"{LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
             "",
             f"| {' | '.join(COLUMNS)} |",

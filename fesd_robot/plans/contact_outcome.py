@@ -108,9 +108,7 @@ class _Samples:
 
     def _stretches(self, contact: int, mode: str) -> Iterator[tuple[int, int]]:
         """Yield (first, last) sample of every unbroken row of steps in a mode."""
-        steps = [
-            k for k in range(1, len(self._motion.time)) if not self._jump(k) and self._mode(k, contact) == mode
-        ]
+        steps = [k for k in range(1, len(self._motion.time)) if not self._jump(k) and self._mode(k, contact) == mode]
         rows: list[list[int]] = []
         for k in steps:
             if rows and self._goes_on(contact, rows[-1][-1], k, mode):

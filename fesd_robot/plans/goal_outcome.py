@@ -58,7 +58,9 @@ def _changes(stride: dict[str, float], robot: Robot, motion: PhysicalMotion) -> 
     moved = motion.configuration[-1] - motion.configuration[0]
     for (name, unit), change in zip(configuration_units(robot).items(), moved, strict=True):
         yield _entry(f"change of {name}", "position", unit, (stride.get(name, 0.0), change), 0.0)
-    for (name, unit), change in zip(velocity_units(robot).items(), motion.velocity[-1] - motion.velocity[0], strict=True):
+    for (name, unit), change in zip(
+        velocity_units(robot).items(), motion.velocity[-1] - motion.velocity[0], strict=True
+    ):
         yield _entry(f"change of {name} velocity", "velocity", unit, (0.0, change), 0.0)
 
 

@@ -39,7 +39,7 @@ class Flight(Record):
     Attributes:
         start, end: s of physical time.
         length: horizontal distance between the places of the contact point at start and end, m.
-        height: largest gap, m.
+        height: largest gap, m: on level ground how high the contact is.
         open_start, open_end: the motion begins or ends in the air, so that the flight is cut there.
     """
 

@@ -15,12 +15,12 @@ def outcome_section(outcome: Outcome) -> str:
         markdown_table(["goal for", "goal", "end", "missed by", "tolerance", "met"], list(map(_goal, outcome.goal))),
     ]
     if outcome.contacts:
-        header = ["contact", "flights", "longest [m]", "highest [m]", "slides", "longest [m]", "all [m]"]
+        header = ["contact", "flights", "longest [m]", "largest gap [m]", "slides", "longest [m]", "all [m]"]
         rows = [_contact(name, contact) for name, contact in outcome.contacts.items()]
         parts.append(markdown_table([*header, "impacts", "hardest [N s]"], rows))
     events = [event for name, contact in outcome.contacts.items() for event in _events(name, contact)]
     if events:
-        header = ["contact", "", "from [s]", "to [s]", "length or distance [m]", "height [m]"]
+        header = ["contact", "", "from [s]", "to [s]", "length or distance [m]", "largest gap [m]"]
         parts.append(markdown_table(header, events))
     return "\n".join(parts)
 

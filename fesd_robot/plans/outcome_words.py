@@ -25,18 +25,18 @@ def miss_words(outcome: Outcome, kind: Literal["position", "velocity"]) -> str:
 
 
 def contact_words(contact: ContactOutcome) -> str:
-    """Return number, length and height of the flights, number and distance of the slides, number of impacts."""
+    """Return number, length and gap of the flights, number and distance of the slides, number of impacts."""
     return "; ".join([flight_words([contact]), _slides(contact), count(len(contact.impacts), "impact")])
 
 
 def flight_words(contacts: Sequence[ContactOutcome]) -> str:
-    """Return the number of all flights of some contacts, and the greatest length and height."""
+    """Return the number of all flights of some contacts, and the greatest length and gap."""
     flights = [flight for contact in contacts for flight in contact.flights]
     if not flights:
         return "no flight"
     length, height = max(flight.length for flight in flights), max(flight.height for flight in flights)
     up_to = "up to " if len(flights) > 1 else ""
-    return f"{count(len(flights), 'flight')}, {up_to}{length:.3g} m long and {height:.3g} m high"
+    return f"{count(len(flights), 'flight')}, {up_to}{length:.3g} m long, gap up to {height:.3g} m"
 
 
 def _slides(contact: ContactOutcome) -> str:

@@ -43,7 +43,9 @@ def _stationarity(status: Status) -> str:
 
 def _contacts(plan: Plan) -> str:
     text = "## Contact\n\n"
-    text += markdown_table(["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches])
+    text += markdown_table(
+        ["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches]
+    )
     if plan.impulses:
         rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", f"{i.tangential:.4f}"] for i in plan.impulses]
         text += "\n" + markdown_table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
@@ -136,7 +138,9 @@ def _attempts(plan: Plan) -> str:
         if len(costs) > 1
         else ""
     )
-    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + markdown_table(header, rows)
+    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + markdown_table(
+        header, rows
+    )
 
 
 def _provenance(plan: Plan) -> str:
