@@ -154,8 +154,8 @@ def page(all_entries: Sequence[Entry], command: str) -> str:
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
             "building and certificate included, of all attempts of one run. The goal is missed by the largest "
-            "difference of each unit; flights and the longest slide are those of all contacts. Tasks that take more than "
-            f"{LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
+            "difference of each unit; flights and the longest slide are those of all contacts. Tasks that take more "
+            f"than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",
