@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from fesd_robot.complementarity import NOWHERE, Label, Place
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.options import FesdOptions
 
@@ -86,6 +88,27 @@ class IntervalLayout:
         """Indices of (x, z) at the right end of an element, (n_x + n_z)."""
         x, z = self.state(element, self.stages), self.algebraic(element, self.stages)
         return np.concatenate([np.arange(x.start, x.stop), np.arange(z.start, z.stop)])
+
+    def labels(self, system: ComplementaritySystem) -> list[Label]:
+        """Return what the own variables of the interval are, (size)."""
+        labels = [Label("step equilibration", str(i)) for i in range(self.size)]
+
+        def put(where: slice, kind: str, names: Sequence[str], place: Place) -> None:
+            labels[where] = [Label(kind, name, place=place) for name in names]
+
+        put(slice(0, self.n_u), "control", system.control_names, NOWHERE)
+        for n in range(self.elements):
+            labels[self.step(n)] = Label("step", place=Place(element=n))
+            for j in range(self.stages + self.own_end):
+                at_end = j == self.stages
+                place = Place(element=n, name="right end") if at_end else Place(element=n, stage=j + 1)
+                if self.slopes and not at_end:
+                    put(self.slope(n, j), "slope", system.state_names, place)
+                if self.end_state if at_end else self.stage_states:
+                    put(self.state(n, j), "state", system.state_names, place)
+                if not at_end or self.end_algebraic:
+                    put(self.algebraic(n, j), "algebraic variable", system.algebraic_names, place)
+        return labels
 
     @property
     def auxiliaries(self) -> slice:

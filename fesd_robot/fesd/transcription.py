@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Place
+from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.constraints import constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
@@ -69,7 +69,15 @@ class Transcription:
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
             blocks.append(interval.block([Place(interval=k) for k in where], index, self.ocp.parameters[:, where]))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
-        return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks)
+        return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=self._variable_labels())
+
+    def _variable_labels(self) -> list[Label]:
+        """What every variable is, in the order of the trajectory."""
+        system, start = self.ocp.system, Place(name="the start")
+        labels = [Label("state", name, place=start) for name in system.state_names]
+        labels += [Label("algebraic variable", name, place=start) for name in system.algebraic_names]
+        own = {count: layout.labels(system) for count, layout in self.layouts.items()}
+        return labels + [label.at(Place(interval=k)) for k, count in enumerate(self.elements) for label in own[count]]
 
     @cached_property
     def _constraint_blocks(self) -> list[Block]:

@@ -24,8 +24,7 @@ class Linearisation:
         g, g_lower, g_upper, g_jacobian: constraint values and bounds (n_g,), Jacobian (n_g, n).
         G, H, G_jacobian, H_jacobian: sides of the pairs (n_pairs,), Jacobians (n_pairs, n).
         vanishing: which pairs are vanishing constraints, H >= 0 and G H <= 0 only, (n_pairs,).
-        variable_names: in words.
-        constraint_labels, pair_labels: what the rows and pairs are.
+        variable_labels, constraint_labels, pair_labels: what variables, rows and pairs are.
     """
 
     w: np.ndarray
@@ -42,7 +41,7 @@ class Linearisation:
     G_jacobian: sparse.csr_array
     H_jacobian: sparse.csr_array
     vanishing: np.ndarray
-    variable_names: list[str]
+    variable_labels: Sequence[Label]
     constraint_labels: Sequence[Label]
     pair_labels: Sequence[Label]
 
@@ -114,7 +113,7 @@ def linearise(problem: Mpcc, w: np.ndarray) -> Linearisation:
         G_jacobian=G_jacobian,
         H_jacobian=H_jacobian,
         vanishing=np.concatenate([np.zeros(0, bool), *(np.tile(b.vanishing, b.copies) for b in problem.blocks)]),
-        variable_names=list(problem.names) or [f"w[{i}]" for i in range(problem.size)],
+        variable_labels=[problem.variable_label(i) for i in range(problem.size)],
         constraint_labels=[
             b.constraint_label(row, copy)
             for b in problem.blocks
@@ -214,7 +213,7 @@ def _stack(parts: list[tuple[np.ndarray, sparse.csr_array]], size: int) -> tuple
 def _refuse_nonfinite(at: Linearisation) -> None:
     """Raise if a value or derivative is not finite."""
     if not np.isfinite([at.f, *at.gradient]).all():
-        bad = [name for name, slope in zip(at.variable_names, at.gradient, strict=True) if not np.isfinite(slope)]
+        bad = [str(one) for one, slope in zip(at.variable_labels, at.gradient, strict=True) if not np.isfinite(slope)]
         raise SolverError(f"the cost is not finite or has no finite derivative by {bad[:3]}")
     for value, matrix, labels in (
         (at.g, at.g_jacobian, at.constraint_labels),

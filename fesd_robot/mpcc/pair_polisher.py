@@ -30,8 +30,7 @@ class PairPolisher:
     @cached_property
     def problem(self) -> Mpcc:
         """The problem with G and H among its rows."""
-        full = self.with_pairs
-        return Mpcc(lower=full.lower, upper=full.upper, start=full.start, blocks=[_with_sides(b) for b in full.blocks])
+        return replace(self.with_pairs, blocks=[_with_sides(block) for block in self.with_pairs.blocks])
 
     def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
         """Return the branch on which the smaller side of every pair is zero, then the one that the LPCC prefers."""

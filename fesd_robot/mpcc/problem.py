@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import casadi as ca
@@ -139,7 +139,7 @@ class Mpcc:
     Args:
         lower, upper, start: bounds and initial point of the variables, shape (n,).
         blocks: the pieces of the problem.
-        names: of the variables, for messages; empty, or length n.
+        variables: what every variable is, for messages, (n); ``w[0]``, ``w[1]``, ... if omitted.
 
     Raises:
         DimensionError: bounds or start of different length, or a block that points outside.
@@ -149,12 +149,14 @@ class Mpcc:
     upper: np.ndarray
     start: np.ndarray
     blocks: Sequence[Block]
-    names: Sequence[str] = field(default=(), repr=False)
+    variables: Sequence[Label] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         shapes = {self.lower.shape, self.upper.shape, self.start.shape}
         if len(shapes) != 1:
             raise DimensionError(f"lower, upper and start must have one shape, found {sorted(shapes)}")
+        if self.variables and len(self.variables) != self.size:
+            raise DimensionError(f"variables has shape ({len(self.variables)},), expected ({self.size},)")
         for block in self.blocks:
             if block.index.size and not 0 <= block.index.min() <= block.index.max() < self.size:
                 raise DimensionError(f"block '{block.name}' reads variables outside 0..{self.size - 1}")
@@ -214,7 +216,6 @@ class Mpcc:
             upper=filled(bounds[1], np.inf, n),
             start=filled(start, 0.0, n),
             blocks=[block],
-            names=[f"w[{i}]" for i in range(n)],
         )
 
     @property
@@ -232,6 +233,15 @@ class Mpcc:
         """Number of complementarity pairs."""
         return sum(block.pairs * block.copies for block in self.blocks)
 
+    def variable_label(self, i: int) -> Label:
+        """Return what a variable is."""
+        return self.variables[i] if self.variables else Label(f"w[{i}]")
+
+    def bound_label(self, i: int) -> Label:
+        """Return the label of the bounds of a variable."""
+        label = self.variable_label(i)
+        return replace(label, kind=f"bound of {label.kind}")
+
     @cached_property
     def pair_labels(self) -> tuple[Label, ...]:
         """Label of every pair, block by block and copy by copy."""
@@ -243,7 +253,7 @@ class Mpcc:
         bounds = np.where(np.isnan(w), np.inf, np.maximum(self.lower - w, w - self.upper))
         at = int(np.argmax(bounds)) if self.size else 0
         violation = max(0.0, float(bounds[at])) if self.size else 0.0
-        worst = Label(f"bound of {self.names[at] if self.names else f'w[{at}]'}") if violation > 0.0 else None
+        worst = self.bound_label(at) if violation > 0.0 else None
         for block in self.blocks:
             f, g, G, H = block.evaluate(w)
             objective += float(f.sum())

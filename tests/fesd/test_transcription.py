@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
+from fesd_robot.fesd import (
+    FesdOptions,
+    Form,
+    OptimalControlProblem,
+    Scheme,
+    Transcription,
+    initial_value_problem,
+    make_tableau,
+)
 
 from .systems import driven, scalar
 
@@ -280,3 +288,24 @@ def test_bounds_of_states_that_are_no_variables() -> None:
     names = [str(label) for block in problem.blocks for label in block.constraints]
     assert any(name == "bound [a], element 0, stage 1" for name in names)
     assert residuals.constraint_violation > 1
+
+
+@pytest.mark.parametrize("form", ["integral", "differential", "lifted"])
+@pytest.mark.parametrize("scheme", ["radau_iia", "gauss_legendre"])
+def test_every_variable_has_a_label(form: Form, scheme: Scheme) -> None:
+    """Labels say what the variables are: steps and controls where the layout has them, states as they are unpacked."""
+    options = FesdOptions(make_tableau(scheme, 2), elements=2, form=form)
+    problem = initial_value_problem(driven(), [0.1, 0.2], 1.0, intervals=2, control=[0.3], parameters=[0.0])
+    transcription = Transcription(problem, options)
+    mpcc = transcription.problem
+    values = dict(zip(map(str, mpcc.variables), np.arange(float(mpcc.size)), strict=True))
+    assert len(values) == mpcc.size
+    elements = transcription.unpack(np.arange(float(mpcc.size)))
+    for number, element in enumerate(elements):
+        interval, own = divmod(number, 2)
+        assert element.step == values[f"step, interval {interval}, element {own}"]
+        assert element.u[0] == values[f"control [push], interval {interval}"]
+        place = f"interval {interval}, element {own}, stage 2"
+        assert element.z[1, 0] == values[f"algebraic variable [alpha[step0]], {place}"]
+        if form != "differential":
+            assert element.x[1].tolist() == [values[f"state [{name}], {place}"] for name in ("a", "b")]

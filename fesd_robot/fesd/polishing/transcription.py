@@ -49,7 +49,7 @@ class BranchTranscription:
             ),
             *others,
         ]
-        return Mpcc(lower=full.lower, upper=full.upper, start=full.start, blocks=blocks)
+        return replace(full, blocks=blocks)
 
     def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
         """Return the branches on which a point may lie, the likelier one first."""
