@@ -8,6 +8,7 @@ from enum import Enum
 from functools import cached_property
 
 from fesd_robot.complementarity.labels import Label
+from fesd_robot.errors import DimensionError, ModelError
 
 
 class ActiveFactor(Enum):
@@ -31,15 +32,31 @@ class Branch:
         conditions: labels of the conditions of one element.
         factors: per element, per condition.
         without_length: elements that have no length, in which nothing happens; as many as there are elements.
+
+    Raises:
+        DimensionError: factors or lengths that are not one an element, or not one factor a condition.
     """
 
     conditions: tuple[Label, ...]
     factors: tuple[tuple[ActiveFactor, ...], ...]
     without_length: tuple[bool, ...]
 
+    def __post_init__(self) -> None:
+        shape, expected = (len(self.without_length),), (len(self.factors),)
+        if shape != expected:
+            raise DimensionError(f"without_length has shape {shape}, expected {expected}, one an element")
+        for e, factors in enumerate(self.factors):
+            if len(factors) != len(self.conditions):
+                raise DimensionError(f"element {e} has {len(factors)} factors for {len(self.conditions)} conditions")
+
     @classmethod
     def of_pairs(cls, conditions: Sequence[Label], factors: Sequence[ActiveFactor]) -> Branch:
-        """Return the branch of a problem without finite elements."""
+        """Return the branch of a problem without finite elements.
+
+        Args:
+            conditions: label of every pair, (n_pairs).
+            factors: active factor of every pair, (n_pairs).
+        """
         return cls(tuple(conditions), (tuple(factors),), (False,))
 
     @cached_property
@@ -48,9 +65,19 @@ class Branch:
         return tuple(dict.fromkeys(label.contact for label in self.conditions if label.contact is not None))
 
     def of_contact(self, element: int, contact: str) -> Mapping[tuple[str, str], ActiveFactor]:
-        """Return (kind, subject) of every condition of a contact -> its active factor in an element."""
-        return {
-            (label.kind, label.subject): factor
-            for label, factor in zip(self.conditions, self.factors[element], strict=True)
-            if label.contact == contact
-        }
+        """Return (kind, subject) of every condition of a contact -> its active factor in an element.
+
+        Args:
+            element: number of the element in the trajectory.
+            contact: name of the contact.
+
+        Raises:
+            ModelError: two conditions of one kind and subject, as in the branch of a problem without elements.
+        """
+        active: dict[tuple[str, str], ActiveFactor] = {}
+        for label, factor in zip(self.conditions, self.factors[element], strict=True):
+            if label.contact == contact:
+                if (label.kind, label.subject) in active:
+                    raise ModelError(f"'{label}' stands twice in element {element}, expected the branch of elements")
+                active[label.kind, label.subject] = factor
+        return active

@@ -11,7 +11,10 @@ from fesd_robot.complementarity.labels import Label
 from fesd_robot.errors import DimensionError, ModelError
 
 Level = Literal["position", "velocity"]
-"""What a condition decides: where contact is (position), or what happens there (velocity)."""
+"""Whether a switching function is one of positions or of velocities; the latter may be relaxed further.
+
+In contact, the position level decides where contact is, the velocity level what happens there.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +26,7 @@ class Complementarity:
 
     In a dynamic complementarity system G, H and C are scalars in the state x and the algebraic variables z: G is
     continuous in time, H is not. Finite elements with switch detection rest on this difference. In the block of an
-    MPCC they are scalars in the block's variables.
+    MPCC G and H are scalars in the block's variables, and a complement is a factor of G.
 
     Args:
         label: what the condition is.

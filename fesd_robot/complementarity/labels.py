@@ -49,7 +49,7 @@ class Label:
 
     Attributes:
         kind: what it is, such as ``dynamics`` or ``force at a distance``.
-        subject: the state, step function, region or contact that it is about.
+        subject: the state, step function, region or direction that it is about.
         contact: name of the contact that it belongs to, if it belongs to one.
         place: where it holds.
     """
@@ -64,6 +64,7 @@ class Label:
         return replace(self, place=self.place.within(place))
 
     def __str__(self) -> str:
-        name = f"{self.kind} [{self.subject}]" if self.subject else self.kind
+        about = " ".join(part for part in (self.contact, self.subject) if part)
+        name = f"{self.kind} [{about}]" if about else self.kind
         where = str(self.place)
         return f"{name}, {where}" if where else name

@@ -17,6 +17,9 @@ from fesd_robot.contact.velocities import (
 )
 from fesd_robot.dcs import ABOVE, BELOW
 
+Active = Mapping[tuple[str, str], ActiveFactor]
+"""(kind, subject) of every condition of a contact -> its active factor, from `Branch.of_contact`."""
+
 
 class ContactMode(str, Enum):
     """What one contact does."""
@@ -34,24 +37,37 @@ class ContactMode(str, Enum):
     SLIP = "slip"
     """Closed without friction: the branch leaves the tangential velocity open."""
 
+    @property
+    def without_direction(self) -> ContactMode:
+        """The mode with both directions of slip as one."""
+        slips = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
+        return ContactMode.SLIP if self in slips else self
+
 
 def contact_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
-    """Return name of every contact -> its mode in a finite element."""
-    return {name: _mode(name, branch.of_contact(element, name)) for name in branch.contacts}
+    """Return name of every contact -> its mode in a finite element.
+
+    The mode is that of the branch; whether an element has a length, in which a contact does anything, is in
+    `Branch.without_length`.
+
+    Args:
+        branch: of a trajectory of a contact system.
+        element: number of the element in the trajectory.
+    """
+    return {name: _mode(branch.of_contact(element, name)) for name in branch.contacts}
 
 
-def _mode(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -> ContactMode:
-    distance = active.get((FORCE_AT_A_DISTANCE, name))
-    return _by_steps(name, active) if distance is None else _by_multipliers(name, active)
+def _mode(active: Active) -> ContactMode:
+    return _by_multipliers(active) if (FORCE_AT_A_DISTANCE, "") in active else _by_steps(active)
 
 
-def _by_multipliers(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -> ContactMode:
+def _by_multipliers(active: Active) -> ContactMode:
     """Read the vanishing constraints of `multiplier_contact_system`."""
-    if ActiveFactor.H in (active[FORCE_AT_A_DISTANCE, name], active[FORCE_WHILE_PARTING, name]):
+    if ActiveFactor.H in (active[FORCE_AT_A_DISTANCE, ""], active[FORCE_WHILE_PARTING, ""]):
         return ContactMode.FLIGHT
-    if active[MOTION_DURING_IMPACT, name] is ActiveFactor.COMPLEMENT:
+    if active[MOTION_DURING_IMPACT, ""] is ActiveFactor.COMPLEMENT:
         return ContactMode.IMPACT
-    backwards, forwards = (active.get((FRICTION_ALONG_SLIDING, f"{name} {way}")) for way in (BACKWARDS, FORWARDS))
+    backwards, forwards = (active.get((FRICTION_ALONG_SLIDING, direction)) for direction in (BACKWARDS, FORWARDS))
     if backwards is None:
         return ContactMode.SLIP
     if forwards is ActiveFactor.H:
@@ -59,15 +75,15 @@ def _by_multipliers(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -
     return ContactMode.SLIP_BACKWARDS if backwards is ActiveFactor.H else ContactMode.STICK
 
 
-def _by_steps(name: str, active: Mapping[tuple[str, str], ActiveFactor]) -> ContactMode:
+def _by_steps(active: Active) -> ContactMode:
     """Read the step functions of `step_contact_system`: of a step alpha, H is zero where alpha is 0, or 1."""
-    is_zero = {step: active.get((BELOW, f"{name} {step}")) is ActiveFactor.H for step in STEPS}
-    is_one = {step: active.get((ABOVE, f"{name} {step}")) is ActiveFactor.H for step in STEPS}
+    is_zero = {step: active.get((BELOW, step)) is ActiveFactor.H for step in STEPS}
+    is_one = {step: active.get((ABOVE, step)) is ActiveFactor.H for step in STEPS}
     if is_one[GAP] or is_one[NORMAL_VELOCITY]:
         return ContactMode.FLIGHT
     if is_zero[NORMAL_VELOCITY]:
         return ContactMode.IMPACT
-    if (BELOW, f"{name} {TANGENTIAL_VELOCITY}") not in active:
+    if (BELOW, TANGENTIAL_VELOCITY) not in active:
         return ContactMode.SLIP
     if is_one[TANGENTIAL_VELOCITY]:
         return ContactMode.SLIP_FORWARDS

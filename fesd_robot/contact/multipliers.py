@@ -71,7 +71,7 @@ def multiplier_contact_system(
             variables.append(minus)
             names.append(f"theta_-[{contact.name}]")
             lifted.append((f"1 - beta[{contact.name}]", complement, 1 - beta))
-        label = Label(FORCE_AT_A_DISTANCE, subject=contact.name, contact=contact.name)
+        label = Label(FORCE_AT_A_DISTANCE, contact=contact.name)
         conditions.append(Complementarity(label, gap, beta, vanishing=True, invariant=True))
         conditions += velocity_conditions(dynamics, contact, velocity, beta, complement, (plus, minus))
         upper += bounds

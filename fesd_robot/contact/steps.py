@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
@@ -21,7 +21,7 @@ from fesd_robot.dcs import Model, StepFunctions, heaviside
 
 GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY = "gap", "normal velocity", "tangential velocity"
 STEPS = (GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
-"""The step functions of a contact; the subject of a step's conditions is the contact's name and one of these."""
+"""The step functions of a contact, the subjects of their conditions."""
 
 
 def step_contact_system(
@@ -94,11 +94,8 @@ def step_contact_system(
         vanishing=vanishing,
         regularisation_weight=options.regularisation_weight,
     )
-    owner = {f"{contact.name} {step}": contact.name for contact in contacts for step in STEPS}
-    conditions = [
-        replace(one, label=replace(one.label, contact=owner[one.label.subject])) if one.label.contact is None else one
-        for one in system.complementarities
-    ]
+    owners = {f"{contact.name} {step}": (contact.name, step) for contact in contacts for step in STEPS}
+    conditions = [_owned(condition, owners) for condition in system.complementarities]
     return ContactSystem(
         system=replace(system, complementarities=conditions),
         theta_ode=theta_ode,
@@ -108,3 +105,11 @@ def step_contact_system(
         integrated_gap=options.gap == "integrated",
         gap_lower=-np.inf,
     )
+
+
+def _owned(condition: Complementarity, owners: Mapping[str, tuple[str, str]]) -> Complementarity:
+    """Return the condition of a step with the contact that the step belongs to."""
+    if condition.label.contact is not None:
+        return condition
+    contact, step = owners[condition.label.subject]
+    return replace(condition, label=replace(condition.label, contact=contact, subject=step))

@@ -43,7 +43,7 @@ def velocity_conditions(
         kind: str, G: ca.SX, H: ca.SX, *, complement: ca.SX | None = None, direction: str = ""
     ) -> Complementarity:
         return Complementarity(
-            Label(kind, subject=f"{contact.name} {direction}".strip(), contact=contact.name),
+            Label(kind, subject=direction, contact=contact.name),
             G,
             H,
             vanishing=True,

@@ -27,7 +27,7 @@ from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
 from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
 from fesd_robot.mpcc.problem import Mpcc
 
-Verdict = Literal["B-stationary", "descent", "unknown"]
+Verdict = Literal["certified", "refuted", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class BCertificate:
     """Whether a direction descends from a point, by the LPCC there.
 
     Attributes:
-        verdict: ``B-stationary``, ``descent`` (with a direction), or ``unknown``.
+        verdict: ``certified``, ``refuted`` (with a direction), or ``unknown``.
         reason: how that was decided, or why not, in words.
         slope: grad f^T d / (radius max(1, max abs(grad f))) of the best direction that was found, <= 0.
         bound: lower bound on that slope over all branches, minus infinity if none was found.
-        direction: d, shape (n,), in the units of the variables; zero unless the verdict is ``descent``.
+        direction: d, shape (n,), in the units of the variables; zero unless the verdict is ``refuted``.
         branch: the branch that the direction keeps to, of all pairs of the problem.
         leaving: names of the biactive pairs that d leaves, and to where.
         biactive, unresolved: pairs with both sides zero; with both above the activity, the smaller was taken as zero.
@@ -134,19 +134,19 @@ def _decide(lpcc: Lpcc, tolerance: float, deadline: float) -> _Decision:
     if relaxed is not None:
         bound, s = relaxed
         if bound >= -tolerance:
-            return _Decision("B-stationary", "no descent even without complementarity", bound)
+            return _Decision("certified", "no descent even without complementarity", bound)
         zero = lpcc.keeping(np.argmin(lpcc.growth(s), axis=0))
         nearest = lpcc.solve(zero, deadline)
         if nearest is not None and nearest[0] < -tolerance:
-            return _Decision("descent", "on the branch nearest to the relaxed solution", bound, *nearest, zero)
+            return _Decision("refuted", "on the branch nearest to the relaxed solution", bound, *nearest, zero)
     for search in (lpcc.mixed_integer, partial(lpcc.depth_first, -tolerance)):
         proven, branch = search(deadline)
         bound = max(bound, proven)
         if bound >= -tolerance:
-            return _Decision("B-stationary", "no descent on any branch", bound)
+            return _Decision("certified", "no descent on any branch", bound)
         solved = None if branch is None else lpcc.solve(branch, deadline)
         if solved is not None and solved[0] < -tolerance:
-            return _Decision("descent", "found in the search over all branches", bound, *solved, branch)
+            return _Decision("refuted", "found in the search over all branches", bound, *solved, branch)
     late = time.perf_counter() >= deadline
     return _Decision("unknown", "time limit" if late else "HiGHS could not solve a linear program", bound)
 

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.problem import Mpcc
 
 ACTIVITY = 0.1
@@ -24,6 +25,7 @@ class Certificate:
         biactive: pairs with both sides zero.
         unresolved: pairs of which no side is small enough to count as zero; their smaller side is taken for it.
         residual: of the stationarity equation, relative to the gradient.
+        branch: of all pairs, on which a direction descends; None unless it is refuted.
     """
 
     kind: Literal["S", "M", "C", "W", "none"]
@@ -31,6 +33,7 @@ class Certificate:
     biactive: int
     unresolved: int
     residual: float
+    branch: Branch | None = None
 
 
 def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
@@ -56,6 +59,6 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
     kind = stationarity(problem, w, at=at, activity=activity, time_limit=time_limit)
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
-    verdict = b_stationary(problem, w, at=at, activity=activity, time_limit=time_limit).verdict
-    words: dict[str, Literal["certified", "refuted", "unknown"]] = {"B-stationary": "certified", "descent": "refuted"}
-    return Certificate(kind.kind, words.get(verdict, "unknown"), kind.biactive, kind.unresolved, kind.residual)
+    b = b_stationary(problem, w, at=at, activity=activity, time_limit=time_limit)
+    branch = b.branch if b.verdict == "refuted" else None
+    return Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, branch)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,6 +19,8 @@ from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
 from fesd_robot.mpcc.schedule import Sigmas, chosen_start
 from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 from fesd_robot.mpcc.status import NlpStatus
+
+logger = logging.getLogger(__name__)
 
 _FINAL_STATUSES = (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT, NlpStatus.ITERATION_LIMIT)
 """Ends of an NLP after which another trial is pointless."""
@@ -204,10 +207,14 @@ class _Homotopy:
             ),
         )
         if end is None:
+            logger.info("polishing at sigma = %.1e found no exact point", sigma)
             self._status = self._status if self._status.ended_early else before
-        elif _keeps_cost(end.residuals.objective, self._problem.residuals(w).objective, sigma):
+            return
+        costs = end.residuals.objective, self._problem.residuals(w).objective
+        if _keeps_cost(*costs, sigma):
             self._polished = replace(self._polished, exact=end)
         else:
+            logger.info("an exact point costs %.6g, the relaxed one %.6g: its branch is kept as a last resort", *costs)
             self._polished = replace(self._polished, costlier=end)
 
     def _report(self, report: NlpReport) -> None:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label, Place
-from fesd_robot.errors import DimensionError
+from fesd_robot.errors import DimensionError, ModelError
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +31,7 @@ class Block:
 
     Raises:
         DimensionError: shapes that do not fit each other.
+        ModelError: a condition with a complement, which a block has as a factor of G.
     """
 
     name: str
@@ -59,6 +60,11 @@ class Block:
         ):
             if shape != expected:
                 raise DimensionError(f"block '{self.name}': {what} has shape {shape}, expected {expected}")
+        for condition in self.complementarities:
+            if condition.complement is not None:
+                raise ModelError(
+                    f"block '{self.name}': '{condition.label}' has a complement, expected it as a factor of G"
+                )
 
     @cached_property
     def function(self) -> ca.Function:

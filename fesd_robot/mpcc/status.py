@@ -32,10 +32,10 @@ class NlpStatus(str, Enum):
     NOT_STARTED = "not started", _USUAL_ADVICE
     RESTORATION_FAILED = "failed: restoration", _USUAL_ADVICE
     SEARCH_DIRECTION_TOO_SMALL = "failed: search direction too small", _USUAL_ADVICE
-    INVALID_NUMBER = "failed: Invalid_Number_Detected", _USUAL_ADVICE
-    DIVERGING = "failed: Diverging_Iterates", _USUAL_ADVICE
-    STEP_NOT_COMPUTED = "failed: Error_In_Step_Computation", _USUAL_ADVICE
-    TOO_FEW_FREEDOMS = "failed: Not_Enough_Degrees_Of_Freedom", _USUAL_ADVICE
+    INVALID_NUMBER = "failed: a value or derivative is not a number", _USUAL_ADVICE
+    DIVERGING = "failed: the iterates diverge", _USUAL_ADVICE
+    STEP_NOT_COMPUTED = "failed: no step could be computed", _USUAL_ADVICE
+    TOO_FEW_FREEDOMS = "failed: more equations than variables", _USUAL_ADVICE
     OTHER_FAILURE = "failed: for a reason of IPOPT's own", _USUAL_ADVICE
 
     def __new__(cls, words: str, advice: str) -> NlpStatus:
@@ -60,8 +60,7 @@ class NlpStatus(str, Enum):
     @classmethod
     def of_ipopt(cls, return_status: str) -> NlpStatus:
         """Return the member for IPOPT's own name of how it ended, as ``Solve_Succeeded``."""
-        known = _OF_IPOPT.get(return_status)
-        return known or next((one for one in cls if one.value == f"failed: {return_status}"), cls.OTHER_FAILURE)
+        return _OF_IPOPT.get(return_status, cls.OTHER_FAILURE)
 
 
 _OF_IPOPT = {
@@ -74,4 +73,8 @@ _OF_IPOPT = {
     "User_Requested_Stop": NlpStatus.INTERRUPTED,
     "Restoration_Failed": NlpStatus.RESTORATION_FAILED,
     "Search_Direction_Becomes_Too_Small": NlpStatus.SEARCH_DIRECTION_TOO_SMALL,
+    "Invalid_Number_Detected": NlpStatus.INVALID_NUMBER,
+    "Diverging_Iterates": NlpStatus.DIVERGING,
+    "Error_In_Step_Computation": NlpStatus.STEP_NOT_COMPUTED,
+    "Not_Enough_Degrees_Of_Freedom": NlpStatus.TOO_FEW_FREEDOMS,
 }

@@ -193,7 +193,7 @@ def add_forbidden_zones(
                     "expected a zone where it does not touch at the start",
                 )
         plus, minus = contact_system.theta_auxiliary[i]
-        label = Label(f"contact in zone '{name}'", zone.contact, contact=zone.contact)
+        label = Label("contact in a zone", name, contact=zone.contact)
         conditions.append(Complementarity(label, depth, plus + minus, vanishing=True))
     system = contact_system.system
     system = replace(system, complementarities=[*system.complementarities, *conditions])

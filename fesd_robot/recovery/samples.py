@@ -39,7 +39,7 @@ class Samples:
         self.phases: list[ContactPhase] = []
 
     def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
-        """A frozen or collapsed element."""
+        """An element in which the clock stands still."""
         if not self._rows:
             n_c, self._provisional = self._reader.n_c, True
             self._append(element.x_left, element, np.zeros((n_c, 2)), [ContactMode.FLIGHT] * n_c)
@@ -85,7 +85,7 @@ class Samples:
             return
         hit = self._pending[:, 0] > TAKES_PART * self._pending[:, 0].max()
         before = self._rows[-1]
-        before["mode"] = np.where(hit, "impact", np.asarray(before["mode"], dtype=object))
+        before["mode"] = np.where(hit, ContactMode.IMPACT.value, np.asarray(before["mode"], dtype=object))
         self.impacts.append(ImpactRecord(len(self._rows) - 1, len(self._rows), self._pending.copy()))
         self.phases.append(ContactPhase(time, [ContactMode.IMPACT if h else None for h in hit]))
         self._pending[:] = 0.0
@@ -111,6 +111,6 @@ class Samples:
                 "control": element.u[:-1],
                 "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
                 "gap_state": gap_state,
-                "mode": np.array([mode.value.rstrip("+-") for mode in modes], dtype=object),
+                "mode": np.array([mode.without_direction.value for mode in modes], dtype=object),
             }
         )

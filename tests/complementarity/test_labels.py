@@ -14,14 +14,17 @@ from fesd_robot.complementarity import NOWHERE, Label, Place
         (Label("dynamics", "x"), "dynamics [x]"),
         (Label("dynamics", "x", place=Place(0, 1, stage=2)), "dynamics [x], interval 0, element 1, stage 2"),
         (Label("sum of steps", place=Place(interval=3)), "sum of steps, interval 3"),
-        (Label("force at a distance", contact="foot"), "force at a distance"),
-        (Label("force", "foot", "foot", Place(1, 2, 0, 1)), "force [foot], interval 1, element 2, point 0, stage 1"),
-        (Label("speed", place=Place(interval=1, name="to interval 2")), "speed, interval 1, to interval 2"),
+        (Label("force at a distance", contact="foot"), "force at a distance [foot]"),
+        (
+            Label("slip", "forwards", "foot", Place(1, 2, 0, 1)),
+            "slip [foot forwards], interval 1, element 2, point 0, stage 1",
+        ),
+        (Label("velocity", place=Place(interval=1, name="to interval 2")), "velocity, interval 1, to interval 2"),
         (Label("step functions", place=Place(name="the start")), "step functions, the start"),
     ],
 )
 def test_a_label_in_words(label: Label, text: str) -> None:
-    """Kind, subject in brackets, and the place from the outside inwards; what is not known is left out."""
+    """Kind, contact and subject in brackets, and the place from the outside inwards; what is not known is left out."""
     assert str(label) == text
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import Complementarity, Label, Place
-from fesd_robot.errors import DimensionError
+from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.mpcc import Block, Mpcc
 
 W = ca.SX.sym("w", 3)
@@ -164,3 +164,11 @@ def test_a_problem_of_wrong_shapes_is_refused() -> None:
             _mpcc(_block(index=np.array([[0, outside], [1, 1]])))
     with pytest.raises(DimensionError, match="they form pairs"):
         Mpcc.from_expressions(w=W, f=W[0], G=W[0], H=W[:2], start=np.zeros(3))
+
+
+def test_a_block_has_no_third_factor() -> None:
+    """A complement would be ignored by the relaxation of a pair; it belongs to G."""
+    (block,) = _problem().blocks
+    third = Complementarity(Label("impact"), W[0], W[1], vanishing=True, complement=W[2])
+    with pytest.raises(ModelError, match="'impact' has a complement, expected it as a factor of G"):
+        replace(block, complementarities=[third])

@@ -21,7 +21,7 @@ def test_a_status_is_its_words(status: NlpStatus) -> None:
         ("Solved_To_Acceptable_Level", "converged to the acceptable level", True),
         ("Maximum_WallTime_Exceeded", "time limit", False),
         ("Maximum_CpuTime_Exceeded", "time limit", False),
-        ("Invalid_Number_Detected", "failed: Invalid_Number_Detected", False),
+        ("Invalid_Number_Detected", "failed: a value or derivative is not a number", False),
         ("Insufficient_Memory", "failed: for a reason of IPOPT's own", False),
     ],
 )
