@@ -13,6 +13,9 @@ from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.contact_outcome import contact_outcomes
+from fesd_robot.plans.goal_outcome import goal_entries
+from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
@@ -85,6 +88,15 @@ def motion_audit(motion: MotionProblem, physical: PhysicalMotion, physics: Numer
     )
 
 
+def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Outcome:
+    """Return by how much a motion misses its task's goal, and what its contacts did."""
+    ends = motion.endpoints
+    return Outcome(
+        goal=goal_entries(motion.task, motion.robot, physical, (ends.goal_configuration, ends.goal_velocity)),
+        contacts=contact_outcomes(physical, physics, list(motion.task.contacts)),
+    )
+
+
 def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
     """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
@@ -113,7 +125,7 @@ def assembled_plan(
     Args:
         motion: the formulated task.
         physical: the motion in physical time.
-        physics: for the gaps along it.
+        physics: for the gaps along it, and the outcome.
         controls: of every interval, with the speed of time in the last row, shape (n_u + 1, N).
         status, audit, statistics: what is known about the solution.
     """
@@ -136,4 +148,5 @@ def assembled_plan(
         statistics=statistics,
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
+        outcome=motion_outcome(motion, physical, physics),
     )

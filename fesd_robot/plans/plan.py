@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
 
 SCHEMA_VERSION: Literal[1] = 1
@@ -178,6 +179,8 @@ class Plan(Record):
         controls: ``time`` (start of each control interval, s) and one array per control name.
         contacts: contact name -> history on `trajectory.time`.
         task: the task as it was solved, with every default filled in.
+        outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
+            earlier version wrote, which did not measure it.
     """
 
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -193,3 +196,4 @@ class Plan(Record):
     statistics: Statistics
     provenance: Provenance
     task: dict[str, Any]
+    outcome: Outcome | None = None
