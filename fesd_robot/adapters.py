@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import Scene
-from fesd_robot.errors import RobotError
+from fesd_robot.errors import FesdRobotError
 from fesd_robot.fesd import Element
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify
 from fesd_robot.ocp import MotionProblem
@@ -17,7 +17,10 @@ from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.columns import control_interval
+from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.full_model import full_model_of
+from fesd_robot.plans.goal_outcome import goal_entries
+from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
@@ -94,6 +97,15 @@ def motion_audit(motion: MotionProblem, physical: PhysicalMotion, physics: Numer
     )
 
 
+def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Outcome:
+    """Return by how much a motion misses its task's goal, and what its contacts did."""
+    ends = motion.endpoints
+    return Outcome(
+        goal=goal_entries(motion.task, motion.robot, physical, (ends.goal_configuration, ends.goal_velocity)),
+        contacts=contact_outcomes(physical, physics, list(motion.task.contacts)),
+    )
+
+
 def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
     """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
@@ -122,7 +134,7 @@ def assembled_plan(
     Args:
         motion: the formulated task.
         physical: the motion in physical time.
-        physics: for the gaps along it.
+        physics: for the gaps along it, and the outcome.
         controls: of every interval, with the speed of time in the last row, shape (n_u + 1, N).
         status, audit, statistics: what is known about the solution.
     """
@@ -145,10 +157,11 @@ def assembled_plan(
         statistics=statistics,
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
+        outcome=motion_outcome(motion, physical, physics),
     )
     try:
         return with_full_model(plan, motion, physics)
-    except RobotError as error:
+    except FesdRobotError as error:
         logger.warning("the plan leaves out the joints of the full model, which cannot be read any more: %s", error)
         return plan
 
@@ -162,7 +175,7 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
         physics: of the task's robot.
 
     Raises:
-        RobotError: the model cannot be read any more.
+        FesdRobotError: the model cannot be read any more.
     """
     section, robot, contacts = motion.task.robot, motion.robot, [contact.name for contact in motion.contacts]
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})

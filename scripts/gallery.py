@@ -34,6 +34,8 @@ from PIL import Image
 
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.plans import Plan, read_plan
+from fesd_robot.plans.outcome import Outcome
+from fesd_robot.plans.outcome_words import flight_words, miss_words
 from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import load_task
@@ -49,7 +51,8 @@ LONG_SECONDS = 30.0
 
 SIZE, SHOT_SCALE = (320, 200), 3
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
-           "complementarity", "stationarity", "status")  # fmt: skip
+           "position missed by", "velocity missed by", "flights", "longest slide", "complementarity", "stationarity",
+           "status")  # fmt: skip
 BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
            "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
 WITHOUT_CAPTION = "<style>#caption, #bar { display: none; }</style></head>"
@@ -121,10 +124,21 @@ def row(entry: Entry) -> list[str]:
         *start,
         *map(str, [*numbers, sum(one.iterations for one in attempts)]),
         f"{seconds:.1f}" + (" long" if seconds > LONG_SECONDS else ""),
+        *outcome_cells(plan.outcome),
         f"{status.complementarity:.1e}",
         kind,
         f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
     ]
+
+
+def outcome_cells(outcome: Outcome | None) -> list[str]:
+    """Return by how much position and velocity miss the goal, the flights, and the longest slide of all contacts."""
+    if outcome is None:
+        return [""] * 4
+    contacts = list(outcome.contacts.values())
+    slides = [slide.distance for contact in contacts for slide in contact.slides]
+    misses = [miss_words(outcome, "position"), miss_words(outcome, "velocity")]
+    return [*misses, flight_words(contacts), f"{max(slides):.3g} m" if slides else "none"]
 
 
 def page(all_entries: Sequence[Entry], command: str) -> str:
@@ -139,8 +153,9 @@ def page(all_entries: Sequence[Entry], command: str) -> str:
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
-            "building and certificate included, of all attempts of one run. Tasks that take more than "
-            f"{LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
+            "building and certificate included, of all attempts of one run. The goal is missed by the largest "
+            "difference of each unit; flights and the longest slide are those of all contacts. Tasks that take more "
+            f"than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
-    from fesd_robot.plans.plan import ContactHistory
+    from fesd_robot.plans.outcome import Outcome
 
 SHOWN_CONTACTS = 3
 
 
 def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
-    """Return the verdict, what the contacts did, the effort, and the files.
+    """Return the verdict, by how much the goal is missed, what the contacts did, the effort, and the files.
 
     Args:
         folder: where the files are.
@@ -28,7 +25,7 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
         f"{plan.name}: {plan.status.message}",
-        *contact_lines(plan),
+        *(outcome_lines(plan.outcome) if plan.outcome else []),
         f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
         f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
         *_attempts(plan),
@@ -46,28 +43,11 @@ def _attempts(plan: Plan) -> list[str]:
     return [f"{len(attempts)} attempts in {sum(each.seconds for each in attempts):.0f} s: {outcome}"]
 
 
-def contact_lines(plan: Plan) -> list[str]:
-    """Return what each contact did, one line each; of many contacts only the first ones."""
-    lines = []
-    for name, contact in list(plan.contacts.items())[:SHOWN_CONTACTS]:
-        heights = flight_heights(contact)
-        impacts = sum(impulse.contact == name for impulse in plan.impulses)
-        height = f" up to {max(heights):.3g} m high" if heights else ""
-        lines.append(f"{name}: {_count(len(heights), 'flight')}{height}, {_count(impacts, 'impact')}")
-    more = len(plan.contacts) - len(lines)
-    return [*lines, f"and {_count(more, 'more contact')}, see report.md"] if more else lines
+def outcome_lines(outcome: Outcome) -> list[str]:
+    """Return by how much the goal is missed, and what each contact did; of many contacts only the first ones."""
+    from fesd_robot.plans.outcome_words import contact_words, count, goal_words
 
-
-def flight_heights(contact: ContactHistory) -> list[float]:
-    """Return the largest gap, m, of every stretch of samples in which a contact is in flight."""
-    return [float(np.max(contact.gap[first:end])) for first, end in _stretches([m == "flight" for m in contact.mode])]
-
-
-def _stretches(flags: Sequence[bool]) -> list[tuple[int, int]]:
-    """Return (first, end) of every unbroken row of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], np.asarray(flags, dtype=bool), [False]]).astype(int)))
-    return [(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
+    shown = list(outcome.contacts.items())[:SHOWN_CONTACTS]
+    lines = [f"goal: {goal_words(outcome)}", *(f"{name}: {contact_words(contact)}" for name, contact in shown)]
+    more = len(outcome.contacts) - len(shown)
+    return [*lines, f"and {count(more, 'more contact')}, see report.md"] if more else lines

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.full_model import FullModelMotion
+from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
 
 SCHEMA_VERSION: Literal[1] = 1
@@ -180,6 +181,8 @@ class Plan(Record):
         contacts: contact name -> history on `trajectory.time`.
         task: the task as it was solved, with every default filled in.
         full_model: the motion on all joints of the model file; None in plans that do not say it.
+        outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
+            earlier version wrote, which did not measure it.
     """
 
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -196,3 +199,4 @@ class Plan(Record):
     provenance: Provenance
     task: dict[str, Any]
     full_model: FullModelMotion | None = None
+    outcome: Outcome | None = None

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from fesd_robot.plans.audit_record import ENTRIES
+from fesd_robot.plans.outcome_report import outcome_section
 from fesd_robot.plans.plan import Plan, Status
+from fesd_robot.plans.tables import markdown_table
 from fesd_robot.plans.weights import weights_of
 
 
 def report(plan: Plan) -> str:
-    """Return the report: verdict, what the contacts did, audit, cost, effort, where it comes from."""
-    parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan), _contacts(plan), _audit(plan)]
-    parts += [_cost(plan), _effort(plan), _provenance(plan)]
+    """Return the report: verdict, outcome, what the contacts did, audit, cost, effort, where it comes from."""
+    parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan)]
+    parts += [outcome_section(plan.outcome)] if plan.outcome else []
+    parts += [_contacts(plan), _audit(plan), _cost(plan), _effort(plan), _provenance(plan)]
     return "\n".join(parts)
-
-
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def _answers(plan: Plan) -> str:
@@ -35,7 +31,7 @@ def _answers(plan: Plan) -> str:
         ["kind of stationary point", _stationarity(status)],
         ["physics audit", "passed" if status.audit_passed else "failed: " + ", ".join(plan.audit.violations)],
     ]
-    return "## Status\n\n" + _table(["question", "answer"], rows)
+    return "## Status\n\n" + markdown_table(["question", "answer"], rows)
 
 
 def _stationarity(status: Status) -> str:
@@ -47,15 +43,17 @@ def _stationarity(status: Status) -> str:
 
 def _contacts(plan: Plan) -> str:
     text = "## Contact\n\n"
-    text += _table(["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches])
+    text += markdown_table(
+        ["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches]
+    )
     if plan.impulses:
         rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", f"{i.tangential:.4f}"] for i in plan.impulses]
-        text += "\n" + _table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
+        text += "\n" + markdown_table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
     highest = [
         [name, f"{float(np.max(contact.gap)):.4f}", f"{float(np.max(contact.normal_force)):.2f}"]
         for name, contact in plan.contacts.items()
     ]
-    text += "\n" + _table(["contact", "highest clearance [m]", "largest normal force [N]"], highest)
+    text += "\n" + markdown_table(["contact", "highest clearance [m]", "largest normal force [N]"], highest)
     return text + (
         "\nImpacts are inelastic. Where normal and tangential directions couple through the mass matrix, the impact "
         "law is the integrated one (friction acts along the impact), not Newton's with an impulse cone.\n"
@@ -72,7 +70,7 @@ def _audit(plan: Plan) -> str:
         passed = "no" if name in plan.audit.violations else "yes"
         rows.append([name, f"{value:.3e}", entry.bound(limit), entry.unit, passed])
     text = "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n"
-    text += _table(["entry", "value", "limit", "unit", "passed"], rows)
+    text += markdown_table(["entry", "value", "limit", "unit", "passed"], rows)
     failed = [f"- `{name}` is {ENTRIES[name].meaning}.\n" for name in plan.audit.violations]
     return text + "".join(["\n", *failed] if failed else [])
 
@@ -84,7 +82,7 @@ def _cost(plan: Plan) -> str:
     rows = [
         [name, f"{value:.6g}", f"{100 * value / total:.1f} %", weights.get(name, "")] for name, value in terms.items()
     ]
-    text = "## Cost\n\n" + _table(
+    text = "## Cost\n\n" + markdown_table(
         ["term", "value", "share", "weights"], [*rows, ["total", f"{plan.statistics.objective:.6g}", "", ""]]
     )
     return (
@@ -112,7 +110,7 @@ def _effort(plan: Plan) -> str:
     return (
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs; "
         f"built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
-        + _table(header, rows)
+        + markdown_table(header, rows)
         + _attempts(plan)
     )
 
@@ -140,7 +138,9 @@ def _attempts(plan: Plan) -> str:
         if len(costs) > 1
         else ""
     )
-    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + _table(header, rows)
+    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + markdown_table(
+        header, rows
+    )
 
 
 def _provenance(plan: Plan) -> str:

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import Ground
 from fesd_robot.errors import ModelError
+from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
@@ -217,16 +218,10 @@ class _Checks:
                 yield float(abs(reached[i] - goal[i])) - width
 
     def _points(self, asked: Goal | Waypoint, q: np.ndarray, v: np.ndarray) -> Iterator[float]:
-        model, data = self._robot.model, self._data
         for name, target in asked.frames.items():
-            frame = self._robot.frame_id(name)
-            pin.forwardKinematics(model, data, q, v)
-            pin.updateFramePlacements(model, data)
-            velocity = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-            yield from _missed(target, data.oMf[frame].translation, velocity)
+            yield from _missed(target, *point_motion(self._robot, q, v, name))
         if asked.center_of_mass is not None:
-            pin.centerOfMass(model, data, q, v)
-            yield from _missed(asked.center_of_mass, data.com[0], data.vcom[0])
+            yield from _missed(asked.center_of_mass, *point_motion(self._robot, q, v, None))
 
     def _position(self, q: np.ndarray, frame: str, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         pin.framesForwardKinematics(self._robot.model, self._data, q)

@@ -55,6 +55,11 @@ class NumericPhysics:
         pin.framesForwardKinematics(self._model, self._data, q)
         return np.array([self._gap(geometry) for geometry in self._geometries])
 
+    def contact_points(self, q: np.ndarray) -> np.ndarray:
+        """Points of the robot that touch where the gap is closed, m, (n_c, 3): a circle's is the one on its rim."""
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return np.array([self._point(geometry) for geometry in self._geometries]).reshape(-1, 3)
+
     def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
@@ -86,7 +91,7 @@ class NumericPhysics:
         return float(0.5 * v @ self.mass_matrix(q) @ v + potential)
 
     def _position(self, frame: str) -> np.ndarray:
-        return np.asarray(self._data.oMf[self._frames[frame]].translation)
+        return np.array(self._data.oMf[self._frames[frame]].translation)
 
     def _jacobian(self, frame: str) -> np.ndarray:
         """Rows of velocity and angular velocity in world axes, (6, n_v)."""
@@ -101,6 +106,16 @@ class NumericPhysics:
             return float(geometry.path.distance(self._position(geometry.frame)))
         apart = self._position(geometry.frame) - self._position(geometry.other_frame)
         return math.hypot(apart[0], apart[2]) - geometry.radius - geometry.other_radius
+
+    def _point(self, geometry: ContactGeometry) -> np.ndarray:
+        position = self._position(geometry.frame)
+        if isinstance(geometry, PointOnSurface):
+            return position
+        if isinstance(geometry, CircleOnSurface):
+            tangent = geometry.path.tangent(position)
+            return position - geometry.radius * np.array([-tangent[2], 0.0, tangent[0]])
+        apart = position - self._position(geometry.other_frame)
+        return position - geometry.radius * np.array([apart[0], 0.0, apart[2]]) / math.hypot(apart[0], apart[2])
 
     def _rows(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""

@@ -62,6 +62,7 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
     content = PageContent(
         title=plan.name,
         subtitle=plan.status.message,
+        facts=outcome_facts(plan),
         model=robot.model,
         visual_model=robot.visual_model,
         time=time,
@@ -71,6 +72,16 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         circles=circle_visuals(task, robot),
     )
     return render_page(path, content)
+
+
+def outcome_facts(plan: Plan) -> list[tuple[str, str]]:
+    """Return in words by how much the goal is missed and what each contact did; nothing if the plan does not say."""
+    from fesd_robot.plans.outcome_words import contact_words, goal_words
+
+    if plan.outcome is None:
+        return []
+    contacts = [(name, contact_words(contact)) for name, contact in plan.outcome.contacts.items()]
+    return [("goal", goal_words(plan.outcome)), *contacts]
 
 
 def ground_visual(task: Task) -> GroundVisual:

@@ -9,7 +9,7 @@ import json
 import logging
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -53,6 +53,7 @@ class PageContent:
         traces: name -> path to draw as a line, e.g. of a foot, m, shape (n, 3).
         circles: name -> circle of the robot to draw, e.g. of a wheel.
         subtitle: a line below the title, e.g. the status of the plan.
+        facts: what the motion does, shown as a small table below: of what, and in words.
     """
 
     title: str
@@ -64,6 +65,7 @@ class PageContent:
     traces: Mapping[str, np.ndarray]
     circles: Mapping[str, CircleVisual] = field(default_factory=dict)
     subtitle: str = ""
+    facts: Sequence[tuple[str, str]] = ()
 
 
 def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
@@ -106,6 +108,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     page = _fill(
         title=html.escape(content.title),
         subtitle=html.escape(content.subtitle),
+        facts=_facts(content.facts),
         legend=_legend(list(paths), floor.spacing),
         settings=json.dumps(settings),
         scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=9, mtime=0)).decode("ascii"),
@@ -138,6 +141,11 @@ def _check(model: pin.Model, time: np.ndarray, configuration: np.ndarray, traces
     if (np.diff(time) < -CLOCK_NOISE).any():
         row = int(np.flatnonzero(np.diff(time) < -CLOCK_NOISE)[0])
         raise FesdRobotError(f"time decreases from {time[row]} to {time[row + 1]} s at row {row + 1}")
+
+
+def _facts(facts: Sequence[tuple[str, str]]) -> str:
+    """Return the rows of the table that says what the motion does."""
+    return "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(words)}</td></tr>" for name, words in facts)
 
 
 def _legend(names: list[str], spacing: float) -> str:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fesd_robot.cli.summary import flight_heights, summary
+from fesd_robot.cli.summary import summary
 from fesd_robot.plans import read_plan
-from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.render import outputs
 from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
@@ -63,19 +62,13 @@ def test_a_page_is_made_of_an_iterate_whose_clock_steps_back(finished: Any, task
     assert outputs.write_page(broken, load_task(task), tmp_path / "plan.html").is_file()
 
 
-def test_flights_are_unbroken_rows_of_samples() -> None:
-    """Each flight counts with its largest gap."""
-    mode = ["flight", "flight", "impact", "stick", "flight", "slip", "flight"]
-    gap = np.array([0.1, 0.3, 0.0, 0.0, 0.2, 0.0, 0.05])
-    history = ContactHistory(gap=gap, normal_force=0 * gap, tangential_force=0 * gap, mode=mode)
-    assert flight_heights(history) == [0.3, 0.2, 0.05]
-
-
 def test_the_summary_stays_short_with_many_contacts(finished: Any) -> None:
     """Of many contacts three are shown, and how many more there are."""
     plan = read_plan(finished.folder)
-    foot = plan.contacts["foot"]
-    many = plan.model_copy(update={"contacts": {f"foot {i}": foot for i in range(6)}})
+    assert plan.outcome is not None
+    foot = plan.outcome.contacts["foot"]
+    outcome = plan.outcome.model_copy(update={"contacts": {f"foot {i}": foot for i in range(6)}})
+    many = plan.model_copy(update={"outcome": outcome})
     lines = summary(many, finished.folder, Path("there"))
-    assert len(lines) == 7 and lines[4] == "and 3 more contacts, see report.md"
+    assert len(lines) == 8 and lines[5] == "and 3 more contacts, see report.md"
     assert lines[-1].startswith("written to there: plan.json, ")

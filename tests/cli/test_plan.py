@@ -26,7 +26,7 @@ def test_a_solved_task_leaves_all_files(finished: Any) -> None:
 
 
 def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> None:
-    """After one plain line per NLP come at most five lines that say what came of it and where it is."""
+    """After one plain line per NLP come at most six lines that say what came of it and where it is."""
     lines = finished.outcome.out.splitlines()
     plan = read_plan(finished.folder)
     assert lines[0].split()[:5] == ["sigma", "velocity", "level", "status", "iterations"]
@@ -35,20 +35,22 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     for row, step in zip(rows, plan.statistics.homotopy, strict=True):
         sigmas = [f"{sigma:.0e}" if sigma else "exact" for sigma in (step.sigma, step.velocity_level_sigma)]
         assert row.split()[:4] == [*sigmas, "converged", str(step.iterations)]
-    assert 3 <= len(summary) <= 5
+    assert 4 <= len(summary) <= 6
     assert summary[0] == f"hopper_one_jump: {plan.status.message}"
-    assert summary[1].startswith("foot: 0 flights")
-    assert f"{plan.statistics.variables} variables" in summary[2]
+    assert summary[1].startswith("goal: position missed by ") and " m/s (" in summary[1]
+    assert summary[2].startswith("foot: no flight; ")
+    assert f"{plan.statistics.variables} variables" in summary[3]
     assert summary[-1] == "written to runs/hopper_one_jump: " + ", ".join(
         ["plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures/"]
     )
 
 
 def test_the_page_shows_the_path_of_each_contact(finished: Any) -> None:
-    """The page has the task's name, the verdict and the name of the contact."""
+    """The page has the task's name, the verdict, the outcome and the name of the contact."""
     page = (finished.folder / "plan.html").read_text(encoding="utf-8")
     plan = read_plan(finished.folder)
     assert "<title>hopper_one_jump" in page and plan.status.message in page and "</i>foot</li>" in page
+    assert "<th>goal</th><td>position missed by " in page and "<th>foot</th><td>no flight; " in page
 
 
 def test_an_earlier_plan_is_replaced_as_a_whole(

@@ -72,6 +72,27 @@ def test_expressions_and_pinocchio_agree(source: Path, geometry: ContactGeometry
         assert physics.contact_jacobian(q) == pytest.approx(np.array([normal, tangent]), abs=1e-9)
 
 
+def test_the_contact_point_of_a_closed_gap_lies_on_both_bodies() -> None:
+    """Where the gap is closed the contact point is on its own rim and on the surface or the other circle."""
+    robot = load_robot(DISCS)
+    for ground in (GROUNDS["level"], GROUNDS["slope"], HILLS, GROUNDS["left of a wall"]):
+        on_ground = CircleOnSurface("first", 0.2, ground.raised(0.2))
+        physics = NumericPhysics(robot, Scene({}, {"it": on_ground}), {"it": 0.4}, lambda _: np.zeros((0, 0)))
+        for x in (-0.7, 0.1, 1.0):
+            q = np.array([x, 0.5, 0.3, 0, 0, 0])
+            for _ in range(50):
+                normal = physics.contact_jacobian(q)[0]
+                q = q - physics.gaps(q)[0] * normal / (normal @ normal)
+            (point,) = physics.contact_points(q)
+            assert ground.distance(point) == pytest.approx(0, abs=1e-6)
+            assert np.linalg.norm(point - [q[0], 0, q[1]]) == pytest.approx(0.2, abs=1e-12)
+    discs = Scene({}, {"it": CircleOnCircle("first", 0.2, "second", 0.3)})
+    physics = NumericPhysics(robot, discs, {"it": 0.4}, lambda _: np.zeros((0, 0)))
+    q = np.array([0.3 + 0.5 * 0.6, 0.1 + 0.5 * 0.8, 0, 0.3, 0.1, 0])
+    assert physics.gaps(q) == pytest.approx([0], abs=1e-15)
+    np.testing.assert_allclose(physics.contact_points(q), [[0.3 + 0.3 * 0.6, 0, 0.1 + 0.3 * 0.8]], atol=1e-15)
+
+
 def frame_motion(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray, step: float) -> pin.SE3:
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, pin.integrate(robot.model, q, step * v))

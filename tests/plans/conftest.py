@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics, with_full_model
+from fesd_robot.adapters import motion_outcome, numeric_physics, with_full_model
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import audit
@@ -101,5 +101,6 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
         ),
         provenance=Provenance(versions={"python": "3"}, git="none", created="2024-01-01T00:00:00+00:00"),
         task=hopper.task.model_dump(mode="json"),
+        outcome=motion_outcome(hopper, motion, physics),
     )
     return with_full_model(plan, hopper, physics)

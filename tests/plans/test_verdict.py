@@ -72,7 +72,7 @@ def test_converged_but_not_physical(dirty: Audit) -> None:
         ("time limit", "solver.time_limit"),
         ("infeasible", "horizon.duration"),
         ("interrupted", "best iterate so far"),
-        ("failed: Invalid_Number_Detected", "solver.sigma_start"),
+        ("failed: a value or derivative is not a number", "solver.sigma_start"),
     ],
 )
 def test_not_converged(nlp: str, advice: str, clean: Audit) -> None:

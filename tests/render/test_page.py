@@ -65,7 +65,7 @@ def test_page_is_reproducible(hop: Hop, tmp_path: Path) -> None:
 def test_title_is_text(hop: Hop, tmp_path: Path) -> None:
     """Markup in titles and trace names is shown, not obeyed."""
     evil = "<script>alert(1)</script>"
-    changed = content(hop, title=evil, subtitle=evil, traces={evil: hop.foot})
+    changed = content(hop, title=evil, subtitle=evil, facts=[(evil, evil)], traces={evil: hop.foot})
     assert evil not in render_page(tmp_path / "plan.html", changed).read_text(encoding="utf-8")
 
 

@@ -54,10 +54,12 @@ def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
     """Every task has one row, with its purpose, and each is solved within 1e-6."""
     rows = re.findall(r"^\| \[(\w+)\].*$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert rows == TASKS
+    (header,) = re.findall(r"^\| task \|(.*)\|$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    header = ["task", *header.split("|")]
     for line in gallery.PAGE.read_text(encoding="utf-8").splitlines():
         if line.startswith("| ["):
             cells = [cell.strip() for cell in line.strip("|").split("|")]
-            assert len(cells) == len(gallery.COLUMNS)
+            assert len(cells) == len(header)
             assert cells[-1].startswith("solved") and float(cells[-3]) <= 1e-6
 
 
@@ -87,6 +89,11 @@ def test_a_row_is_that_of_the_plan(
     assert cells[2:6] == ["3", "2", str(effort.variables), str(effort.pairs)]
     assert int(cells[6]) == sum(one.iterations for one in effort.attempts)
     assert cells[-1].startswith("solved")
+    assert pushed.outcome is not None
+    misses, (rear, front) = {one.name: one.missed_by for one in pushed.outcome.goal}, pushed.outcome.contacts.values()
+    assert cells[8] == f"{misses['root_x']:.3g} m" and cells[9].startswith(f"{misses['root_x velocity']:.3g} m/s, ")
+    longest = max(slide.distance for slide in rear.slides + front.slides)
+    assert cells[10:12] == ["no flight", f"{longest:.3g} m"] and len(cells) == len(gallery.COLUMNS)
     page = gallery.page([entry], "scripts/gallery")
     assert "**1 of 1 solved**" in page
     assert gallery.marked_long(page) == set()
@@ -104,6 +111,11 @@ def test_the_block_slides_stops_and_slides(pushed: Plan) -> None:
     assert stop.time == pytest.approx(1 / braking, abs=0.02)
     assert x[np.searchsorted(time, 0.4)] == pytest.approx(0.5 / braking, abs=0.01)
     assert {switch.kind for switch in pushed.switches} >= {"slip_to_stick", "stick_to_slip"}
+    assert pushed.outcome is not None
+    for corner in pushed.outcome.contacts.values():
+        assert corner.flights == [] and corner.slides[0].end == pytest.approx(stop.time, abs=1e-9)
+        assert corner.slides[0].distance == pytest.approx(x[np.searchsorted(time, 0.4)], abs=1e-6)
+        assert corner.slide_distance == pytest.approx(x[-1], abs=1e-5), "it goes forwards only"
     assert x[-1] == pytest.approx(0.8, abs=0.0011)
 
 

@@ -1,0 +1,165 @@
+"""Flights, slides and impacts of the contacts, measured on a motion's samples with Pinocchio's kinematics."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, Slide
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
+from fesd_robot.recovery.elements import SLIP_VELOCITY
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery.samples import TAKES_PART
+
+_SAME_TIME = 1e-6
+"""s; a switch this near to an impact is that impact's."""
+
+
+def contact_outcomes(
+    motion: PhysicalMotion, physics: NumericPhysics, names: Sequence[str]
+) -> dict[str, ContactOutcome]:
+    """Return flights, slides and impacts of every contact.
+
+    A sample closes the step from the sample before it, and says in which mode the contact was there; a flight or a
+    slide is an unbroken row of steps in its mode. A flight ends where the contact takes part in an impact, also if it
+    flies on. Its height is the largest of the cubics through gaps and their rates, exact for a throw; a contact that
+    begins or ends the motion in flight has a flight that is open there. The distance of a slide is the integral of
+    |J_t v| by the samples' quadrature weights. A contact that creeps, slower than `SLIP_VELOCITY`, sticks.
+
+    Args:
+        motion: the trajectory in physical time.
+        physics: gaps, contact points and Jacobians.
+        names: of the contacts, in their order.
+    """
+    samples = _Samples(motion, physics)
+    return {
+        name: ContactOutcome(
+            flights=list(samples.flights(contact)),
+            slides=list(samples.slides(contact)),
+            impacts=list(samples.impacts(contact)),
+        )
+        for contact, name in enumerate(names)
+    }
+
+
+class _Samples:
+    """Kinematics of all contacts at all samples: gap, contact point, velocity along normal and tangent."""
+
+    def __init__(self, motion: PhysicalMotion, physics: NumericPhysics) -> None:
+        count, contacts = len(motion.time), len(physics.friction)
+        self._motion = motion
+        self._gap, self._rate, self._slip = (np.zeros((count, contacts)) for _ in range(3))
+        self._point = np.zeros((count, contacts, 3))
+        for k, (q, v) in enumerate(zip(motion.configuration, motion.velocity, strict=True)):
+            self._gap[k], self._point[k] = physics.gaps(q), physics.contact_points(q)
+            velocity = physics.contact_jacobian(q).reshape(2 * contacts, len(v)) @ v
+            self._rate[k], self._slip[k] = normal_rows(velocity), tangential_rows(velocity)
+
+    def flights(self, contact: int) -> Iterator[Flight]:
+        """Yield the flights of a contact."""
+        time, point = self._motion.time, self._point[:, contact]
+        for first, last in self._stretches(contact, "flight"):
+            yield Flight(
+                start=float(time[first]),
+                end=float(time[last]),
+                length=float(abs(point[last, 0] - point[first, 0])),
+                height=self._height(contact, first, last),
+                open_start=first == 0,
+                open_end=self._at_the_end(contact, last),
+            )
+
+    def slides(self, contact: int) -> Iterator[Slide]:
+        """Yield the slides of a contact."""
+        motion = self._motion
+        for first, last in self._stretches(contact, "slip"):
+            inside = slice(first + 1, last + 1)
+            distance = motion.weight[inside] @ np.abs(self._slip[inside, contact])
+            yield Slide(start=float(motion.time[first]), end=float(motion.time[last]), distance=float(distance))
+
+    def impacts(self, contact: int) -> Iterator[ContactImpact]:
+        """Yield the impacts that a contact takes part in."""
+        for impact in self._motion.impacts:
+            if self._takes_part(contact, impact.after):
+                yield ContactImpact(
+                    time=float(self._motion.time[impact.after]),
+                    normal_impulse=float(impact.impulse[contact, 0]),
+                    approach_velocity=-float(self._rate[impact.before, contact]),
+                )
+
+    def _takes_part(self, contact: int, after: int) -> bool:
+        """Whether a sample is the one after an impact of the contact."""
+        impulses = (impact.impulse[:, 0] for impact in self._motion.impacts if impact.after == after)
+        return any(normal[contact] > TAKES_PART * normal.max() for normal in impulses)
+
+    def _at_the_end(self, contact: int, sample: int) -> bool:
+        """Whether nothing follows a sample, but for an impact of other contacts."""
+        after = sample + 1
+        if after + 1 < len(self._motion.time):
+            return False
+        return after == len(self._motion.time) or (self._jump(after) and not self._takes_part(contact, after))
+
+    def _jump(self, sample: int) -> bool:
+        """Whether a sample is the one after an impact, which no time separates from the one before."""
+        return any(impact.after == sample for impact in self._motion.impacts)
+
+    def _stretches(self, contact: int, mode: str) -> Iterator[tuple[int, int]]:
+        """Yield (first, last) sample of every unbroken row of steps in a mode."""
+        steps = [k for k in range(1, len(self._motion.time)) if not self._jump(k) and self._mode(k, contact) == mode]
+        rows: list[list[int]] = []
+        for k in steps:
+            if rows and self._goes_on(contact, rows[-1][-1], k, mode):
+                rows[-1].append(k)
+            else:
+                rows.append([k])
+        for row in rows:
+            yield row[0] - 1, row[-1]
+
+    def _goes_on(self, contact: int, last: int, step: int, mode: str) -> bool:
+        """Whether a step continues that of sample `last`: it is the next, or only an impact lies between them.
+
+        A flight does not go on over an impact of its own contact.
+        """
+        if step == last + 1:
+            return True
+        over_impact = step == last + 2 and self._jump(last + 1)
+        return over_impact and not (mode == "flight" and self._takes_part(contact, last + 1))
+
+    def _mode(self, sample: int, contact: int) -> str:
+        """Mode in the step that ends with a sample; one before an impact only says that it hits."""
+        mode = str(self._motion.mode[sample, contact])
+        if mode != "impact":
+            return mode
+        time = self._motion.time[sample]
+        if any(
+            switch.contact == contact and switch.kind == "touchdown" and abs(switch.time - time) <= _SAME_TIME
+            for switch in self._motion.switches
+        ):
+            return "flight"
+        return "slip" if abs(self._slip[sample, contact]) >= SLIP_VELOCITY else "stick"
+
+    def _height(self, contact: int, first: int, last: int) -> float:
+        time, gap, rate = self._motion.time, self._gap[:, contact], self._rate[:, contact]
+        tops = [
+            _top(float(time[b] - time[a]), (float(gap[a]), float(gap[b])), (float(rate[a]), float(rate[b])))
+            for a, b in itertools.pairwise(range(first, last + 1))
+        ]
+        return max([float(np.max(gap[first : last + 1])), *tops])
+
+
+def _top(duration: float, values: tuple[float, float], rates: tuple[float, float]) -> float:
+    """Return the largest value of the cubic with these values and rates at both ends of a step.
+
+    p(s) = a s^3 + b s^2 + c s + p(0), s in [0, 1], with p'(0) = c = h rate(0) and p'(1) = d = h rate(1), has one top
+    inside if it rises first and falls then.
+    """
+    start, end = values
+    if not (duration > 0 and rates[0] > 0 > rates[1]):
+        return max(values)
+    c, d = rates[0] * duration, rates[1] * duration
+    a, b = 2 * (start - end) + c + d, 3 * (end - start) - 2 * c - d
+    s = c / (math.sqrt(b * b - 3 * a * c) - b)
+    return ((a * s + b) * s + c) * s + start

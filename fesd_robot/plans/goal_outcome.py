@@ -1,0 +1,98 @@
+"""The goal beside the end of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+
+from fesd_robot.plans.audit_record import ENTRIES
+from fesd_robot.plans.outcome import GoalEntry
+from fesd_robot.plans.points import point_motion
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.robot import Robot
+from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.task import PointTarget, Task
+from fesd_robot.task.fields import AXES
+
+CENTER_OF_MASS = "center of mass"
+
+
+def goal_entries(
+    task: Task, robot: Robot, motion: PhysicalMotion, goal: tuple[np.ndarray, np.ndarray]
+) -> list[GoalEntry]:
+    """Return what the task's `goal` lists, what it is at the last sample, and by how much it is missed.
+
+    Coordinates are those with a goal or a tolerance. All velocities are added, wanted to be zero, where the goal has
+    no velocity of a coordinate, a frame or the centre of mass. Of a periodic motion the changes of all configuration
+    coordinates and velocities are compared with the stride, with tolerance zero.
+
+    Args:
+        task: what was asked for.
+        robot: of the task.
+        motion: the trajectory in physical time.
+        goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
+    """
+    if task.goal.periodic is not None:
+        entries = _changes(task.goal.periodic.stride, robot, motion)
+    else:
+        entries = _coordinates(task, robot, motion, goal)
+    return [*entries, *_points(task, robot, motion)]
+
+
+def _entry(
+    name: str, kind: Literal["position", "velocity"], unit: str, ends: tuple[float, float], tolerance: float | None
+) -> GoalEntry:
+    """Compare (goal, end); a tolerance is kept to the audit's own accuracy."""
+    goal, end = map(float, ends)
+    missed_by = abs(end - goal)
+    slack = ENTRIES["max_goal_violation"].tolerance
+    met = None if tolerance is None else missed_by <= tolerance + slack
+    return GoalEntry(
+        name=name, kind=kind, unit=unit, goal=goal, end=end, missed_by=missed_by, tolerance=tolerance, met=met
+    )
+
+
+def _changes(stride: dict[str, float], robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEntry]:
+    moved = motion.configuration[-1] - motion.configuration[0]
+    for (name, unit), change in zip(configuration_units(robot).items(), moved, strict=True):
+        yield _entry(f"change of {name}", "position", unit, (stride.get(name, 0.0), change), 0.0)
+    for (name, unit), change in zip(
+        velocity_units(robot).items(), motion.velocity[-1] - motion.velocity[0], strict=True
+    ):
+        yield _entry(f"change of {name} velocity", "velocity", unit, (0.0, change), 0.0)
+
+
+def _coordinates(
+    task: Task, robot: Robot, motion: PhysicalMotion, goal: tuple[np.ndarray, np.ndarray]
+) -> Iterator[GoalEntry]:
+    asked, (q, v) = task.goal, goal
+    widths, velocity_widths = asked.tolerance.configuration, asked.tolerance.velocity
+    for i, (name, unit) in enumerate(configuration_units(robot).items()):
+        if name in asked.configuration or name in widths:
+            yield _entry(name, "position", unit, (q[i], motion.configuration[-1, i]), widths.get(name))
+    at_rest = not asked.velocity and all(point.velocity is None for _, point in _targets(task))
+    for i, (name, unit) in enumerate(velocity_units(robot).items()):
+        if at_rest or name in asked.velocity or name in velocity_widths:
+            ends = v[i], motion.velocity[-1, i]
+            yield _entry(f"{name} velocity", "velocity", unit, ends, velocity_widths.get(name))
+
+
+def _points(task: Task, robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEntry]:
+    for frame, target in _targets(task):
+        name = CENTER_OF_MASS if frame is None else f"frame {frame}"
+        position, velocity = point_motion(robot, motion.configuration[-1], motion.velocity[-1], frame)
+        for axis, goal, end in zip(AXES, target.position or (), position, strict=False):
+            if goal is not None:
+                yield _entry(f"{name} {axis} position", "position", "m", (goal, end), target.tolerance)
+        for axis, goal, end in zip(AXES, target.velocity or (), velocity, strict=False):
+            if goal is not None:
+                yield _entry(f"{name} {axis} velocity", "velocity", "m/s", (goal, end), target.velocity_tolerance)
+
+
+def _targets(task: Task) -> Iterator[tuple[str | None, PointTarget]]:
+    """Yield the frames with a goal, and None with that of the centre of mass."""
+    yield from task.goal.frames.items()
+    if task.goal.center_of_mass is not None:
+        yield None, task.goal.center_of_mass
