@@ -24,7 +24,11 @@ class Place:
     name: str = ""
 
     def within(self, outer: Place) -> Place:
-        """Return this place inside another one: what is not known here is taken from there."""
+        """Return this place inside another one: what is not known here is taken from there.
+
+        Args:
+            outer: the place around this one, such as the interval of an element.
+        """
         return Place(
             interval=outer.interval if self.interval is None else self.interval,
             element=outer.element if self.element is None else self.element,

@@ -21,6 +21,8 @@ def contact_system(
     """Return rigid-body motion with planar contacts in the form that `options` names.
 
     Args:
+        dynamics, contacts: of the robot, (n_c) contacts.
+        options: form of the contact logic, gap, Baumgarte gain and auxiliary force.
         parameters: SX symbols that costs and constraints will use, constant on each control interval.
 
     Raises:

@@ -12,7 +12,15 @@ from fesd_robot.contact.model import ContactOptions, MultibodyDynamics, PlanarCo
 
 @dataclass(frozen=True)
 class FreezingState:
-    """Symbols of a time-freezing system: y = (q, v, t, p) and control (u, s); no p without an integrated gap."""
+    """Symbols of a time-freezing system: y = (q, v, t, p) and control (u, s); no p without an integrated gap.
+
+    Attributes:
+        state: y, SX (n_q + n_v + 1 + n_gaps).
+        control: (u, s), SX (n_u + 1).
+        speed: s, dimensionless.
+        gaps: p, m, SX (n_c), or (0) without an integrated gap.
+        state_names, control_names: one an entry.
+    """
 
     state: ca.SX
     control: ca.SX
@@ -25,7 +33,13 @@ class FreezingState:
 def freezing_state(
     dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact], options: ContactOptions
 ) -> FreezingState:
-    """Return the symbols of the time-freezing system."""
+    """Return the symbols of the time-freezing system.
+
+    Args:
+        dynamics: M, h, B u and q' of the robot as expressions of q, v, u.
+        contacts: gap, directions and friction of every contact, (n_c).
+        options: form of the contact logic, gap, Baumgarte gain and auxiliary force.
+    """
     speed, clock = ca.SX.sym("s"), ca.SX.sym("t")
     gaps = ca.SX.sym("p", len(contacts) if options.gap == "integrated" else 0)
     return FreezingState(
@@ -50,6 +64,13 @@ def stabilised_normal_velocities(
 
     The second term is a Baumgarte stabilisation. It pulls p to the true gap in flight. In stance, where p = 0, it pulls
     the true gap to zero: what the Runge-Kutta scheme lets drift there decays with the rate kappa.
+
+    Args:
+        dynamics, contacts, options: as in `freezing_state`.
+        symbols: of the system.
+
+    Returns:
+        m/s, positive when parting, SX scalar in y for every contact, (n_c).
     """
     velocities = [ca.dot(contact.normal, dynamics.velocity) for contact in contacts]
     if not symbols.gaps.numel():
@@ -71,10 +92,13 @@ def freezing_dynamics(
     """Return mass matrix and right-hand side, E y' = f.
 
     ``y' = theta_ODE s (dq/dt, M^-1 (B u - h), 1, J_n v + kappa (f_c - p)) + sum_c (theta_+ f_+ + theta_- f_-)`` with
-    ``f_-+ = (0, M^-1 (J_n +- mu J_t) a_n, 0, 0)``. E carries the mass matrix, so that M is never inverted.
+    ``f_+ = (0, M^-1 (J_n - mu J_t) a_n, 0, 0)`` and ``f_- = (0, M^-1 (J_n + mu J_t) a_n, 0, 0)``. E carries the mass
+    matrix, so that M is never inverted.
 
     Args:
-        theta_ode: Filippov multiplier of the free motion.
+        dynamics, contacts, options: as in `freezing_state`.
+        symbols: of the system.
+        theta_ode: Filippov multiplier of the free motion, SX scalar.
         multipliers: (theta_+, theta_-) of every contact; plus belongs to J_t v > 0.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 3; the integrated gap is ours.

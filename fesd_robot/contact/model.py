@@ -34,7 +34,14 @@ class MultibodyDynamics:
 
 @dataclass(frozen=True)
 class PlanarContact:
-    """A contact in the plane: gap f_c(q), m; J_n and J_t in velocity space, (n_v); friction coefficient mu."""
+    """A contact in the plane.
+
+    Attributes:
+        name: of the contact.
+        gap: f_c(q), m, SX scalar.
+        normal, tangent: J_n and J_t in velocity space, SX (n_v): df_c/dt = J_n v; J_t v is the tangential velocity.
+        friction: coefficient mu of Coulomb's law.
+    """
 
     name: str
     gap: ca.SX

@@ -47,6 +47,10 @@ def multiplier_contact_system(
     the velocity steps by 1 - alpha_q loses it: the multiplier of a touchdown belongs to the element before, where the
     gate is shut, and an element may then smear an impact over moving time, with energy from nowhere.)
 
+    Args:
+        dynamics, contacts, options: as in `freezing.freezing_state`.
+        parameters: SX symbols that costs and constraints will use; none if omitted.
+
     Source: the step functions of arXiv 2303.18066, section V, eliminated by the signs of a time-freezing contact
     (arXiv 2111.06759, section 3).
     """

@@ -40,6 +40,12 @@ def step_contact_system(
     touchdown then belong to the flight before it and vanish; the conditions they would have carried into the element
     that begins there are held on the state at its left boundary.
 
+    All steps, those of velocities too, are conditions of the position level, so that a homotopy relaxes them alike.
+
+    Args:
+        dynamics, contacts, options: as in `freezing.freezing_state`.
+        parameters: SX symbols that costs and constraints will use; none if omitted.
+
     Source: Nurkanovic et al., arXiv 2111.06759 (time-freezing), arXiv 2303.18066, section V (multipliers).
     """
     symbols = freezing_state(dynamics, contacts, options)

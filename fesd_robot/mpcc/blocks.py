@@ -49,6 +49,10 @@ def differentiate(
     """Return a block's relaxed rows with G >= 0, H >= 0 where they ask for it, and all derivatives.
 
     Args:
+        block: one of the problem's.
+        problem: whose bounds say which signs follow from them.
+        relaxation: what stands for a pair.
+        steering: where sigma comes from.
         slacks: how many slack variables a copy reads.
     """
     w = ca.SX.sym("w", block.function.sparsity_in(0))

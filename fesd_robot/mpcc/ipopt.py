@@ -80,8 +80,10 @@ def solve_nlp(
     """Solve the relaxed NLP for given sigmas of the position and the velocity level.
 
     Args:
+        nlp: functions, derivatives and bounds of the rows.
+        sigma: of the position and the velocity level; zero where nothing is relaxed.
         start: initial point; its multipliers are used when the options ask for a warm start.
-        lower, upper: bounds of the variables.
+        lower, upper: bounds of the variables, (n).
         options: IPOPT options by IPOPT's names.
         stop: called with (iteration, objective); True ends the solve.
 

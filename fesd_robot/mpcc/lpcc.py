@@ -107,7 +107,7 @@ class Lpcc:
     def depth_first(self, threshold: float, deadline: float) -> tuple[float, np.ndarray | None]:
         """Return the zero sides of a branch below the threshold, or else a lower bound over all branches.
 
-        Every node is a linear program without binaries, so that nothing leaks; it is dropped above the threshold.
+        Every node is a linear program without binaries, exact to its tolerance; it is dropped above the threshold.
         """
         nodes, bound = [self.undecided], 0.0
         while nodes:

@@ -103,7 +103,12 @@ class PolishingLimits:
 
 @dataclass(frozen=True)
 class BranchNlp:
-    """A polisher with the functions of its branch NLP."""
+    """A polisher with the functions of its branch NLP.
+
+    Attributes:
+        polisher: what knows the branches of a problem.
+        nlp: functions and derivatives of `polisher.problem`, made once for all branches.
+    """
 
     polisher: Polisher
     nlp: RelaxedNlp

@@ -32,7 +32,11 @@ class SwitchRecord:
 
 
 def switches_between(phases: Sequence[ContactPhase]) -> list[SwitchRecord]:
-    """Return every change of mode in time order; an impact that ends in flight is a touchdown and a takeoff."""
+    """Return every change of mode in time order; an impact that ends in flight is a touchdown and a takeoff.
+
+    Args:
+        phases: in time order, each with the modes of all contacts.
+    """
     switches: list[SwitchRecord] = []
     for contact in range(len(phases[0].modes) if phases else 0):
         mode: ContactMode | None = None

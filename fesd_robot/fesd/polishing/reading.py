@@ -50,7 +50,13 @@ def read_branch(
 
 
 def drop_elements(branch: Branch, elements: Sequence[Element], steps: np.ndarray) -> Branch | None:
-    """Return the branch with the elements that have shrunk to nothing; None if there are none."""
+    """Return the branch in which the elements that have shrunk to nothing have no length; None if there are none.
+
+    Args:
+        branch: of the elements.
+        elements: of the trajectory, in time order.
+        steps: equal part of the interval of every element, numerical time.
+    """
     short = [e.step < WITHOUT_LENGTH * h for e, h in zip(elements, steps, strict=True)]
     without_length = tuple(bool(old or new) for old, new in zip(branch.without_length, short, strict=True))
     return None if without_length == branch.without_length else replace(branch, without_length=without_length)
@@ -60,6 +66,10 @@ def out_of_elements(branch: Branch, elements: Sequence[Element]) -> list[int]:
     """Return the intervals that have no element to spare: each of theirs has a length and differs from its neighbours.
 
     One switch more, and such an interval cannot hold its motion.
+
+    Args:
+        branch: of the elements.
+        elements: of the trajectory, in time order.
     """
     intervals = []
     for interval in sorted({element.interval for element in elements}):
