@@ -41,6 +41,7 @@ class PlanarContact:
         gap: f_c(q), m, SX scalar.
         normal, tangent: J_n and J_t in velocity space, SX (n_v): df_c/dt = J_n v; J_t v is the tangential velocity.
         friction: coefficient mu of Coulomb's law.
+        slipping: whether it may slip while the clock runs.
     """
 
     name: str
@@ -48,6 +49,7 @@ class PlanarContact:
     normal: ca.SX
     tangent: ca.SX
     friction: float
+    slipping: bool = True
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ FORCE_AT_A_DISTANCE = "force at a distance"
 FORCE_WHILE_PARTING = "force while parting"
 MOTION_DURING_IMPACT = "motion during impact"
 FRICTION_ALONG_SLIDING = "friction along sliding"
+SLIPPING = "slipping"
 FORWARDS, BACKWARDS = "forwards", "backwards"
 """Kinds of vanishing constraints, and directions of sliding that are their subjects."""
 
@@ -29,7 +30,8 @@ def velocity_conditions(
 
     No force while parting, no free motion while approaching a closed contact, and friction against the sliding:
     ``max(J_n v, 0) beta = 0``, ``max(-J_n v, 0) beta (1 - beta) = 0``, ``max(-J_t v, 0) theta_+ = 0`` and
-    ``max(J_t v, 0) theta_- = 0``.
+    ``max(J_t v, 0) theta_- = 0``. A contact that may not slip has ``max(J_t v, 0) beta (1 - beta) = 0`` and the same
+    for -J_t v: closed, it sticks while the clock runs.
 
     Args:
         normal_velocity: J_n v, stabilised, SX in x.
@@ -63,4 +65,9 @@ def velocity_conditions(
             condition(FRICTION_ALONG_SLIDING, -tangential_velocity, plus, direction=BACKWARDS),
             condition(FRICTION_ALONG_SLIDING, tangential_velocity, minus, direction=FORWARDS),
         ]
+        if not contact.slipping:
+            conditions += [
+                condition(SLIPPING, -tangential_velocity, beta, complement=complement, direction=BACKWARDS),
+                condition(SLIPPING, tangential_velocity, beta, complement=complement, direction=FORWARDS),
+            ]
     return conditions

@@ -188,7 +188,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
     for i, (name, contact) in enumerate(motion.task.contacts.items()):
         what, where = _touching(contact)
         lines.append(
-            f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic; "
+            f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic"
+            f"{'' if motion.contacts[i].slipping else ', may not slip'}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"

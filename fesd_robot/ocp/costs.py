@@ -77,6 +77,23 @@ def _force(parts: ProblemParts) -> Terms:
     return {"force": total}
 
 
+def _slipping(parts: ProblemParts) -> Terms:
+    """Sum of w_c a_n mu (theta_+ - theta_-) J_t v over the contacts.
+
+    Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
+    takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero.
+    """
+    weights = parts.task.costs.slipping
+    if not parts.task.costs.used("slipping"):
+        return {}
+    total = ca.SX(0)
+    for contact, (plus, minus) in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
+        if weights.get(contact.name):
+            power = contact.friction * (plus - minus) * ca.dot(contact.tangent, parts.dynamics.velocity)
+            total = total + weights[contact.name] * parts.auxiliary_force * power
+    return {"slipping": total}
+
+
 def _center_of_mass(parts: ProblemParts) -> Terms:
     """Rate times sum_i w_i (c_i(q) - c_i(q_ref))^2."""
     if not parts.task.costs.used("center_of_mass"):
@@ -156,6 +173,7 @@ INTEGRANDS: Mapping[str, Callable[[ProblemParts], Terms]] = {
     "velocity": _velocity,
     "control": _control,
     "force": _force,
+    "slipping": _slipping,
     "center_of_mass": _center_of_mass,
     "frames": _frames,
 }

@@ -181,10 +181,27 @@ def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarCo
     contacts = []
     for name, geometry in scene.geometries.items():
         try:
-            contacts.append(contact_of(robot, q, geometry, name=name, friction=friction_of(task, name)))
+            contact = contact_of(robot, q, geometry, name=name, friction=friction_of(task, name))
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
+        contacts.append(replace(contact, slipping=_may_slip(task, contact)))
     return contacts
+
+
+def _may_slip(task: Task, contact: PlanarContact) -> bool:
+    """Return whether a contact may slip.
+
+    Raises:
+        TaskError: slipping is forbidden where nothing could prevent it, or to the step form.
+    """
+    if task.contacts[contact.name].slipping == "allowed":
+        return True
+    key = ("contacts", contact.name, "slipping")
+    if contact.friction == 0:
+        raise task.error(key, "found 'forbidden' for a contact without friction, expected friction greater than 0")
+    if task.method.formulation.type != "multipliers":
+        raise task.error(key, "found 'forbidden' beside method.formulation.type 'steps', expected 'multipliers'")
+    return False
 
 
 def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:

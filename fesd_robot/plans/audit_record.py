@@ -108,6 +108,12 @@ class Audit(Record):
         float,
         AuditEntry("the largest mismatch of the energy balance over a control interval", "J", 1e-2, lifting_ratio=1e-3),
     ]
+    max_slip_violation: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest tangential velocity of a closed contact that may not slip, outside impacts", "m/s", 1e-3
+        ),
+    ] = None
     max_constraint_violation: Annotated[
         float | None, AuditEntry("the largest violation of the task's constraints", "m", 1e-6)
     ] = None

@@ -13,6 +13,7 @@ from fesd_robot.contact import Ground
 from fesd_robot.errors import ModelError
 from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.contact_rows import tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
 from fesd_robot.task import (
@@ -65,11 +66,12 @@ def requirements(
         initial, goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
 
     Returns:
-        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s,
-        zero if nothing is violated.
+        ``max_slip_violation`` in m/s, ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation``
+        in m, rad, m/s or rad/s, zero if nothing is violated.
     """
     checks = _Checks(task, robot, physics, motion)
     return {
+        "max_slip_violation": _largest(checks.slip()),
         "max_constraint_violation": _largest(checks.constraints()),
         "max_goal_violation": _largest(checks.goal(initial, goal)),
         "max_waypoint_violation": _largest(checks.waypoints()),
@@ -133,6 +135,16 @@ class _Checks:
         self._ground = physics.scene.surfaces[GROUND]
         self._data = robot.model.createData()
         self._names = list(task.contacts)
+
+    def slip(self) -> Iterator[float]:
+        """Yield the tangential velocity, m/s, of every closed contact that may not slip at every stage."""
+        bound = [i for i, contact in enumerate(self._task.contacts.values()) if contact.slipping == "forbidden"]
+        for k in np.flatnonzero(self._motion.weight > 0) if bound else ():
+            velocity = self._motion.velocity[k]
+            tangential = tangential_rows(self._physics.contact_jacobian(self._motion.configuration[k]) @ velocity)
+            for i in bound:
+                if self._motion.mode[k, i] in ("stick", "slip"):
+                    yield float(abs(tangential[i]))
 
     def constraints(self) -> Iterator[float]:
         """Yield the violation of every constraint at every sample it holds at."""

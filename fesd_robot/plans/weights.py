@@ -53,7 +53,7 @@ def _sentence(weights: Mapping[str, float], units: Mapping[str, str], form: str)
         if weight:
             unit = units.get(name, "")
             rate = f"{unit}2" if unit.endswith("/s") else f"{unit}/s"
-            text = form.format(square=_squared(unit), rate=_squared(rate), integral=f"({unit} s)")
+            text = form.format(square=_squared(unit), rate=_squared(rate), integral=f"({unit} s)", linear=unit)
             groups.setdefault(f"{weight:g} {text}", []).append(name)
     return "; ".join(f"{', '.join(names)} {weight}".strip() for weight, names in groups.items())
 

@@ -10,7 +10,15 @@ from fesd_robot.task.fields import Name, NonNegative, Positive, Section, conflic
 from fesd_robot.task.ground import GROUND
 
 _FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
+_SLIPPING = (
+    "Whether this contact may slip along what it touches: forbidden lets it stick or leave only, while an impact may "
+    "still change its tangential velocity; the force stays inside the cone of friction."
+)
 _SURFACE = f"What it touches: {GROUND}, or the name of a wall in ground.walls."
+
+
+Slipping = Literal["allowed", "forbidden"]
+"""Whether a contact may slip."""
 
 
 class PointContact(Section):
@@ -20,6 +28,7 @@ class PointContact(Section):
     frame: Name = Field(description="Name of the robot's frame whose origin touches.")
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
+    slipping: Slipping = Field(default="allowed", description=_SLIPPING)
 
 
 class CircleContact(Section):
@@ -30,6 +39,7 @@ class CircleContact(Section):
     radius: Positive = Field(description="Radius of the circle, m.")
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
+    slipping: Slipping = Field(default="allowed", description=_SLIPPING)
 
 
 class CircleCircleContact(Section):
@@ -44,6 +54,7 @@ class CircleCircleContact(Section):
         default=None,
         description="Coefficient of Coulomb friction of this contact, without unit; default: the ground's.",
     )
+    slipping: Slipping = Field(default="allowed", description=_SLIPPING)
 
     @model_validator(mode="after")
     def _distinct(self) -> CircleCircleContact:

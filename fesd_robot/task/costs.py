@@ -131,6 +131,14 @@ class Costs(Section):
         description="Name of a contact -> weight of the time integral of its normal force, the impulses of impacts "
         "included, per N s; default: none.",
     )
+    slipping: Annotated[
+        Weights,
+        CostTerm("work of friction (not squared)", "contact", "/{linear}", quantity="J"),
+    ] = Field(
+        default_factory=dict,
+        description="Name of a contact -> weight of the work that its friction takes while it slips, impacts included, "
+        "per J; default: none.",
+    )
     center_of_mass: Annotated[
         AxisWeights,
         CostTerm("distance of the centre of mass from the reference's", "axis", "/{square}/s"),

@@ -26,7 +26,9 @@ from .motions import FRICTION, MASS, STOP, collision, drop, jacobian, stance, tu
 
 ENDS = {"tumble": [0.1, 0.2], "drop": [0.15, 0.3], "stance": [0.05, 0.1]}
 
-MET = dict.fromkeys(("max_constraint_violation", "max_goal_violation", "max_waypoint_violation"), 0.0)
+MET = dict.fromkeys(
+    ("max_slip_violation", "max_constraint_violation", "max_goal_violation", "max_waypoint_violation"), 0.0
+)
 
 
 def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> Audit:
@@ -220,7 +222,10 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
         {"max_gap_drift"},
         0.01,
     ),
-    **{f"{entry} of the task": (drop, {"requirements": {**MET, entry: 2e-6}}, {entry}, 2e-6) for entry in MET},
+    **{
+        f"{entry} of the task": (drop, {"requirements": {**MET, entry: missed}}, {entry}, missed)
+        for entry, missed in ((entry, 2 * ENTRIES[entry].tolerance) for entry in MET)
+    },
 }
 
 
