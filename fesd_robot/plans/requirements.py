@@ -137,13 +137,13 @@ class _Checks:
         self._names = list(task.contacts)
 
     def slip(self) -> Iterator[float]:
-        """Yield the tangential velocity, m/s, of every closed contact that may not slip at every stage."""
+        """Yield the tangential velocity, m/s, of every contact that may not slip, at every stage where it touches."""
         bound = [i for i, contact in enumerate(self._task.contacts.values()) if contact.slipping == "forbidden"]
         for k in np.flatnonzero(self._motion.weight > 0) if bound else ():
             velocity = self._motion.velocity[k]
             tangential = tangential_rows(self._physics.contact_jacobian(self._motion.configuration[k]) @ velocity)
             for i in bound:
-                if self._motion.mode[k, i] in ("stick", "slip"):
+                if self._motion.force[k, i, 0] > _TOUCHING_FORCE:
                     yield float(abs(tangential[i]))
 
     def constraints(self) -> Iterator[float]:
