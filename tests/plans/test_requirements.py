@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,16 @@ CONSTRAINTS = [
 def test_constraints(hopper: MotionProblem, constraint: str, size: float) -> None:
     """Each constraint is missed by its distance in m, or not at all."""
     found = missed(hopper, drop(), f"constraints={{one: {constraint}}}")
-    assert found == pytest.approx({"constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9)
+    assert found == pytest.approx({"slip": 0, "constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9)
+
+
+@pytest.mark.parametrize(("slipping", "size"), [("forbidden", 0.02), ("allowed", 0.0)])
+def test_slipping(hopper: MotionProblem, slipping: str, size: float) -> None:
+    """A foot that stands on the ground and moves along it slips by its velocity, if it may not."""
+    still = drop()
+    gliding = replace(still, velocity=still.velocity + np.array([0.02, 0, 0, 0]))
+    assert missed(hopper, still, f"contacts.foot.slipping={slipping}")["slip"] == pytest.approx(0, abs=1e-12)
+    assert missed(hopper, gliding, f"contacts.foot.slipping={slipping}")["slip"] == pytest.approx(size)
 
 
 GOALS = [
@@ -70,7 +80,7 @@ def test_goals(hopper: MotionProblem, make: object, goal: str, size: float) -> N
     found = missed(hopper, make(), *(costs if "periodic" in goal else []), goal)  # type: ignore[operator]
     if goal.startswith("goal.center"):
         size = abs(1 + 0.2 - 9.81 / 2 * 0.04 - 1.2)
-    assert found == pytest.approx({"constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9)
+    assert found == pytest.approx({"slip": 0, "constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9)
 
 
 def test_a_start_that_is_not_the_tasks(hopper: MotionProblem) -> None:
