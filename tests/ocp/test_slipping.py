@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from fesd_robot.contact.velocities import SLIPPING
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
-from fesd_robot.task import Task
+from fesd_robot.task import Task, load_task
 
+TASKS = Path(__file__).parents[2] / "tasks"
 FORBIDDEN = "contacts.foot.slipping=forbidden"
 
 
@@ -58,3 +60,14 @@ def test_slipping_has_a_price(load_short: Callable[..., Task]) -> None:
     assert not result.impulses
     work = float(trapezoid(power, trajectory.time))
     assert result.statistics.cost_terms["slipping"] == pytest.approx(0.01 * work, rel=0.05)
+
+
+def test_the_hopper_hops_to_rest() -> None:
+    """What the first line of the task says: it hops, the foot never slips, and the robot is there and at rest."""
+    result = plan(load_task(TASKS / "hopper_hops_to_rest.yaml"))
+    assert result.status.solved and result.status.exact, result.status.message
+    assert result.outcome is not None
+    foot = result.outcome.contacts["foot"]
+    assert max(flight.height for flight in foot.flights) > 0.1 and foot.slides == []
+    assert sum(flight.length for flight in foot.flights) == pytest.approx(0.7, abs=0.02)
+    assert all(entry.met for entry in result.outcome.goal) and len(result.outcome.goal) == 8

@@ -154,7 +154,23 @@ def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]
         factors.append(factor or _in_contact(sizes, member, whole=multiplier in positive))
     for contact in positive:
         _release(sizes, factors, multipliers, contact)
-    return factors
+    return _without_repetition(conditions, factors)
+
+
+def _without_repetition(conditions: ElementConditions, factors: list[ActiveFactor]) -> list[ActiveFactor]:
+    """Return the factors in which no H is held at zero beside a G that others hold at zero from both sides.
+
+    Such a condition is met already, and its H is left free: friction at a contact that may not slip.
+    """
+    held = {
+        (member.G, member.direction)
+        for member, factor in zip(conditions.members, factors, strict=True)
+        if factor is ActiveFactor.G and member.condition.vanishing
+    }
+    return [
+        ActiveFactor.G if member.condition.vanishing and {(member.G, 1), (member.G, -1)} <= held else factor
+        for member, factor in zip(conditions.members, factors, strict=True)
+    ]
 
 
 def _in_contact(sizes: ElementSizes, member: ConditionFactors, *, whole: bool) -> ActiveFactor:
