@@ -15,7 +15,6 @@ import numpy as np
 from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.recovery.samples import TAKES_PART
 
 PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
 
@@ -61,8 +60,8 @@ def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
     return [
         Impulse(time=float(motion.time[impact.after]), contact=name, normal=normal, tangential=tangential)
         for impact in motion.impacts
-        for name, (normal, tangential) in zip(names, impact.impulse.tolist(), strict=True)
-        if normal > TAKES_PART * impact.impulse[:, 0].max()
+        for name, (normal, tangential), part in zip(names, impact.impulse.tolist(), impact.taking_part, strict=True)
+        if part
     ]
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.audit_record import Audit, largest_violation
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
@@ -57,7 +57,7 @@ def audit(
 
 def _outside(values: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
     lower, upper = limits
-    return _largest(np.maximum(lower - values, values - upper).ravel().tolist())
+    return largest_violation(np.maximum(lower - values, values - upper).ravel().tolist())
 
 
 def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics) -> float:
@@ -65,11 +65,6 @@ def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         return 0.0
     gaps = np.array([physics.gaps(q) for q in motion.configuration])
     return float(np.abs(gaps - motion.gap_state).max())
-
-
-def _largest(values: Sequence[float]) -> float:
-    """The largest value, at least zero; NaN if there is one, so that no number passes by not being one."""
-    return float(np.max(values, initial=0.0))
 
 
 def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]:
@@ -92,10 +87,10 @@ def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]
         cone += list(-unused)
         slip += [*np.minimum(np.abs(tangential_velocity), np.abs(unused)), *(tangential_velocity * tangential)]
     return {
-        "max_friction_cone_violation": _largest(cone),
-        "max_stick_slip_violation": _largest(slip),
-        "max_normal_force_violation": _largest(pull),
-        "max_dynamics_error": _largest(dynamics),
+        "max_friction_cone_violation": largest_violation(cone),
+        "max_stick_slip_violation": largest_violation(slip),
+        "max_normal_force_violation": largest_violation(pull),
+        "max_dynamics_error": largest_violation(dynamics),
     }
 
 
@@ -105,13 +100,13 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         q = motion.configuration[impact.after]
         jacobian = physics.contact_jacobian(q)
         jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
-        hit = impact.impulse[:, 0] > 1e-3 * impact.impulse[:, 0].max()
+        hit = impact.taking_part
         impulse, unexplained = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
         normal, tangential = impulse[hit].T
         before, after = (normal_rows(jacobian @ motion.velocity[k])[hit] for k in (impact.before, impact.after))
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
         errors += [*np.abs(after) / np.maximum(np.abs(before), 1.0), *np.abs(unexplained), *excess, *-normal]
-    return _largest(errors)
+    return largest_violation(errors)
 
 
 def _position_defect(motion: PhysicalMotion, physics: NumericPhysics) -> float:
@@ -125,7 +120,7 @@ def _position_defect(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         moved = physics.difference(motion.configuration[start], motion.configuration[end])
         defects.append(np.abs(moved - travelled).max())
         start = end
-    return _largest(defects)
+    return largest_violation(defects)
 
 
 def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
@@ -144,4 +139,4 @@ def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
             errors.append(abs(balance))
             balance = 0.0
-    return _largest(errors)
+    return largest_violation(errors)

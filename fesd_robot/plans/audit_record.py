@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated
+
+import numpy as np
 
 from fesd_robot.plans.record import Record
 
@@ -148,3 +150,8 @@ ENTRIES: dict[str, AuditEntry] = {
     name: note for name, field in Audit.model_fields.items() for note in field.metadata if isinstance(note, AuditEntry)
 }
 """Name of an entry of an audit -> what it measures and how large it may be."""
+
+
+def largest_violation(values: Iterable[float]) -> float:
+    """Return the largest value, at least zero; NaN if there is one, so that no number passes by not being one."""
+    return float(np.max(list(values), initial=0.0))

@@ -13,7 +13,6 @@ from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.elements import SLIP_VELOCITY
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.recovery.samples import TAKES_PART
 
 _SAME_TIME = 1e-6
 """s; a switch this near to an impact is that impact's."""
@@ -52,6 +51,7 @@ class _Samples:
     def __init__(self, motion: PhysicalMotion, physics: NumericPhysics) -> None:
         count, contacts = len(motion.time), len(physics.friction)
         self._motion = motion
+        self._impact_before = {impact.after: impact for impact in motion.impacts}
         self._gap, self._rate, self._slip = (np.zeros((count, contacts)) for _ in range(3))
         self._point = np.zeros((count, contacts, 3))
         for k, (q, v) in enumerate(zip(motion.configuration, motion.velocity, strict=True)):
@@ -83,7 +83,7 @@ class _Samples:
     def impacts(self, contact: int) -> Iterator[ContactImpact]:
         """Yield the impacts that a contact takes part in."""
         for impact in self._motion.impacts:
-            if self._takes_part(contact, impact.after):
+            if impact.taking_part[contact]:
                 yield ContactImpact(
                     time=float(self._motion.time[impact.after]),
                     normal_impulse=float(impact.impulse[contact, 0]),
@@ -92,8 +92,8 @@ class _Samples:
 
     def _takes_part(self, contact: int, after: int) -> bool:
         """Whether a sample is the one after an impact of the contact."""
-        impulses = (impact.impulse[:, 0] for impact in self._motion.impacts if impact.after == after)
-        return any(normal[contact] > TAKES_PART * normal.max() for normal in impulses)
+        impact = self._impact_before.get(after)
+        return impact is not None and bool(impact.taking_part[contact])
 
     def _at_the_end(self, contact: int, sample: int) -> bool:
         """Whether nothing follows a sample, but for an impact of other contacts."""
@@ -104,7 +104,7 @@ class _Samples:
 
     def _jump(self, sample: int) -> bool:
         """Whether a sample is the one after an impact, which no time separates from the one before."""
-        return any(impact.after == sample for impact in self._motion.impacts)
+        return sample in self._impact_before
 
     def _stretches(self, contact: int, mode: str) -> Iterator[tuple[int, int]]:
         """Yield (first, last) sample of every unbroken row of steps in a mode."""

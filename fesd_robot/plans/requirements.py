@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import singledispatch
 
 import numpy as np
@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import Ground
 from fesd_robot.errors import ModelError
+from fesd_robot.plans.audit_record import largest_violation
 from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import tangential_rows
@@ -71,16 +72,11 @@ def requirements(
     """
     checks = _Checks(task, robot, physics, motion)
     return {
-        "max_slip_violation": _largest(checks.slip()),
-        "max_constraint_violation": _largest(checks.constraints()),
-        "max_goal_violation": _largest(checks.goal(initial, goal)),
-        "max_waypoint_violation": _largest(checks.waypoints()),
+        "max_slip_violation": largest_violation(checks.slip()),
+        "max_constraint_violation": largest_violation(checks.constraints()),
+        "max_goal_violation": largest_violation(checks.goal(initial, goal)),
+        "max_waypoint_violation": largest_violation(checks.waypoints()),
     }
-
-
-def _largest(violations: Iterable[float]) -> float:
-    """The largest one, at least zero; NaN if there is one, so that no number passes by not being one."""
-    return float(np.max(list(violations), initial=0.0))
 
 
 @singledispatch
@@ -215,7 +211,9 @@ class _Checks:
 
     def _missing(self, waypoint: Waypoint, wanted: tuple[np.ndarray, np.ndarray], sample: int) -> float:
         q, v = self._motion.configuration[sample], self._motion.velocity[sample]
-        return _largest(itertools.chain(self._coordinates(waypoint, wanted, q, v), self._points(waypoint, q, v)))
+        return largest_violation(
+            itertools.chain(self._coordinates(waypoint, wanted, q, v), self._points(waypoint, q, v))
+        )
 
     def _coordinates(
         self, asked: Goal | Waypoint, wanted: tuple[np.ndarray, np.ndarray], q: np.ndarray, v: np.ndarray

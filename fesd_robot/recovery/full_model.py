@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
@@ -18,6 +17,7 @@ from fesd_robot.robot.couple import coupling_signs
 from fesd_robot.robot.joints import Prismatic
 from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.root import ROOT_JOINT
+from fesd_robot.robot.rotations import continuous_quaternions
 from fesd_robot.robot.tree import Link
 
 _SAME_PLACE = 1e-9
@@ -87,8 +87,9 @@ class FullModel:
             if len(link.joint.velocity_suffixes) == 1 and not root & set(full.velocity_names[link.v_indices])
         ]
         feet = {name: self._feet(geometry) for name, geometry in scene.geometries.items()}
-        self._shares = np.repeat([1 / len(each) for each in feet.values()], [len(each) for each in feet.values()])
-        self._of_contact = np.repeat(np.arange(len(feet)), [len(each) for each in feet.values()])
+        counts = np.array([len(each) for each in feet.values()], dtype=int)
+        self._shares = np.repeat(1 / counts, counts)
+        self._of_contact = np.repeat(np.arange(len(feet)), counts)
         self._feet_names = {name: [geometry.frame for geometry in each] for name, each in feet.items()}
         geometries = {f"{name} {foot.frame}": foot for name, each in feet.items() for foot in each}
         nothing = np.zeros((full.model.nv, 0))
@@ -144,17 +145,18 @@ class FullModel:
             effort.append([0.0 if link.mimics else tau[link.v_indices.start] for link in links])
             base.append(self._base(q))
             forces.append(feet)
-        positions = np.array(position)
+        positions, poses = np.array(position), np.array(base)
         for column, link in enumerate(links):
             if len(link.joint.position_suffixes) > 1:
                 positions[:, column] = np.unwrap(positions[:, column])
+        poses[:, 3:] = continuous_quaternions(poses[:, 3:])
         return FullMotion(
             joints=[link.name for link in links],
             units=["m" if isinstance(link.joint, Prismatic) else "rad" for link in links],
             position=positions,
             velocity=np.array(velocity),
             effort=np.array(effort),
-            base=_continuous(np.array(base)) if self._base_joint else None,
+            base=poses if self._base_joint else None,
             feet=self._feet_names,
             foot_force=np.array(forces),
         )
@@ -248,11 +250,3 @@ def _position(link: Link, q: np.ndarray) -> float:
     if len(link.joint.position_suffixes) > 1:
         return float(np.arctan2(own[1], own[0]))
     return float(link.multiplier * own[0] + link.offset)
-
-
-def _continuous(poses: np.ndarray) -> np.ndarray:
-    """Return poses whose quaternions do not change their sign from sample to sample."""
-    for before, pose in pairwise(poses):
-        if before[3:] @ pose[3:] < 0:
-            pose[3:] *= -1
-    return poses

@@ -14,7 +14,7 @@ from fesd_robot.recovery.switches import ContactPhase
 VELOCITY_JUMP = 1e-6
 """Change of a velocity, m/s or rad/s, over frozen elements above which they are an impact."""
 
-TAKES_PART = 1e-3
+_TAKES_PART = 1e-3
 """Part of the largest impulse above which a contact takes part in an impact."""
 
 
@@ -25,6 +25,12 @@ class ImpactRecord:
     before: int
     after: int
     impulse: np.ndarray
+
+    @property
+    def taking_part(self) -> np.ndarray:
+        """Which contacts take part: those with more normal impulse than what a solver leaves, (n_c) of bool."""
+        normal = self.impulse[:, 0]
+        return np.asarray(normal > _TAKES_PART * normal.max())
 
 
 class Samples:
@@ -83,10 +89,10 @@ class Samples:
     def _close_impact(self, time: float) -> None:
         if not self._rows:
             return
-        hit = self._pending[:, 0] > TAKES_PART * self._pending[:, 0].max()
-        before = self._rows[-1]
+        impact = ImpactRecord(len(self._rows) - 1, len(self._rows), self._pending.copy())
+        hit, before = impact.taking_part, self._rows[-1]
         before["mode"] = np.where(hit, ContactMode.IMPACT.value, np.asarray(before["mode"], dtype=object))
-        self.impacts.append(ImpactRecord(len(self._rows) - 1, len(self._rows), self._pending.copy()))
+        self.impacts.append(impact)
         self.phases.append(ContactPhase(time, [ContactMode.IMPACT if h else None for h in hit]))
         self._pending[:] = 0.0
 

@@ -9,6 +9,7 @@ import pinocchio as pin
 import umsgpack
 
 from fesd_robot.render.geometry import file_unit
+from fesd_robot.robot.rotations import continuous_quaternions
 
 STILL = 1e-9
 """A joint coordinate that changes less than this (m or quaternion entry) stands still."""
@@ -90,7 +91,7 @@ def sample_motion(
             world = points @ pose.rotation.T + pose.translation
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
     for joint in range(model.njoints):
-        placement[:, joint, 3:] = _continuous(placement[:, joint, 3:])
+        placement[:, joint, 3:] = continuous_quaternions(placement[:, joint, 3:])
     return Motion((time[keys] - time[0]).astype(np.float32), placement, np.array([low, high]))
 
 
@@ -104,12 +105,6 @@ def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:
         if np.ptp(values, axis=0).max() > STILL:
             tracks[name] = Track(name, kind, motion.time, values)
     return tracks
-
-
-def _continuous(quaternion: np.ndarray) -> np.ndarray:
-    """Return the same rotations with every quaternion on the side of its predecessor, shape (k, 4)."""
-    flips = np.where(np.einsum("ij,ij->i", quaternion[1:], quaternion[:-1]) < 0.0, -1.0, 1.0)
-    return quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
 
 
 def _local_corners(visual_model: pin.GeometryModel) -> dict[int, np.ndarray]:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import casadi as ca
+import numpy as np
 
 from fesd_robot.robot.algebra import cross
 
@@ -140,3 +141,9 @@ def planar_logarithm_translation(translation: ca.SX, angle: ca.SX) -> ca.SX:
     return ca.vertcat(
         along * translation[0] + across * translation[1], along * translation[1] - across * translation[0]
     )
+
+
+def continuous_quaternions(quaternion: np.ndarray) -> np.ndarray:
+    """Return the same rotations with every quaternion on the side of its predecessor, shape (k, 4)."""
+    flips = np.where(np.einsum("ij,ij->i", quaternion[1:], quaternion[:-1]) < 0.0, -1.0, 1.0)
+    return np.asarray(quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None])

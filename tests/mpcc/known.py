@@ -20,6 +20,11 @@ def mpcc(f: ca.SX, G: ca.SX, H: ca.SX, start: list[float], **parts: Any) -> Mpcc
     return Mpcc.from_expressions(w=W[: len(start)], f=f, G=G, H=H, start=np.array(start, dtype=float), **parts)
 
 
+def from_origin(f: ca.SX, G: ca.SX, H: ca.SX, n: int = 2, **parts: Any) -> Mpcc:
+    """An MPCC of the first n variables of `W`, started at zero."""
+    return mpcc(f, G, H, [0.0] * n, **parts)
+
+
 def vanishing(problem: Mpcc, level: Level = "position", where: np.ndarray | None = None) -> Mpcc:
     """The same with G of any sign in all pairs, or in those of `where` only, and all pairs of one level."""
     (block,) = problem.blocks

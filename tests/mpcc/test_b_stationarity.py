@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import time
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -19,42 +18,38 @@ from fesd_robot.mpcc.derivatives import active_set, linearise
 from fesd_robot.mpcc.lpcc import Lpcc, lpcc_at
 from fesd_robot.mpcc.stationarity import stationarity
 
-from .known import X, Y, Z, lower_rows, mpcc, scaled, vanishing
-
-
-def _mpcc(f: ca.SX, G: ca.SX, H: ca.SX, n: int = 2, **parts: Any) -> Mpcc:
-    return mpcc(f, G, H, [0.0] * n, **parts)
+from .known import X, Y, Z, from_origin, lower_rows, scaled, vanishing
 
 
 def _vanishing(f: ca.SX) -> Mpcc:
-    return vanishing(_mpcc(f, X, Y))
+    return vanishing(from_origin(f, X, Y))
 
 
-SCHOLTES4 = _mpcc(X + Y - Z, X, Y, 3, **lower_rows(4 * X - Z, 4 * Y - Z))
-KTH3 = _mpcc(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y)
+SCHOLTES4 = from_origin(X + Y - Z, X, Y, 3, **lower_rows(4 * X - Z, 4 * Y - Z))
+KTH3 = from_origin(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y)
 
 KNOWN = {
-    "kth1": (_mpcc(X + Y, X, Y), [0, 0], True),
-    "kth2": (_mpcc(X + (Y - 1) ** 2, X, Y), [0, 1], True),
+    "kth1": (from_origin(X + Y, X, Y), [0, 0], True),
+    "kth2": (from_origin(X + (Y - 1) ** 2, X, Y), [0, 1], True),
     "kth3, solution": (KTH3, [0, 1], True),
     "kth3, local solution": (KTH3, [1, 0], True),
     "kth3, C-stationary origin": (KTH3, [0, 0], False),
     "kth3, on the way": (KTH3, [0, 0.5], False),
-    "ralph2": (_mpcc(X**2 + Y**2 - 4 * X * Y, X, Y), [0, 0], True),
+    "ralph2": (from_origin(X**2 + Y**2 - 4 * X * Y, X, Y), [0, 0], True),
     "scholtes4": (SCHOLTES4, [0, 0, 0], True),
-    "(x-1)^2 + y^2, solution": (_mpcc((X - 1) ** 2 + Y**2, Y, Y - X), [0.5, 0.5], True),
-    "(x-1)^2 + y^2, W-stationary origin": (_mpcc((X - 1) ** 2 + Y**2, Y, Y - X), [0, 0], False),
-    "(y-1)^2 + x^2, solution": (_mpcc((Y - 1) ** 2 + X**2, Y, Y - X), [0.5, 0.5], True),
-    "(y-1)^2 + x^2, M-stationary origin": (_mpcc((Y - 1) ** 2 + X**2, Y, Y - X), [0, 0], False),
-    "no pair": (_mpcc((X - 2) ** 2, ca.SX(0, 1), ca.SX(0, 1)), [2, 7], True),
-    "redundant pairs, solution": (_mpcc(X + Y, ca.vertcat(X, X, 2 * X), ca.vertcat(Y, 3 * Y, Y)), [0, 0], True),
-    "redundant pairs, origin": (_mpcc(-X + Y, ca.vertcat(X, X, 2 * X), ca.vertcat(Y, 3 * Y, Y)), [0, 0], False),
+    "(x-1)^2 + y^2, solution": (from_origin((X - 1) ** 2 + Y**2, Y, Y - X), [0.5, 0.5], True),
+    "(x-1)^2 + y^2, W-stationary origin": (from_origin((X - 1) ** 2 + Y**2, Y, Y - X), [0, 0], False),
+    "(y-1)^2 + x^2, solution": (from_origin((Y - 1) ** 2 + X**2, Y, Y - X), [0.5, 0.5], True),
+    "(y-1)^2 + x^2, M-stationary origin": (from_origin((Y - 1) ** 2 + X**2, Y, Y - X), [0, 0], False),
+    "no pair": (from_origin((X - 2) ** 2, ca.SX(0, 1), ca.SX(0, 1)), [2, 7], True),
+    "redundant pairs, solution": (from_origin(X + Y, ca.vertcat(X, X, 2 * X), ca.vertcat(Y, 3 * Y, Y)), [0, 0], True),
+    "redundant pairs, origin": (from_origin(-X + Y, ca.vertcat(X, X, 2 * X), ca.vertcat(Y, 3 * Y, Y)), [0, 0], False),
     "an inequality blocks the branch": (
-        _mpcc(-X + Y, X, Y, **lower_rows(-X, -2 * X)),
+        from_origin(-X + Y, X, Y, **lower_rows(-X, -2 * X)),
         [0, 0],
         True,
     ),
-    "a bound blocks the branch": (_mpcc(-X + Y, X, Y, bounds=(None, np.array([0.0, 1.0]))), [0, 0], True),
+    "a bound blocks the branch": (from_origin(-X + Y, X, Y, bounds=(None, np.array([0.0, 1.0]))), [0, 0], True),
     "vanishing, S": (_vanishing(Y), [0, 0], True),
     "vanishing, along H = 0": (_vanishing(-X + Y), [0, 0], False),
     "vanishing, along H = 0 backwards": (_vanishing(X + 2 * Y), [0, 0], False),
@@ -226,7 +221,7 @@ def test_descent_is_followed_to_a_certified_point() -> None:
 
 def test_an_infeasible_point_is_unknown() -> None:
     """A point that violates a constraint by more than the activity is unknown, with the violation as reason."""
-    certificate = b_stationary(_mpcc(X + Y, X, Y), np.array([-1e-3, 0.0]))
+    certificate = b_stationary(from_origin(X + Y, X, Y), np.array([-1e-3, 0.0]))
     assert certificate.verdict == "unknown" and "violates a constraint by 1.0e-03" in certificate.reason
     assert certificate.bound == -np.inf
 

@@ -17,47 +17,43 @@ from fesd_robot.mpcc import Block, Mpcc
 from fesd_robot.mpcc.derivatives import linearise
 from fesd_robot.mpcc.stationarity import stationarity
 
-from .known import X, Y, Z, lower_rows, mpcc, scaled, vanishing
-
-
-def _mpcc(f: ca.SX, G: ca.SX, H: ca.SX, n: int = 2, **parts: Any) -> Mpcc:
-    return mpcc(f, G, H, [0.0] * n, **parts)
+from .known import X, Y, Z, from_origin, lower_rows, scaled, vanishing
 
 
 def _vanishing(f: ca.SX) -> Mpcc:
     """min f, y >= 0, x y <= 0."""
-    return vanishing(_mpcc(f, X, Y))
+    return vanishing(from_origin(f, X, Y))
 
 
-SCHOLTES4 = _mpcc(X + Y - Z, X, Y, 3, **lower_rows(4 * X - Z, 4 * Y - Z))
+SCHOLTES4 = from_origin(X + Y - Z, X, Y, 3, **lower_rows(4 * X - Z, 4 * Y - Z))
 
 KNOWN = {
-    "kth1, positive multipliers": (_mpcc(X + Y, X, Y), [0, 0], "S"),
-    "kth2, one side": (_mpcc(X + (Y - 1) ** 2, X, Y), [0, 1], "S"),
-    "kth3, solution": (_mpcc(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y), [0, 1], "S"),
-    "kth3, other axis": (_mpcc(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y), [1, 0], "S"),
-    "kth3, both multipliers negative": (_mpcc(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y), [0, 0], "C"),
-    "ralph2, all multipliers zero": (_mpcc(X**2 + Y**2 - 4 * X * Y, X, Y), [0, 0], "S"),
+    "kth1, positive multipliers": (from_origin(X + Y, X, Y), [0, 0], "S"),
+    "kth2, one side": (from_origin(X + (Y - 1) ** 2, X, Y), [0, 1], "S"),
+    "kth3, solution": (from_origin(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y), [0, 1], "S"),
+    "kth3, other axis": (from_origin(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y), [1, 0], "S"),
+    "kth3, both multipliers negative": (from_origin(0.5 * (X - 1) ** 2 + (Y - 1) ** 2, X, Y), [0, 0], "C"),
+    "ralph2, all multipliers zero": (from_origin(X**2 + Y**2 - 4 * X * Y, X, Y), [0, 0], "S"),
     "scholtes4, B- but not S-stationary": (SCHOLTES4, [0, 0, 0], "M"),
-    "(x-1)^2 + y^2, y _|_ y-x, solution": (_mpcc((X - 1) ** 2 + Y**2, Y, Y - X), [0.5, 0.5], "S"),
-    "(x-1)^2 + y^2, y _|_ y-x, origin": (_mpcc((X - 1) ** 2 + Y**2, Y, Y - X), [0, 0], "W"),
-    "(y-1)^2 + x^2, y _|_ y-x, solution": (_mpcc((Y - 1) ** 2 + X**2, Y, Y - X), [0.5, 0.5], "S"),
-    "(y-1)^2 + x^2, y _|_ y-x, origin": (_mpcc((Y - 1) ** 2 + X**2, Y, Y - X), [0, 0], "M"),
-    "multipliers of both signs": (_mpcc(X - Y, X, Y), [0, 0], "W"),
-    "a slope along the free side": (_mpcc((Y - 2) ** 2, X, Y), [0, 1], "none"),
-    "no pair": (_mpcc((X - 2) ** 2, ca.SX(0, 1), ca.SX(0, 1)), [2, 7], "S"),
+    "(x-1)^2 + y^2, y _|_ y-x, solution": (from_origin((X - 1) ** 2 + Y**2, Y, Y - X), [0.5, 0.5], "S"),
+    "(x-1)^2 + y^2, y _|_ y-x, origin": (from_origin((X - 1) ** 2 + Y**2, Y, Y - X), [0, 0], "W"),
+    "(y-1)^2 + x^2, y _|_ y-x, solution": (from_origin((Y - 1) ** 2 + X**2, Y, Y - X), [0.5, 0.5], "S"),
+    "(y-1)^2 + x^2, y _|_ y-x, origin": (from_origin((Y - 1) ** 2 + X**2, Y, Y - X), [0, 0], "M"),
+    "multipliers of both signs": (from_origin(X - Y, X, Y), [0, 0], "W"),
+    "a slope along the free side": (from_origin((Y - 2) ** 2, X, Y), [0, 1], "none"),
+    "no pair": (from_origin((X - 2) ** 2, ca.SX(0, 1), ca.SX(0, 1)), [2, 7], "S"),
     "three equal inequalities": (
-        _mpcc(X + Y, X, Y, **lower_rows(X + Y, X + Y, 2 * X + 2 * Y)),
+        from_origin(X + Y, X, Y, **lower_rows(X + Y, X + Y, 2 * X + 2 * Y)),
         [0, 0],
         "S",
     ),
     "an equation as two inequalities": (
-        _mpcc(-X, X, Y, **lower_rows(X, -X, X)),
+        from_origin(-X, X, Y, **lower_rows(X, -X, X)),
         [0, 0],
         "S",
     ),
-    "at an upper bound": (_mpcc(-X, X, Y, bounds=(None, np.array([1.0, 5.0]))), [1, 0], "S"),
-    "at the wrong bound": (_mpcc(-X, X, Y, bounds=(np.array([1.0, 0.0]), None)), [1, 0], "none"),
+    "at an upper bound": (from_origin(-X, X, Y, bounds=(None, np.array([1.0, 5.0]))), [1, 0], "S"),
+    "at the wrong bound": (from_origin(-X, X, Y, bounds=(np.array([1.0, 0.0]), None)), [1, 0], "none"),
     "vanishing, both zero, S": (_vanishing(2 * Y), [0, 0], "S"),
     "vanishing, both zero, xi < 0": (_vanishing(-Y), [0, 0], "M"),
     "vanishing, both zero, nu < 0": (_vanishing(-X), [0, 0], "M"),
@@ -127,7 +123,7 @@ def test_stating_a_pair_twice_cannot_strengthen_the_demand(name: str) -> None:
 
 def test_bounds_that_repeat_a_side_do_not_count_twice() -> None:
     """x - y on x _|_ y is W-stationary at the origin, whether or not x, y >= 0 are bounds as well."""
-    problem = _mpcc(X - Y, X, Y, bounds=(0.0, None))
+    problem = from_origin(X - Y, X, Y, bounds=(0.0, None))
     result = stationarity(problem, np.zeros(2))
     assert result.kind == "W"
     assert [*result.multipliers.G, *result.multipliers.H] == pytest.approx([1.0, -1.0])
@@ -208,35 +204,35 @@ def test_derivatives_of_copies() -> None:
 
 def test_a_pair_short_of_zero_is_counted() -> None:
     """Near (0, 1) both sides of a pair exceed the activity: the smaller is taken as zero, and the report says so."""
-    result = stationarity(_mpcc(X + (Y - 1) ** 2, X, Y), np.array([1e-4, 1.0]))
+    result = stationarity(from_origin(X + (Y - 1) ** 2, X, Y), np.array([1e-4, 1.0]))
     assert (result.kind, result.unresolved, result.biactive) == ("S", 1, 0)
     assert list(result.multipliers.G) == pytest.approx([1.0])
 
 
 def test_no_time_is_undecided() -> None:
     """Without time nothing is claimed and everything is open."""
-    result = stationarity(_mpcc(X + Y, X, Y), np.zeros(2), time_limit=0.0)
+    result = stationarity(from_origin(X + Y, X, Y), np.zeros(2), time_limit=0.0)
     assert result.kind == "none" and set(result.undecided) == {"S", "M", "C", "W"}
 
 
 def test_a_violated_constraint_is_reported() -> None:
     """The violation of a row is relative to its gradient."""
-    problem = _mpcc(X + Y, X, Y, g=10 * X - 10)
+    problem = from_origin(X + Y, X, Y, g=10 * X - 10)
     assert stationarity(problem, np.array([0.0, 0.0])).violation == pytest.approx(1.0)
 
 
 def test_points_that_are_refused() -> None:
     """A point of another length and a derivative that is not finite are errors that name what is wrong."""
     with pytest.raises(DimensionError, match="w has shape"):
-        stationarity(_mpcc(X + Y, X, Y), np.zeros(3))
+        stationarity(from_origin(X + Y, X, Y), np.zeros(3))
     with pytest.raises(SolverError, match="pair 0"):
-        stationarity(_mpcc(X + Y, ca.sqrt(X), Y), np.zeros(2))
+        stationarity(from_origin(X + Y, ca.sqrt(X), Y), np.zeros(2))
 
 
 @pytest.mark.parametrize(("slope", "kind"), [(1e-2, "S"), (1e-4, "S"), (1e-8, "none")])
 def test_multipliers_that_hardly_exist(slope: float, kind: str) -> None:
     """min x with y + slope x >= 0 and -y >= 0 has multipliers 1 / slope; those above 1e7 do not count."""
-    problem = _mpcc(X, ca.SX(0, 1), ca.SX(0, 1), **lower_rows(Y + slope * X, -Y))
+    problem = from_origin(X, ca.SX(0, 1), ca.SX(0, 1), **lower_rows(Y + slope * X, -Y))
     result = stationarity(problem, np.zeros(2))
     assert result.kind == kind
     if kind == "S":
@@ -246,6 +242,6 @@ def test_multipliers_that_hardly_exist(slope: float, kind: str) -> None:
 def test_small_multipliers_are_preferred() -> None:
     """Where nearly dependent constraints leave a choice of multipliers, the ones without cancellation are returned."""
     rows = ca.vertcat(X, Y + 1e-6 * X, Y)
-    problem = _mpcc(X, ca.SX(0, 1), ca.SX(0, 1), g=rows)
+    problem = from_origin(X, ca.SX(0, 1), ca.SX(0, 1), g=rows)
     result = stationarity(problem, np.zeros(2))
     assert result.kind == "S" and result.multipliers.largest == pytest.approx(1.0)
