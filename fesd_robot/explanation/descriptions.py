@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.standing import standings_of
 from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
 from fesd_robot.task.costs import COST_TERMS, CostTerm
 from fesd_robot.task.words import along_axes, listed
@@ -43,6 +45,18 @@ def described_waypoints(motion: MotionProblem) -> list[str]:
         parts += [f"velocity of {name} within {width:g}" for name, width in tolerance.velocity.items()]
         parts += [sentence.rstrip(".") for sentence in described_points(waypoint)]
         lines.append(f"After interval {end} of {motion.grid.intervals}{time}: {', '.join(parts)}.")
+    return lines
+
+
+def described_standing(motion: MotionProblem) -> list[str]:
+    """Return a sentence for each `stand_on`, with the coordinates that were found for it."""
+    units, states, lines = configuration_units(motion.robot), dict(motion.task.states), []
+    for standing in standings_of(motion.task, motion.robot):
+        found = states[standing.path].configuration
+        values = ", ".join(f"{name} {found[name]:.6g} {units[name]}" for name in standing.adjust)
+        key, *number = standing.path
+        where = {"initial": "start", "goal": "goal"}.get(key) or f"waypoint {int(number[0]) + 1}"
+        lines.append(f"At the {where} standing on {', '.join(standing.contacts)}: {values}.")
     return lines
 
 

@@ -14,6 +14,7 @@ from fesd_robot.explanation.descriptions import (
     described_constraints,
     described_costs,
     described_points,
+    described_standing,
     described_waypoints,
 )
 from fesd_robot.explanation.table import aligned
@@ -46,6 +47,7 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         "Controls": _controls(motion),
         "Ground": _ground(motion),
         "Contacts": _contacts(motion),
+        "Standing": described_standing(motion),
         "Horizon": _horizon(motion),
         "Goal": _goal(motion),
         "Reference": _reference(motion),

@@ -11,6 +11,7 @@ import numpy as np
 from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
+from fesd_robot.ocp.standing import touching_configuration
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import GROUND, Jumps
@@ -30,6 +31,12 @@ IMPACT_VELOCITY = 1e-6
 CONSTRAINT_VIOLATION = 1e-6
 """m; a goal that violates a constraint by less is on its boundary, rounded."""
 
+FLOATING = 0.01
+"""m; a robot at rest that starts this little above the ground was perhaps to stand on it."""
+
+HEIGHT = "root_z"
+"""The coordinate that lifts the whole robot."""
+
 REFERENCE_SAMPLES = 400
 
 _LEAST_DEGREES, _STEP_OF_DEGREES = 10.0, 5.0
@@ -44,7 +51,7 @@ def task_warnings(motion: MotionProblem) -> list[str]:
     return [
         *_degrees(motion),
         *_far_from_the_ground(motion),
-        *([] if motion.task.goal.periodic else [*_hitting_at_the_start(motion), *_too_weak(motion)]),
+        *([] if motion.task.goal.periodic else _at_the_start(motion)),
         *_buried_reference(motion),
         *_goal_against_constraints(motion),
         *_long_intervals(motion),
@@ -61,11 +68,11 @@ def reference_gaps(motion: MotionProblem) -> np.ndarray:
 
 def _degrees(motion: MotionProblem) -> Iterator[str]:
     task, units = motion.task, configuration_units(motion.robot)
-    groups: dict[str, Mapping[str, float]] = {
-        "initial.configuration": task.initial.configuration,
-        "goal.configuration": task.goal.configuration,
-    }
-    groups |= {f"waypoints.{i}.configuration": each.configuration for i, each in enumerate(task.waypoints)}
+    groups: dict[str, Mapping[str, float]] = {f"postures.{name}": each for name, each in task.postures.items()}
+    for path, state in task.states:
+        posture = {} if state.posture is None else task.postures[state.posture]
+        own = {name: value for name, value in state.configuration.items() if posture.get(name) != value}
+        groups[".".join((*path, "configuration"))] = own
     if isinstance(task.reference, Jumps):
         groups["reference.apex"] = task.reference.apex
     for key, values in groups.items():
@@ -92,6 +99,42 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
             "Neither at the start nor at the goal is any contact near what it may touch; the nearest is "
             f"'{motion.contacts[int(np.argmin(gaps))].name}', {gaps.min():.4g} m away."
         )
+
+
+def _at_the_start(motion: MotionProblem) -> Iterator[str]:
+    yield from _hitting_at_the_start(motion)
+    yield from _floating_at_the_start(motion)
+    yield from _too_weak(motion)
+
+
+def _floating_at_the_start(motion: MotionProblem) -> Iterator[str]:
+    """Say at which height a robot stands that touches nothing and is just above the ground."""
+    physics, ends = numeric_physics(motion), motion.endpoints
+    gaps = physics.gaps(ends.initial_configuration)
+    heights = _standing_heights(motion, gaps) if gaps.min() > TOUCHING else {}
+    if not heights:
+        return
+    height, first = max(heights.values()), max(heights, key=lambda i: heights[i])
+    velocity = physics.contact_jacobian(ends.initial_configuration)[2 * first] @ ends.initial_velocity
+    if abs(velocity) <= IMPACT_VELOCITY:
+        names = [motion.contacts[i].name for i, own in heights.items() if height - own <= TOUCHING]
+        yield (
+            f"Contact '{motion.contacts[first].name}' starts {gaps[first]:.4g} m above the ground and falls; to stand, "
+            f"write initial.configuration.{HEIGHT}: {round(height, 6):.9g} or initial.stand_on: [{', '.join(names)}]."
+        )
+
+
+def _standing_heights(motion: MotionProblem, gaps: np.ndarray) -> dict[int, float]:
+    """Return for every contact just above the ground, by its number, the height of the robot at which it touches, m."""
+    start, heights = motion.endpoints.initial_configuration, {}
+    for i, contact in enumerate(motion.contacts):
+        on_ground = getattr(motion.task.contacts[contact.name], "surface", None) == GROUND
+        if on_ground and gaps[i] <= FLOATING and HEIGHT in motion.robot.velocity_names:
+            symbols = motion.dynamics.configuration
+            q, left = touching_configuration(motion.robot, [contact], symbols, [HEIGHT], start, motion.limits)
+            if abs(left[0]) <= TOUCHING:
+                heights[i] = float(q[motion.robot.configuration_names.index(HEIGHT)])
+    return heights
 
 
 def _hitting_at_the_start(motion: MotionProblem) -> Iterator[str]:

@@ -30,6 +30,7 @@ from fesd_robot.ocp.problem import optimal_control_problem
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_types import reference_of
 from fesd_robot.ocp.scene import friction_of, scene_of
+from fesd_robot.ocp.standing import with_configurations
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.ocp.timing import TimeGrid, time_grid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
@@ -51,7 +52,11 @@ TOUCHING = 1e-5
 
 @dataclass(frozen=True)
 class MotionProblem:
-    """A task with everything that was derived from it on the way to the optimal control problem."""
+    """A task with everything that was derived from it on the way to the optimal control problem.
+
+    Attributes:
+        task: with the configurations that its postures and `stand_on` give, so that the two have nothing to add.
+    """
 
     task: Task
     robot: Robot
@@ -77,11 +82,12 @@ def formulate(task: Task) -> MotionProblem:
     """
     robot = load_task_robot(task)
     actuation = build_actuation(task, robot)
-    endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
     scene = scene_of(task)
     dynamics = _multibody_dynamics(robot, actuation)
     contacts = _contacts(task, robot, dynamics.configuration, scene)
     check_contacts_move(task, contacts, dynamics.configuration)
+    task = with_configurations(task, robot, contacts, dynamics.configuration)
+    endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
     _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
         contacts = _closed_at_start(contacts, dynamics, endpoints)

@@ -47,20 +47,28 @@ def endpoints_of(task: Task, robot: Robot) -> Endpoints:
     Raises:
         TaskError: a stride that leads out of the limits, or of a robot whose configurations do not add up.
     """
-    names, velocities = robot.configuration_names, robot.velocity_names
-    limits = limits_of(task, robot)
-    neutral = np.clip(robot.neutral, limits.lower_position, limits.upper_position)
-    q0 = _on_manifold(robot, vector(names, task.initial.configuration, neutral))
+    velocities, q0 = robot.velocity_names, initial_configuration(task, robot)
     if task.goal.periodic is not None:
         v0 = vector(velocities, task.initial.velocity, 0.0)
-        return Endpoints(q0, v0, _after_stride(task, robot, limits, q0), v0)
-    goal = _on_manifold(robot, vector(names, task.goal.configuration, q0))
+        return Endpoints(q0, v0, _after_stride(task, robot, limits_of(task, robot), q0), v0)
     return Endpoints(
         initial_configuration=q0,
         initial_velocity=vector(velocities, task.initial.velocity, 0.0),
-        goal_configuration=goal,
+        goal_configuration=with_values(robot, task.goal.configuration, q0),
         goal_velocity=vector(velocities, task.goal.velocity, 0.0),
     )
+
+
+def initial_configuration(task: Task, robot: Robot) -> np.ndarray:
+    """Return q at time 0, (n_q): the robot's neutral configuration within the limits, with the task's values."""
+    limits = limits_of(task, robot)
+    neutral = np.clip(robot.neutral, limits.lower_position, limits.upper_position)
+    return with_values(robot, task.initial.configuration, neutral)
+
+
+def with_values(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> np.ndarray:
+    """Return a configuration (n_q) with other values by name; quaternions and (cos, sin) pairs are normalised."""
+    return np.asarray(pin.normalize(robot.model, vector(robot.configuration_names, values, configuration)))
 
 
 def limits_of(task: Task, robot: Robot) -> StateLimits:
@@ -94,8 +102,3 @@ def _after_stride(task: Task, robot: Robot, limits: StateLimits, start: np.ndarr
                 f"found a stride that leads from {start[i]:g} to {end[i]:g}, expected an end in [{lower:g}, {upper:g}]",
             )
     return np.asarray(end)
-
-
-def _on_manifold(robot: Robot, configuration: np.ndarray) -> np.ndarray:
-    """Normalise quaternions and (cos, sin) pairs."""
-    return np.asarray(pin.normalize(robot.model, configuration))

@@ -31,6 +31,7 @@ from fesd_robot.task.names import check_names, check_values
 from fesd_robot.task.reference import FromFile, Jumps, Line, Reference, ThroughWaypoints
 from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot
 from fesd_robot.task.schema import Task
+from fesd_robot.task.standing import StandOn
 
 __all__ = [
     "GROUND",
@@ -71,6 +72,7 @@ __all__ = [
     "Robot",
     "Solver",
     "SpeedOfTime",
+    "StandOn",
     "Step",
     "StepEquilibration",
     "Steps",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
+from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import ContactWindow
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
@@ -35,6 +36,13 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             ("reference", "count"),
             f"found {task.reference.count} jumps, expected at most one per control interval ({task.horizon.intervals})",
         )
+    for path, state in task.states:
+        if state.posture is not None and state.posture not in task.postures:
+            yield conflict(
+                (*path, "posture"),
+                f"found '{state.posture}', expected the name of a posture in postures"
+                f"{nearest(state.posture, task.postures)}",
+            )
     yield from _waypoints(task)
     for name, constraint in task.constraints.items():
         if isinstance(constraint, ContactWindow):
@@ -72,7 +80,9 @@ def _waypoints(task: Task) -> Iterator[PydanticCustomError]:
             ("waypoints",), f"found {len(times)} waypoints, expected less than there are control intervals "
             f"({task.horizon.intervals})"
         )  # fmt: skip
-    if isinstance(task.reference, ThroughWaypoints) and not any(w.configuration for w in task.waypoints):
+    if isinstance(task.reference, ThroughWaypoints) and all(
+        waypoint.complete and not waypoint.configuration for waypoint in task.waypoints
+    ):
         yield conflict(("reference", "type"), "found 'waypoints', but no waypoint has a configuration, expected one")
 
 

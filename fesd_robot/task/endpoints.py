@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from fesd_robot.task.fields import Positive, Section, Values, conflict
+from fesd_robot.task.standing import Configured
 
 
 class FreeDuration(Section):
@@ -41,7 +42,7 @@ class Horizon(Section):
     )
 
 
-class Initial(Section):
+class Initial(Configured):
     """The state at time 0."""
 
     configuration: Values = Field(

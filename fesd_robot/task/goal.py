@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, conflict
+from fesd_robot.task.standing import Configured
 
 
 class Tolerance(Section):
@@ -71,7 +72,7 @@ class Periodic(Section):
     )
 
 
-class Goal(Section):
+class Goal(Configured):
     """The state wanted at the end."""
 
     configuration: Values = Field(
@@ -99,13 +100,13 @@ class Goal(Section):
     @model_validator(mode="after")
     def _either(self) -> Goal:
         if self.periodic is not None:
-            for key in ("configuration", "velocity"):
+            for key in ("posture", "configuration", "stand_on", "velocity"):
                 if getattr(self, key):
                     raise conflict((key,), f"found a goal {key} beside 'periodic', expected one of the two")
             if self.tolerance.configuration or self.tolerance.velocity:
                 raise conflict(("tolerance",), "found tolerances beside 'periodic', which always holds exactly")
         for name in self.tolerance.configuration if self.has_points and self.periodic is None else ():
-            if name not in self.configuration:
+            if name not in self.configuration and self.complete:
                 raise conflict(
                     ("tolerance", "configuration", name),
                     f"found a tolerance of '{name}', which this goal gives no configuration beside its frames or "
@@ -119,7 +120,7 @@ class Goal(Section):
         return bool(self.frames) or self.center_of_mass is not None
 
 
-class Waypoint(Section):
+class Waypoint(Configured):
     """What the motion should pass at one time."""
 
     time: NonNegative | None = Field(
@@ -153,13 +154,15 @@ class Waypoint(Section):
 
     @model_validator(mode="after")
     def _complete(self) -> Waypoint:
-        if not (self.configuration or self.velocity or self.frames or self.center_of_mass):
+        if self.complete and not (self.configuration or self.velocity or self.frames or self.center_of_mass):
             raise conflict(
-                (), "found a waypoint without a target, expected configuration, velocity, frames or center_of_mass"
+                (),
+                "found a waypoint without a target, expected posture, configuration, stand_on, velocity, frames or "
+                "center_of_mass",
             )
         for key in ("configuration", "velocity"):
             for name in getattr(self.tolerance, key):
-                if name not in getattr(self, key):
+                if name not in getattr(self, key) and (self.complete or key == "velocity"):
                     raise conflict(
                         ("tolerance", key, name), f"found a tolerance of '{name}', which this waypoint gives no {key}"
                     )

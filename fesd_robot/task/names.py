@@ -102,8 +102,9 @@ def check_values(
     configuration = {**configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
     groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
-    states: list[tuple[KeyPath, Initial | Goal | Waypoint]] = [(("initial",), task.initial), *_targets(task)]
-    for path, state in states:
+    for name, posture in task.postures.items():
+        groups.append((("postures", name), posture, configuration))
+    for path, state in task.states:
         groups.append(((*path, "configuration"), state.configuration, configuration))
         groups.append(((*path, "velocity"), state.velocity, velocity))
     if isinstance(task.reference, Jumps):
@@ -171,8 +172,14 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     if task.goal.periodic is not None:
         for name in task.goal.periodic.stride:
             yield ("goal", "periodic", "stride", name), _CONFIGURATION, name
-    for at, target in _targets(task):
-        yield from _target_names(at, target)
+    for posture, values in task.postures.items():
+        for name in values:
+            yield ("postures", posture, name), _CONFIGURATION, name
+    for at, state in task.states:
+        for path, kind, name in state.standing_names():
+            yield (*at, *path), kind, name
+        if not isinstance(state, Initial):
+            yield from _target_names(at, state)
     yield from _constraint_names(task)
     for name, contact in task.contacts.items():
         yield ("contacts", name, "frame"), "frame", contact.frame
@@ -208,13 +215,6 @@ def _actuator_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
             yield (*at, "force", name), _VELOCITY, name
             for used in sorted(expression_names(force)):
                 yield (*at, "force", name), _CONFIGURATION, used
-
-
-def _targets(task: Task) -> Iterator[tuple[KeyPath, Goal | Waypoint]]:
-    """Yield (key path, goal or waypoint)."""
-    yield ("goal",), task.goal
-    for i, waypoint in enumerate(task.waypoints):
-        yield ("waypoints", str(i)), waypoint
 
 
 def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, NameKind, str]]:

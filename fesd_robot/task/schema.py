@@ -14,12 +14,12 @@ from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import CircleCircleContact, Contact
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import Horizon, Initial
-from fesd_robot.task.fields import Name, Section, conflict
+from fesd_robot.task.fields import Name, Section, Values, conflict
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, Plane
 from fesd_robot.task.limits import Limits
 from fesd_robot.task.method import Method, Output, Solver
-from fesd_robot.task.origins import Origins
+from fesd_robot.task.origins import KeyPath, Origins
 from fesd_robot.task.reference import Line, Reference
 from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot
 
@@ -38,6 +38,11 @@ class Task(Section):
         "another part of the robot.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
+    postures: dict[Name, Values] = Field(
+        default_factory=dict,
+        description="Name of a posture -> name of a configuration coordinate -> value, m or rad; start, goal and "
+        "waypoints use it with 'posture'.",
+    )
     initial: Initial = Field(default_factory=Initial, description="State at time 0, m, rad, m/s, rad/s.")
     goal: Goal = Field(
         default_factory=Goal,
@@ -78,6 +83,12 @@ class Task(Section):
                     f"{nearest(contact.surface, surfaces)}",
                 )
         return self
+
+    @property
+    def states(self) -> list[tuple[KeyPath, Initial | Goal | Waypoint]]:
+        """The start, the goal and every waypoint, each with its key path."""
+        waypoints = [(("waypoints", str(i)), waypoint) for i, waypoint in enumerate(self.waypoints)]
+        return [(("initial",), self.initial), (("goal",), self.goal), *waypoints]
 
     @property
     def source_path(self) -> Path | None:

@@ -1,0 +1,226 @@
+"""Configurations in which contacts touch, by inverse kinematics, and those that postures give."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import casadi as ca
+import numpy as np
+from pydantic import ValidationError
+
+from fesd_robot.contact import PlanarContact
+from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_values
+from fesd_robot.robot import Robot
+from fesd_robot.task import Task
+from fesd_robot.task.origins import KeyPath
+from fesd_robot.task.standing import Configured
+
+GAP_TOLERANCE = 1e-9
+"""m; a contact this close to what it touches stands on it."""
+
+_CONVERGED = 1e-12
+"""m; the search ends with gaps this small."""
+
+_DECIMALS = 10
+"""Of the coordinates found, m or rad, where these suffice."""
+
+_MAX_STEPS = 200
+
+_LEAST_DAMPING, _FIRST_DAMPING, _MOST_DAMPING = 1e-12, 1e-6, 1e10
+"""Of the Levenberg-Marquardt steps, in units of the largest square of a column of the Jacobian."""
+
+_DEFAULT_ADJUST = ("root_z", "root_pitch")
+"""What is adjusted by default: the first for one contact, both for several."""
+
+Section = TypeVar("Section", bound=Configured)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Contacts that touch at the start, at the goal or at a waypoint.
+
+    Attributes:
+        path: key path of the section that asks for it.
+        contacts: names of the contacts.
+        adjust: names of the configuration coordinates that are found so that these touch.
+    """
+
+    path: KeyPath
+    contacts: Sequence[str]
+    adjust: Sequence[str]
+
+
+def standings_of(task: Task, robot: Robot) -> list[Standing]:
+    """Return what every `stand_on` of a task asks for, with its default filled in.
+
+    Raises:
+        TaskError: coordinates to adjust that the robot does not have, or that are no length or angle.
+    """
+    standings = (_standing(task, robot, path, state) for path, state in task.states)
+    return [standing for standing in standings if standing is not None]
+
+
+def with_configurations(task: Task, robot: Robot, contacts: Sequence[PlanarContact], configuration: ca.SX) -> Task:
+    """Return the task with the configurations that its postures and `stand_on` give; these stay, and change no more.
+
+    What a goal or waypoint leaves out is, while its contacts are brought to touch, as at the start.
+
+    Args:
+        task: with names and values that suit the robot.
+        contacts: of the task.
+        configuration: q, SX symbols (n_q) of their expressions.
+
+    Raises:
+        TaskError: contacts that cannot touch, or a tolerance of a coordinate that the section gives no value.
+    """
+    search = _Search(task, robot, contacts, configuration)
+    initial = search.completed(("initial",), task.initial, initial_configuration(task, robot))
+    task = task.model_copy(update={"initial": initial})
+    start = initial_configuration(task, robot)
+    goal = search.completed(("goal",), task.goal, start)
+    waypoints = [search.completed(("waypoints", str(i)), each, start) for i, each in enumerate(task.waypoints)]
+    return task.model_copy(update={"goal": goal, "waypoints": waypoints})
+
+
+def touching_configuration(
+    robot: Robot,
+    contacts: Sequence[PlanarContact],
+    configuration: ca.SX,
+    adjust: Sequence[str],
+    start: np.ndarray,
+    limits: StateLimits,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the configuration (n_q) in which contacts touch, or are nearest to it, and their gaps, m, (n_c).
+
+    Levenberg-Marquardt steps on the gaps, projected onto the limits: of several such configurations the one that they
+    lead to, and the start itself where the contacts touch in it.
+
+    Args:
+        contacts: that should touch.
+        configuration: q, SX symbols (n_q) of their expressions.
+        adjust: names of the coordinates that may change, lengths or angles.
+        start: q where the search begins, (n_q).
+        limits: of the positions, which the coordinates keep to.
+    """
+    entries = [robot.configuration_names.index(name) for name in adjust]
+    rates = [robot.velocity_names.index(name) for name in adjust]
+    gaps = ca.vertcat(*[contact.gap for contact in contacts])
+    jacobian = ca.horzcat(*[contact.normal for contact in contacts])[rates, :].T
+    function = ca.Function("touching", [configuration], [gaps, jacobian])
+    lower, upper = limits.lower_position[entries], limits.upper_position[entries]
+
+    def at(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        q = start.copy()
+        q[entries] = values
+        gap, slope = function(q)
+        return q, np.asarray(gap).ravel(), np.asarray(slope.full())
+
+    values, damping = np.clip(start[entries], lower, upper), _FIRST_DAMPING
+    q, gap, slope = at(values)
+    if np.abs(gap).max() <= GAP_TOLERANCE:
+        return q, gap
+    for _ in range(_MAX_STEPS):
+        if np.abs(gap).max() <= _CONVERGED or damping > _MOST_DAMPING:
+            break
+        trial = np.clip(values + _step(gap, slope, (values, lower, upper), damping), lower, upper)
+        q_trial, gap_trial, slope_trial = at(trial)
+        if gap_trial @ gap_trial < gap @ gap:
+            values, q, gap, slope = trial, q_trial, gap_trial, slope_trial
+            damping = max(damping / 10, _LEAST_DAMPING)
+        else:
+            damping *= 10
+    rounded = at(np.clip(np.round(values, _DECIMALS) + 0.0, lower, upper))
+    return rounded[:2] if np.abs(rounded[1]).max() <= GAP_TOLERANCE else (q, gap)
+
+
+def _step(
+    gap: np.ndarray, slope: np.ndarray, bounded: tuple[np.ndarray, np.ndarray, np.ndarray], damping: float
+) -> np.ndarray:
+    """Return a damped Gauss-Newton step of those of the (values, lower, upper) that do not press against a limit."""
+    values, lower, upper = bounded
+    gradient = slope.T @ gap
+    free = ~(((values <= lower) & (gradient > 0)) | ((values >= upper) & (gradient < 0)))
+    step, columns = np.zeros(len(values)), slope[:, free]
+    scale = (columns**2).sum(axis=0).max(initial=0.0)
+    if scale > 0:
+        rows = np.vstack([columns, np.sqrt(damping * scale) * np.eye(columns.shape[1])])
+        step[free] = np.linalg.lstsq(rows, -np.concatenate([gap, np.zeros(columns.shape[1])]), rcond=None)[0]
+    return step
+
+
+class _Search:
+    """Completes the sections of one task."""
+
+    def __init__(self, task: Task, robot: Robot, contacts: Sequence[PlanarContact], configuration: ca.SX) -> None:
+        self.task, self.robot, self.configuration = task, robot, configuration
+        self.contacts = {contact.name: contact for contact in contacts}
+        self.limits = limits_of(task, robot)
+
+    def completed(self, path: KeyPath, section: Section, base: np.ndarray) -> Section:
+        """Return a section with its whole configuration; what it leaves out is as in `base` (n_q)."""
+        if section.complete:
+            return section
+        posture = {} if section.posture is None else self.task.postures[section.posture]
+        values = {**posture, **section.configuration}
+        standing = _standing(self.task, self.robot, path, section)
+        if standing is not None:
+            values |= self._found(standing, values, base)
+        try:
+            return section.completed(values)
+        except ValidationError as error:
+            problem = error.errors()[0]["ctx"]
+            raise self.task.error((*path, *problem["at"]), problem["sentence"]) from error
+
+    def _found(self, standing: Standing, values: Mapping[str, float], base: np.ndarray) -> dict[str, float]:
+        """Return the adjusted coordinates by name."""
+        start = with_values(self.robot, values, base)
+        contacts = [self.contacts[name] for name in standing.contacts]
+        q, gaps = touching_configuration(self.robot, contacts, self.configuration, standing.adjust, start, self.limits)
+        worst = int(np.argmax(np.abs(gaps)))
+        if not abs(gaps[worst]) <= GAP_TOLERANCE:
+            raise self.task.error((*standing.path, "stand_on"), self._impossible(standing, worst, q, gaps[worst]))
+        return {name: float(q[self.robot.configuration_names.index(name)]) for name in standing.adjust}
+
+    def _impossible(self, standing: Standing, worst: int, q: np.ndarray, gap: float) -> str:
+        stopped = []
+        for name in standing.adjust:
+            i = self.robot.configuration_names.index(name)
+            if q[i] in (self.limits.lower_position[i], self.limits.upper_position[i]):
+                stopped.append(f"{name} is at its limit {q[i]:.6g}")
+        where = "away from what it should touch" if gap > 0 else "inside what it should touch"
+        fewer = ", or fewer contacts" if len(standing.contacts) > 1 else ""
+        return (
+            f"found contact '{standing.contacts[worst]}' {abs(gap):.4g} m {where}, however {_and(standing.adjust)} "
+            f"{'are' if len(standing.adjust) > 1 else 'is'} adjusted{f' ({_and(stopped)})' if stopped else ''}; "
+            f"expected {_and(standing.contacts)} within reach{' at once' if fewer else ''}: other coordinates in "
+            f"stand_on.adjust or in the configuration{fewer}"
+        )
+
+
+def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> Standing | None:
+    """Return what the `stand_on` of a section asks for."""
+    wanted = section.standing
+    if wanted is None:
+        return None
+    default = _DEFAULT_ADJUST[: len(wanted.contacts)]
+    adjust = wanted.adjust or [name for name in default if name in robot.velocity_names]
+    if not adjust:
+        raise task.error(
+            (*path, "stand_on"),
+            "found no coordinates to adjust for a robot without root_z, expected stand_on.contacts and stand_on.adjust "
+            f"with some of {', '.join(robot.configuration_names)}",
+        )
+    for i, name in enumerate(adjust):
+        if name not in robot.velocity_names:
+            raise task.error(
+                (*path, "stand_on", "adjust", str(i)),
+                f"found '{name}', which changes together with others, expected a length or an angle that one joint "
+                "changes alone",
+            )
+    return Standing(path, wanted.contacts, adjust)
+
+
+def _and(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

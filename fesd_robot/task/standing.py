@@ -1,0 +1,85 @@
+"""Where the configuration of a start, goal or waypoint comes from: own values, a posture, contacts that touch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from fesd_robot.task.fields import Name, NameKind, Section, Values, expected
+
+
+def _read_distinct(names: list[str]) -> list[str]:
+    if len(set(names)) < len(names):
+        raise expected("every name once")
+    return names
+
+
+Names = Annotated[list[Name], Field(min_length=1), AfterValidator(_read_distinct)]
+"""At least one name, none twice."""
+
+
+class StandOn(Section):
+    """Contacts that touch, and the coordinates that are adjusted so that they do."""
+
+    contacts: Names = Field(description="Names of the contacts that touch.")
+    adjust: Names | None = Field(
+        default=None,
+        description="Names of the configuration coordinates that are found so that the contacts touch; default: "
+        "root_z, and root_pitch too for more than one contact.",
+    )
+
+
+def _form(value: Any) -> str:
+    return "mapping" if isinstance(value, dict | StandOn) else "list"
+
+
+AnyConfigured = TypeVar("AnyConfigured", bound="Configured")
+
+
+class Configured(Section):
+    """A section with a configuration, of which a posture and contacts that touch may give a part."""
+
+    posture: Name | None = Field(
+        default=None,
+        description="Name of one of the postures; values in 'configuration' come before the posture's. Default: none.",
+    )
+    configuration: Values = Field(default_factory=dict, description="Name of a configuration coordinate -> its value.")
+    stand_on: (
+        Annotated[Annotated[Names, Tag("list")] | Annotated[StandOn, Tag("mapping")], Discriminator(_form)] | None
+    ) = Field(
+        default=None,
+        description="Contacts that touch: their names, or 'contacts' with the coordinates to 'adjust', which are found "
+        "and become part of the configuration; values given for these are where the search starts. Default: none.",
+    )
+
+    @property
+    def complete(self) -> bool:
+        """Whether `configuration` alone says everything."""
+        return self.posture is None and self.stand_on is None
+
+    @property
+    def standing(self) -> StandOn | None:
+        """The contacts that touch, whichever way they are written."""
+        return StandOn(contacts=self.stand_on) if isinstance(self.stand_on, list) else self.stand_on
+
+    def standing_names(self) -> Iterator[tuple[tuple[str, ...], NameKind, str]]:
+        """Yield (key path below this section, kind, name) of every name in `stand_on`."""
+        if (standing := self.standing) is None:
+            return
+        at: tuple[str, ...] = ("stand_on",) if isinstance(self.stand_on, list) else ("stand_on", "contacts")
+        for i, name in enumerate(standing.contacts):
+            yield (*at, str(i)), "contact", name
+        for i, name in enumerate(standing.adjust or ()):
+            yield ("stand_on", "adjust", str(i)), "configuration coordinate", name
+
+    def completed(self: AnyConfigured, configuration: Mapping[str, float]) -> AnyConfigured:
+        """Return this section with its whole configuration, name -> m or rad.
+
+        Raises:
+            ValidationError: the configuration contradicts another key of the section.
+        """
+        alone = self.model_copy(update={"posture": None, "stand_on": None, "configuration": dict(configuration)})
+        type(self).model_validate(alone.model_dump())
+        return self.model_copy(update={"configuration": dict(configuration)})
