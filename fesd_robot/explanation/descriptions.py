@@ -55,8 +55,8 @@ def described_standing(motion: MotionProblem) -> list[str]:
         found = states[standing.path].configuration
         values = ", ".join(f"{name} {found[name]:.6g} {units[name]}" for name in standing.adjust)
         key, *number = standing.path
-        where = {"initial": "start", "goal": "goal"}.get(key) or f"waypoint {int(number[0]) + 1}"
-        lines.append(f"At the {where} standing on {', '.join(standing.contacts)}: {values}.")
+        where = {"initial": "the start", "goal": "the goal"}.get(key) or f"waypoint {int(number[0]) + 1}"
+        lines.append(f"At {where} standing on {', '.join(standing.contacts)}: {values}.")
     return lines
 
 
