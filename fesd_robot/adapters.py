@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from fesd_robot.contact import Scene
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.fesd import Element
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify
-from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp import MotionProblem, with_promises
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
@@ -106,6 +107,13 @@ def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: Num
     )
 
 
+def with_promised_goal(motion: MotionProblem) -> MotionProblem:
+    """Return a problem that was solved for a soft goal, with a task that promises it, to hold the motion against."""
+    task = motion.task
+    task = task.model_copy(update={"goal": task.goal.model_copy(update={"soft": False})})
+    return replace(motion, task=with_promises(task, motion.robot, motion.limits))
+
+
 def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
     """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
@@ -127,6 +135,7 @@ def assembled_plan(
     *,
     status: Status,
     audit: Audit,
+    outcome: Outcome,
     statistics: Statistics,
 ) -> Plan:
     """Return the plan: every array by the names of the task and the robot.
@@ -134,9 +143,9 @@ def assembled_plan(
     Args:
         motion: the formulated task.
         physical: the motion in physical time.
-        physics: for the gaps along it, and the outcome.
+        physics: for the gaps along it.
         controls: of every interval, with the speed of time in the last row, shape (n_u + 1, N).
-        status, audit, statistics: what is known about the solution.
+        status, audit, outcome, statistics: what is known about the solution.
     """
     task, robot, drive = motion.task, motion.robot, motion.actuation
     contacts, duration = list(task.contacts), motion.grid.duration(physical.clock)
@@ -157,7 +166,7 @@ def assembled_plan(
         statistics=statistics,
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
-        outcome=motion_outcome(motion, physical, physics),
+        outcome=outcome,
     )
     try:
         return with_full_model(plan, motion, physics)

@@ -10,8 +10,10 @@ from fesd_robot.adapters import (
     certificate_of,
     homotopy_options,
     motion_audit,
+    motion_outcome,
     numeric_physics,
     physical_motion,
+    with_promised_goal,
 )
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -22,7 +24,7 @@ from fesd_robot.plans.statistics import statistics_of
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
-from fesd_robot.strategies.fallbacks import FALLBACKS, Overrides, with_overrides
+from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
 from fesd_robot.task import Task
 
@@ -43,7 +45,7 @@ def plan(
     Args:
         task: from `load_task`; `task.solver.starts` is the number of initial guesses, each solved in a process of its
             own if there are several, and `task.solver.retries` the number of fallback settings
-            (`strategies.fallbacks.FALLBACKS`).
+            (`strategies.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
             (0, NaN); True ends the solve, and the best iterate is returned as not solved.
@@ -51,7 +53,8 @@ def plan(
         started: called with the seed and the plan of every one of several starts when it is there.
 
     Returns:
-        The cheapest solved plan of the starts, else the first that is solved, else the first of all;
+        The cheapest solved plan of the starts, else the first that is solved, else one that only misses the goal, else
+        the first of all;
         `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was tried.
 
     Raises:
@@ -63,7 +66,8 @@ def plan(
         if attempts and retrying:
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
-        result = attempt(with_overrides(task, {**overrides, **_time_left(deadline)}), progress=progress, stop=stop)
+        changed = with_overrides(task, {**overrides, **_time_left(deadline)})
+        result = attempt(changed, promised=not task.goal.soft, progress=progress, stop=stop)
         attempts.append(AttemptedPlan(overrides, result, deadline.spent - begin))
         if attempts[-1].final:
             break
@@ -73,12 +77,16 @@ def plan(
 def attempt(
     task: Task,
     *,
+    promised: bool = False,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
 ) -> Plan:
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
-    Args and raises are those of `plan`.
+    Args:
+        promised: whether the motion is held against the task's goal as if that were not soft.
+
+    The other args and raises are those of `plan`.
     """
     deadline = Deadline(task.solver.time_limit)
     motion = formulate(task)
@@ -88,16 +96,20 @@ def attempt(
     polisher = BranchTranscription(transcription)
     solution = solve(problem, homotopy_options(task), polisher=polisher, progress=progress, stop=stop)
 
+    motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     branch = solution.branch or polisher.branch(solution.w)
     physical, physics = physical_motion(motion, transcription.unpack(solution.w), branch), numeric_physics(motion)
     audit = motion_audit(motion, physical, physics)
     certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
 
     full_intervals = [] if solution.solved else polisher.out_of_elements(solution.w)
-    status = status_of(solution, audit, task.solver.tolerance, certificate, full_intervals)
+    outcome = motion_outcome(motion, physical, physics)
+    status = status_of(solution, audit, outcome, task.solver.tolerance, certificate, full_intervals)
     statistics = statistics_of(problem, solution, transcription.cost_terms(solution.w), build_seconds)
     controls = transcription.controls(solution.w)
-    return assembled_plan(motion, physical, physics, controls, status=status, audit=audit, statistics=statistics)
+    return assembled_plan(
+        motion, physical, physics, controls, status=status, audit=audit, outcome=outcome, statistics=statistics
+    )
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:
@@ -105,7 +117,8 @@ def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop 
     own: list[Overrides] = [] if attempts else [{}]
     if any(attempt.solved for attempt in attempts) or (attempts and stop_requested(stop)):
         return own
-    return own + [fallback(task) for fallback in FALLBACKS[: task.solver.retries]]
+    fallbacks = [fallback(task) for fallback in FALLBACKS[: task.solver.retries]]
+    return own + fallbacks + ([SOFT_GOAL] if fallbacks and promises_goal(task) else [])
 
 
 def _time_left(deadline: Deadline) -> Overrides:

@@ -25,6 +25,15 @@ logger = logging.getLogger(__name__)
 _FINAL_STATUSES = (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT, NlpStatus.ITERATION_LIMIT)
 """Ends of an NLP after which another trial is pointless."""
 
+LOST_VIOLATION = 1e-3
+"""Constraint violation above which a loose NLP that did not converge is lost."""
+
+SHORTEST_STEP = 0.125
+"""Shortest step of the loose homotopy to the next sigma, as a power of the schedule's factor."""
+
+MOST_LOST = 12
+"""NLPs that may be lost; after them steps are no longer shortened."""
+
 COST_LOSS = 0.2
 """Part of the cost that an exact point may lose against the relaxed one; a branch that costs more was misread."""
 
@@ -136,17 +145,56 @@ class _Homotopy:
     def _run(self) -> bool:
         """Follow the homotopy; return whether it came to its last sigma, or no slack was left."""
         sigmas = self._steps.start()
-        loose = self._branch_nlp is not None and not self._elastic
+        if self._branch_nlp and not self._elastic and not self._steps.is_last(sigmas):
+            end = self._search(sigmas)
+            if end is None:
+                return False
+            self._polish(self._branch_nlp, end[0])
+            if self._polished.exact or self._status.ended_early:
+                return False
+            sigmas = end
+        return self._converge(sigmas)
+
+    def _search(self, sigmas: Sigmas) -> Sigmas | None:
+        """Follow the loose homotopy to where it is polished; return its last sigmas, None if it failed before.
+
+        An NLP that is lost is left out: the step from the one before is halved.
+        """
+        reached, step, lost = None, 1.0, 0
         while True:
-            loose = loose and not self._steps.is_last(sigmas)
-            result = self._nlp_at(sigmas, loose)
-            if result is None or not (result.converged or (loose and result.status is NlpStatus.ITERATION_LIMIT)):
+            result = self._nlp_at(sigmas, loose=True)
+            if result is None:
+                return None
+            if reached and self._is_lost(result) and step > SHORTEST_STEP and lost < MOST_LOST:
+                step, lost = 0.5 * step, lost + 1
+            elif not (result.converged or result.status is NlpStatus.ITERATION_LIMIT):
+                return None
+            else:
+                self._point, reached = result.point, (sigmas, result.iterations)
+                if 2 * result.iterations <= self._options.loose_iterations:
+                    step = min(1.0, 2.0 * step)
+                if sigmas[0] <= self._options.polish_at:
+                    return sigmas
+            following = self._steps.after(*reached, step) if reached else sigmas
+            if self._steps.is_last(following):
+                return sigmas
+            sigmas = following
+
+    def _converge(self, sigmas: Sigmas) -> bool:
+        """Follow the homotopy with NLPs that converge; a polisher is asked again at every sigma of the position level.
+
+        Returns whether it came to its last sigma, or no slack was left.
+        """
+        polished_at = None
+        while True:
+            result = self._nlp_at(sigmas, loose=False)
+            if result is None or not result.converged:
                 return False
             self._point = result.point
             without_slack = self._elastic and self._slacks_are_zero()
             completed = self._steps.is_last(sigmas) or without_slack
-            if self._branch_nlp and (completed or (loose and sigmas[0] <= self._options.polish_at)):
-                loose = False
+            if self._branch_nlp and (completed or not self._elastic) and (completed or sigmas[0] != polished_at):
+                polished_at = sigmas[0]
                 self._polish(self._branch_nlp, sigmas[0])
                 if self._polished.exact or self._status.ended_early:
                     return completed
@@ -156,6 +204,10 @@ class _Homotopy:
             if completed:
                 return True
             sigmas = self._steps.after(sigmas, result.iterations)
+
+    def _is_lost(self, result: NlpResult) -> bool:
+        """Whether an NLP has ended far from its constraints, so that nothing after it can start there."""
+        return not result.converged and self._reports[-1].residuals.constraint_violation > LOST_VIOLATION
 
     def _slacks_are_zero(self) -> bool:
         """Whether the slacks of the last NLP are zero and its products small."""

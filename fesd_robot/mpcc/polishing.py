@@ -25,6 +25,9 @@ BRANCH_UPDATES = 4
 EXACT_PRODUCT = 1e-12
 """Largest product of a pair at an exact point."""
 
+NEARLY_FEASIBLE = 1e-4
+"""Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
+
 POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-10
 """Of IPOPT, for its scaled optimality and for the constraints."""
 
@@ -80,6 +83,12 @@ class PolishingReport:
     w: np.ndarray
     branch: Branch
     exact: bool
+
+    @property
+    def nearly_feasible(self) -> bool:
+        """Whether only iterations were missing: the branch fits, for its constraints nearly hold."""
+        limit = self.status is NlpStatus.ITERATION_LIMIT
+        return limit and self.residuals.constraint_violation <= NEARLY_FEASIBLE
 
 
 @dataclass(frozen=True)
@@ -143,10 +152,12 @@ class BranchNlp:
                 if end.exact or end.status is NlpStatus.INTERRUPTED:
                     return end if end.exact else None
                 point = end.w
-                updated = self.polisher.updated_branch(branch, point)
-                if updated is None or not np.isfinite(point).all():
+                if not np.isfinite(point).all():
                     break
-                branch = updated
+                updated = self.polisher.updated_branch(branch, point)
+                if updated is None and not end.nearly_feasible:
+                    break
+                branch = updated or branch
         return None
 
     def _solve_on(

@@ -70,9 +70,15 @@ class Schedule:
         """Whether no smaller sigmas follow."""
         return max(sigmas) <= self.last
 
-    def after(self, sigmas: Sigmas, iterations: int) -> Sigmas:
-        """Return the sigmas of the next NLP; `iterations` are those of the one before."""
-        factor = self._factor(sigmas[1], iterations)
+    def after(self, sigmas: Sigmas, iterations: int, power: float = 1.0) -> Sigmas:
+        """Return the sigmas of the next NLP.
+
+        Args:
+            sigmas: of the one before.
+            iterations: of the one before.
+            power: of the rule's factor; below 1 for a shorter step.
+        """
+        factor = self._factor(sigmas[1], iterations) ** power
         smaller = [value * factor for value in sigmas]
         first, second = (self.last if value < 1.0001 * self.last else value for value in smaller)
         return first, second

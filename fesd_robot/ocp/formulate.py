@@ -27,6 +27,7 @@ from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import optimal_control_problem
+from fesd_robot.ocp.promises import with_promises
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_types import reference_of
 from fesd_robot.ocp.scene import friction_of, scene_of
@@ -87,7 +88,9 @@ def formulate(task: Task) -> MotionProblem:
     contacts = _contacts(task, robot, dynamics.configuration, scene)
     check_contacts_move(task, contacts, dynamics.configuration)
     task = with_configurations(task, robot, contacts, dynamics.configuration)
-    endpoints, limits = endpoints_of(task, robot), limits_of(task, robot)
+    limits = limits_of(task, robot)
+    task = with_promises(task, robot, limits)
+    endpoints = endpoints_of(task, robot)
     _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
         contacts = _closed_at_start(contacts, dynamics, endpoints)

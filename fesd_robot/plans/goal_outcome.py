@@ -72,9 +72,8 @@ def _coordinates(
     for i, (name, unit) in enumerate(configuration_units(robot).items()):
         if name in asked.configuration or name in widths:
             yield _entry(name, "position", unit, (q[i], motion.configuration[-1, i]), widths.get(name))
-    at_rest = not asked.velocity and all(point.velocity is None for _, point in _targets(task))
     for i, (name, unit) in enumerate(velocity_units(robot).items()):
-        if at_rest or name in asked.velocity or name in velocity_widths:
+        if asked.rests or name in asked.velocity or name in velocity_widths:
             ends = v[i], motion.velocity[-1, i]
             yield _entry(f"{name} velocity", "velocity", unit, ends, velocity_widths.get(name))
 

@@ -6,12 +6,17 @@ from collections.abc import Sequence
 
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.audit_record import ENTRIES, Audit
+from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Status
+
+_NAMED_MISSES = 3
+"""How many missed goals a message names."""
 
 
 def status_of(
     solution: MpccSolution,
     audit: Audit,
+    outcome: Outcome,
     tolerance: float,
     certificate: Certificate | None = None,
     out_of_elements: Sequence[int] = (),
@@ -24,6 +29,7 @@ def status_of(
     Args:
         solution: of the solver.
         audit: of the returned trajectory.
+        outcome: of the returned trajectory, for the message.
         tolerance: complementarity asked for.
         certificate: what kind of point it is, if that was computed.
         out_of_elements: intervals without an element to spare, for the message.
@@ -32,6 +38,11 @@ def status_of(
     audit_passed = not audit.violations
     if solution.solved and audit_passed:
         message = f"Solved to complementarity {residuals.complementarity:.1e}; the physics audit passed."
+    elif solution.solved and audit.violations == ["max_goal_violation"] and (missed := _missed(outcome)):
+        message = (
+            f"Not solved: the goal is missed, {missed}; try more time or higher limits, a larger goal.tolerance, or "
+            "goal.soft: true if it is only a wish."
+        )
     elif solution.solved:
         worst = ", ".join(_measured(audit, name) for name in audit.violations)
         message = (
@@ -68,6 +79,17 @@ def status_of(
 def _measured(audit: Audit, name: str) -> str:
     """Return an entry of the audit with its value and unit."""
     return f"{name} = {getattr(audit, name):.2e} {ENTRIES[name].unit}".rstrip()
+
+
+def _missed(outcome: Outcome) -> str:
+    """Return what ends how far from its goal, farthest in units of the tolerance first, three at most."""
+    missed = [entry for entry in outcome.goal if entry.met is False]
+    missed.sort(key=lambda entry: -entry.missed_by / max(entry.tolerance or 0.0, 1e-9))
+    parts = [
+        f"{one.name} ends at {one.end:.4g} {one.unit}, {one.missed_by:.3g} from {one.goal:.4g} ({one.tolerance:g} allowed)"
+        for one in missed[:_NAMED_MISSES]
+    ]
+    return ", ".join([*parts, *([f"and {len(missed) - _NAMED_MISSES} more"] if len(missed) > _NAMED_MISSES else [])])
 
 
 def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:

@@ -32,6 +32,12 @@ class AttemptedPlan(NamedTuple):
         return self.plan.status.solved
 
     @property
+    def only_misses_goal(self) -> bool:
+        """Whether its plan is a motion that can be relied on but for the goal, which it does not reach."""
+        plan = self.plan
+        return plan.status.nlp == NlpStatus.CONVERGED and plan.audit.violations == ["max_goal_violation"]
+
+    @property
     def final(self) -> bool:
         """Whether no other attempt should follow: it is solved, or the user or the time limit ended it."""
         return self.solved or self.plan.status.nlp in (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT)
@@ -43,9 +49,11 @@ def stop_requested(stop: Stop | None) -> bool:
 
 
 def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
-    """Return the cheapest solved attempt, or the first of all if none is solved."""
+    """Return the cheapest solved attempt; if none is solved one that only misses the goal, else the first of all."""
     solved = [attempt for attempt in attempts if attempt.solved]
-    return min(solved, key=lambda attempt: attempt.plan.statistics.objective) if solved else attempts[0]
+    if solved:
+        return min(solved, key=lambda attempt: attempt.plan.statistics.objective)
+    return next((attempt for attempt in attempts if attempt.only_misses_goal), attempts[0])
 
 
 def best_plan(attempts: Sequence[AttemptedPlan]) -> Plan:

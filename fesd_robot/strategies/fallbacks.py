@@ -33,6 +33,15 @@ costs and tolerances stay as they are. Which local optimum a homotopy through a 
 such settings, so that a small change often leads to another one.
 """
 
+SOFT_GOAL: Overrides = {"goal.soft": True}
+"""How to come as near to a goal that was not reached as its weights in the cost ask for."""
+
+
+def promises_goal(task: Task) -> bool:
+    """Return whether a task has a goal that can be missed."""
+    goal = task.goal
+    return not goal.soft and goal.periodic is None and bool(goal.configuration or goal.velocity or goal.points)
+
 
 def with_overrides(task: Task, overrides: Overrides) -> Task:
     """Return the task with some keys of its sections changed.

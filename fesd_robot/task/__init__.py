@@ -21,7 +21,7 @@ from fesd_robot.task.contacts import CircleCircleContact, CircleContact, Contact
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import FreeDuration, Horizon, Initial
 from fesd_robot.task.expression import evaluate_expression, expression_names
-from fesd_robot.task.goal import Goal, Periodic, PointTarget, Tolerance, Waypoint
+from fesd_robot.task.goal import DEFAULT_TOLERANCE, Goal, Periodic, PointTarget, Tolerance, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, HeightMap, Plane, Step, Steps, Wall
 from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
 from fesd_robot.task.limits import Limits, SpeedOfTime
@@ -34,6 +34,7 @@ from fesd_robot.task.schema import Task
 from fesd_robot.task.standing import StandOn
 
 __all__ = [
+    "DEFAULT_TOLERANCE",
     "GROUND",
     "Actuator",
     "AvoidBox",

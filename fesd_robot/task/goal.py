@@ -8,18 +8,22 @@ from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, co
 from fesd_robot.task.standing import Configured
 
 
+DEFAULT_TOLERANCE = 0.01
+"""Of everything that a goal promises, m or rad, m/s or rad/s."""
+
+
 class Tolerance(Section):
-    """How closely the coordinates of a goal must be met."""
+    """How closely coordinates must be met."""
 
     configuration: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> largest distance from its goal, m or rad, a hard "
-        "constraint; names not listed only have a weight in the cost.",
+        "constraint.",
     )
     velocity: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a velocity coordinate -> largest distance from its goal, m/s or rad/s, a hard "
-        "constraint; names not listed only have a weight in the cost.",
+        "constraint.",
     )
 
 
@@ -34,13 +38,13 @@ class PointTarget(Section):
     )
     tolerance: NonNegative | None = Field(
         default=None,
-        description="Largest distance from the position along every given axis, m, a hard constraint; default: none, "
-        "only the weight.",
+        description="Largest distance from the position along every given axis, m, a hard constraint; default: 0.01 "
+        "in a goal that is not soft, else none, only the weight.",
     )
     velocity_tolerance: NonNegative | None = Field(
         default=None,
-        description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: "
-        "none, only the weight.",
+        description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: 0.01 "
+        "in a goal that is not soft, else none, only the weight.",
     )
     weight: NonNegative = Field(default=100.0, description="Weight of the squared distance from the position, per m2.")
     velocity_weight: NonNegative = Field(
@@ -84,8 +88,15 @@ class Goal(Configured):
         default_factory=dict,
         description="Name of a velocity coordinate -> wanted final value, m/s or rad/s; names not listed: 0.",
     )
+    soft: bool = Field(
+        default=False,
+        description="Whether the goal is only wished for: it has weights in the cost and no tolerance but those given. "
+        "Default: it is a promise; a motion that misses it is not solved.",
+    )
     tolerance: Tolerance = Field(
-        default_factory=Tolerance, description="Which goals are hard constraints, and how closely; default: none is."
+        default_factory=Tolerance,
+        description="How closely the goal must be met, a hard constraint; default: 0.01 m, rad, m/s or rad/s for every "
+        "coordinate that the goal lists, and for all velocities, which are zero at rest, if it lists none.",
     )
     frames: dict[Name, PointTarget] = Field(
         default_factory=dict, description="Name of a frame -> where its origin should be at the end."
@@ -105,6 +116,8 @@ class Goal(Configured):
                     raise conflict((key,), f"found a goal {key} beside 'periodic', expected one of the two")
             if self.tolerance.configuration or self.tolerance.velocity:
                 raise conflict(("tolerance",), "found tolerances beside 'periodic', which always holds exactly")
+            if self.soft:
+                raise conflict(("soft",), "found true beside 'periodic', which always holds exactly, expected one of them")
         for name in self.tolerance.configuration if self.has_points and self.periodic is None else ():
             if name not in self.configuration and self.complete:
                 raise conflict(
@@ -118,6 +131,17 @@ class Goal(Configured):
     def has_points(self) -> bool:
         """Whether a frame or the centre of mass has a goal."""
         return bool(self.frames) or self.center_of_mass is not None
+
+    @property
+    def points(self) -> list[PointTarget]:
+        """The targets of frames and of the centre of mass."""
+        return [*self.frames.values(), *([self.center_of_mass] if self.center_of_mass else [])]
+
+    @property
+    def rests(self) -> bool:
+        """Whether the motion should end at rest: the goal lists positions and no velocity."""
+        listed = self.configuration or any(point.position is not None for point in self.points)
+        return bool(listed) and not self.velocity and all(point.velocity is None for point in self.points)
 
 
 class Waypoint(Configured):

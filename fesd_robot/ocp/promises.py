@@ -1,0 +1,59 @@
+"""The promises of a goal: how closely everything that it lists is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from fesd_robot.ocp.vectors import StateLimits
+from fesd_robot.robot import Robot
+from fesd_robot.task import DEFAULT_TOLERANCE, PointTarget, Task, Tolerance
+
+
+def with_promises(task: Task, robot: Robot, limits: StateLimits) -> Task:
+    """Return the task with a tolerance for everything that its goal promises; such a task does not change any more.
+
+    A goal promises what it lists, and rest where it lists positions but no velocity; a soft goal or one that repeats
+    promises nothing more than its own tolerances.
+
+    Args:
+        task: with the whole configuration of its goal.
+        limits: of the robot in this task.
+
+    Raises:
+        TaskError: rest is promised where a velocity limit forbids it.
+    """
+    goal = task.goal
+    if goal.soft or goal.periodic is not None:
+        return task
+    at_rest = goal.rests
+    if at_rest:
+        _check_rest(task, robot, limits)
+    points = {name: _promised(point) for name, point in goal.frames.items()}
+    tolerance = Tolerance(
+        configuration=_widths(goal.configuration, goal.tolerance.configuration),
+        velocity=_widths(robot.velocity_names if at_rest else goal.velocity, goal.tolerance.velocity),
+    )
+    center = goal.center_of_mass and _promised(goal.center_of_mass)
+    promised = goal.model_copy(update={"tolerance": tolerance, "frames": points, "center_of_mass": center})
+    return task.model_copy(update={"goal": promised})
+
+
+def _widths(names: Iterable[str], given: Mapping[str, float]) -> dict[str, float]:
+    return {**dict.fromkeys(names, DEFAULT_TOLERANCE), **given}
+
+
+def _promised(point: PointTarget) -> PointTarget:
+    """Return the target with a tolerance for its position and its velocity, where it has them."""
+    wanted = {"tolerance": point.position, "velocity_tolerance": point.velocity}
+    missing = [key for key, value in wanted.items() if value is not None and getattr(point, key) is None]
+    return point.model_copy(update=dict.fromkeys(missing, DEFAULT_TOLERANCE))
+
+
+def _check_rest(task: Task, robot: Robot, limits: StateLimits) -> None:
+    for name, lower, upper in zip(robot.velocity_names, limits.lower_velocity, limits.upper_velocity, strict=True):
+        if not lower <= 0 <= upper:
+            raise task.error(
+                "goal",
+                f"found no velocity, which means rest, but '{name}' is limited to [{lower:g}, {upper:g}], expected "
+                f"goal.velocity.{name} within its limits, or goal.soft: true",
+            )
