@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from fesd_robot.errors import nearest
 from fesd_robot.task.fields import Name, NonNegative, Positive, Section, conflict, expected, is_number, kind_of
 from fesd_robot.task.ground import GROUND
 
@@ -20,12 +21,14 @@ _SURFACE = f"What it touches: {GROUND}, or the name of a wall in ground.walls."
 
 
 def _read_slipping(value: Any) -> Any:
-    if value in ("allowed", "forbidden"):
+    words = ("allowed", "forbidden")
+    if value in words:
         return value
     if is_number(value) and value == 0:
         raise expected("'forbidden' for a contact that may not slip at all")
     if not is_number(value) or not 0 < value < math.inf:
-        raise expected("'allowed', 'forbidden' or a number greater than 0 (m)")
+        hint = nearest(value, words) if isinstance(value, str) else ""
+        raise expected(f"'allowed', 'forbidden' or a number greater than 0 (m){hint if 'mean' in hint else ''}")
     return float(value)
 
 

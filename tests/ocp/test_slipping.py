@@ -125,6 +125,10 @@ def test_a_hopper_may_slip_a_little() -> None:
         ("0", "found 0, expected 'forbidden' for a contact that may not slip at all"),
         ("-0.1", "found -0.1, expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
         ("far", "found the text 'far', expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
+        (
+            "forbiden",
+            "found the text 'forbiden', expected 'allowed', 'forbidden' or a number greater than 0 (m) (did you ",
+        ),
         (".inf", "found inf, expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
     ],
 )
