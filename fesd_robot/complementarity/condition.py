@@ -25,8 +25,9 @@ class Complementarity:
     `complement` C >= 0 it reads max(G, 0) H C = 0: a third factor may vanish instead.
 
     In a dynamic complementarity system G, H and C are scalars in the state x and the algebraic variables z: G is
-    continuous in time, H is not. Finite elements with switch detection rest on this difference. In the block of an
-    MPCC G and H are scalars in the block's variables, and a complement is a factor of G.
+    continuous in time, H is not. Finite elements with switch detection rest on this difference; only a condition for
+    the stages alone may have another G. In the block of an MPCC G and H are scalars in the block's variables, and a
+    complement is a factor of G.
 
     Args:
         label: what the condition is.
@@ -38,6 +39,8 @@ class Complementarity:
         invariant: G is one of the states, and where it is zero and H is not, the other conditions keep it there: its
             rate vanishes. A smooth problem asks for it once, where H begins to be positive (index reduction).
         left_boundary_only: within a finite element hold the condition for G at the left boundary only.
+        stages_only: within a finite element hold the condition for G at the stages only, where G is a function of the
+            algebraic variables, too.
 
     Raises:
         DimensionError: a factor that is not a scalar.
@@ -55,6 +58,7 @@ class Complementarity:
     level: Level = "position"
     invariant: bool = False
     left_boundary_only: bool = False
+    stages_only: bool = False
 
     def __post_init__(self) -> None:
         for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement)):

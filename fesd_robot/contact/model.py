@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -41,7 +42,8 @@ class PlanarContact:
         gap: f_c(q), m, SX scalar.
         normal, tangent: J_n and J_t in velocity space, SX (n_v): df_c/dt = J_n v; J_t v is the tangential velocity.
         friction: coefficient mu of Coulomb's law.
-        slipping: whether it may slip while the clock runs.
+        slip_distance: length of the path, m, that it may slip while the clock runs: 0 if it may not, infinite without a
+            limit.
     """
 
     name: str
@@ -49,7 +51,12 @@ class PlanarContact:
     normal: ca.SX
     tangent: ca.SX
     friction: float
-    slipping: bool = True
+    slip_distance: float = math.inf
+
+    @property
+    def limits_slip(self) -> bool:
+        """Whether it may slip, but not without end."""
+        return 0 < self.slip_distance < math.inf
 
 
 @dataclass(frozen=True)
@@ -79,7 +86,8 @@ class ContactOptions:
 class ContactSystem:
     """A time-freezing system and the expressions that lead back to physics.
 
-    The state is y = (q, v, t, p_1..p_nc), the control (u, s) with the speed of time s last.
+    The state is y = (q, v, t, p_1..p_nc, d_1..d_nd), the control (u, s) with the speed of time s last. There is a slip
+    distance d for every contact that limits it, in the order of the contacts.
 
     Attributes:
         system: the complementarity system.
@@ -99,3 +107,8 @@ class ContactSystem:
     theta_error: ca.SX
     integrated_gap: bool
     gap_lower: float
+
+    @property
+    def gap_states(self) -> int:
+        """Number of integrated gaps in the state."""
+        return len(self.theta_auxiliary) if self.integrated_gap else 0

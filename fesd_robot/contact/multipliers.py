@@ -15,6 +15,7 @@ from fesd_robot.contact.freezing import (
     stabilised_normal_velocities,
 )
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.slip_distance import limit_slip_distances
 from fesd_robot.contact.velocities import FORCE_AT_A_DISTANCE, velocity_conditions
 from fesd_robot.dcs import ComplementaritySystem
 
@@ -103,7 +104,7 @@ def multiplier_contact_system(
         algebraic_names=[*names, *(name for name, _, _ in lifted)],
         complementarities=conditions,
     )
-    return ContactSystem(
+    contact_system = ContactSystem(
         system=system,
         theta_ode=theta_ode,
         theta_auxiliary=multipliers,
@@ -112,3 +113,4 @@ def multiplier_contact_system(
         integrated_gap=True,
         gap_lower=0.0,
     )
+    return limit_slip_distances(contact_system, dynamics, contacts)

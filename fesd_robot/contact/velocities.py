@@ -65,7 +65,7 @@ def velocity_conditions(
             condition(FRICTION_ALONG_SLIDING, -tangential_velocity, plus, direction=BACKWARDS),
             condition(FRICTION_ALONG_SLIDING, tangential_velocity, minus, direction=FORWARDS),
         ]
-        if not contact.slipping:
+        if contact.slip_distance == 0:
             conditions += [
                 condition(SLIPPING, -tangential_velocity, beta, complement=complement, direction=BACKWARDS),
                 condition(SLIPPING, tangential_velocity, beta, complement=complement, direction=FORWARDS),

@@ -29,6 +29,7 @@ class ComplementaritySystem:
         complementarities: the conditions; G and H of those that are no vanishing constraints are functions of z.
         algebraic_lower, algebraic_upper: bounds of z.
         regularisation: cost added at every stage, not multiplied by a step; picks one z where several are valid.
+        regularisation_name: name of that term of the cost.
         guess: (x, u, p) -> z, numbers consistent with the state.
         equations: e, SX: further algebraic equations of the model, none if omitted.
         quadratures: name -> integrand in x, u, z, p that a simulation accumulates.
@@ -55,6 +56,7 @@ class ComplementaritySystem:
     control_names: Sequence[str]
     algebraic_names: Sequence[str]
     complementarities: Sequence[Complementarity] = ()
+    regularisation_name: str = "regularisation of the step functions"
     equations: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     quadratures: Mapping[str, ca.SX] = field(default_factory=dict)
     lifted: Mapping[str, ca.SX] = field(default_factory=dict)

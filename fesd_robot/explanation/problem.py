@@ -191,12 +191,20 @@ def _contacts(motion: MotionProblem) -> list[str]:
         what, where = _touching(contact)
         lines.append(
             f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic"
-            f"{'' if motion.contacts[i].slipping else ', may not slip'}; "
+            f"{_slipping(contact)}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
     force = f"auxiliary force a_n = {motion.auxiliary_force:g} N, {origin}"
     return [*lines, f"Impacts are resolved while the clock stands still ({force})."]
+
+
+def _slipping(contact: Contact) -> str:
+    if contact.slipping == "allowed":
+        return ""
+    if contact.slipping == "forbidden":
+        return ", may not slip"
+    return f", may slip {contact.slipping:g} m in all"
 
 
 def _touching(contact: Contact) -> tuple[str, str]:

@@ -60,7 +60,8 @@ def vanishing_pairs(
     ``G = g(x_k) sum_j C_j`` for the switching function g at every point k, left boundary included, and
     ``H = sum_j H_j``: the multipliers of an element are zero together, whichever point forbids them. With
     ``stage_stage`` every stage's multiplier is a pair of its own. (A switching function can have any sign, so its
-    values are never added up.) With ``plain`` a stage forbids its own multiplier only.
+    values are never added up.) With ``plain`` a stage forbids its own multiplier only. A switching function that
+    contains algebraic variables takes part at the stages only.
 
     Args:
         system: the dynamics.
@@ -72,7 +73,7 @@ def vanishing_pairs(
     """
     conditions = []
     for condition in system.vanishing:
-        switching = ca.Function("switching", [system.state], [condition.G])
+        switching = ca.Function("switching", [system.state, system.algebraic], [condition.G])
         complement = ca.SX(1 / stages) if condition.complement is None else condition.complement
         factors = ca.Function("factors", [system.algebraic], [condition.H, complement])
         values = [factors(z) for _, z in points[1 : stages + 1]]
@@ -83,18 +84,29 @@ def vanishing_pairs(
         if mode == "plain":
             if not condition.left_boundary_only:
                 conditions += [
-                    at(Place(stage=j), switching(x) * values[j - 1][1], values[j - 1][0])
-                    for j, (x, _) in enumerate(points[1:], start=1)
+                    at(Place(stage=j), switching(x, z) * values[j - 1][1], values[j - 1][0])
+                    for j, (x, z) in enumerate(points[1:], start=1)
                 ]
             continue
         multipliers = [multiplier for multiplier, _ in values]
         if mode != "stage_stage":
             multipliers = [sum(multipliers[1:], multipliers[0])]
         complements = sum((complement for _, complement in values[1:]), values[0][1])
-        where = points[:1] if condition.left_boundary_only else points
+        first, last = _range_of_points(condition, stages, len(points))
         conditions += [
-            at(Place(point=k, stage=j if len(multipliers) > 1 else None), switching(x) * complements, multiplier)
-            for k, (x, _) in enumerate(where)
+            at(
+                Place(point=k, stage=j if len(multipliers) > 1 else None),
+                switching(*points[k]) * complements,
+                multiplier,
+            )
+            for k in range(first, last)
             for j, multiplier in enumerate(multipliers, start=1)
         ]
     return conditions
+
+
+def _range_of_points(condition: Complementarity, stages: int, points: int) -> tuple[int, int]:
+    """Return the first point, 0 is the left boundary, at which G takes part, and the one after the last."""
+    if condition.stages_only:
+        return 1, stages + 1
+    return 0, 1 if condition.left_boundary_only else points

@@ -18,8 +18,8 @@ from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.mpcc import Block
 
-REGULARISATION, EQUILIBRATION = "regularisation of the step functions", "step equilibration"
-"""Names of the cost terms that belong to the method."""
+EQUILIBRATION = "step equilibration"
+"""Name of a cost term that belongs to the method."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +166,7 @@ def _cost_terms(
             integral += part.h * tableau.b[j] * running(x, u, z, p)
         regularised += sum((regularisation(z) for _, z in part.points[1:]), ca.SX(0))
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
-    return terms if system.regularisation.is_zero() else {**terms, REGULARISATION: regularised}
+    return terms if system.regularisation.is_zero() else {**terms, system.regularisation_name: regularised}
 
 
 def _equilibration_cost(equal: Equilibration) -> dict[str, ca.SX]:

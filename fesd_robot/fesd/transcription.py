@@ -14,7 +14,7 @@ from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.constraints import constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
 from fesd_robot.fesd.indices import TrajectoryIndices
-from fesd_robot.fesd.interval import REGULARISATION, Interval, build_interval, step_bounds
+from fesd_robot.fesd.interval import Interval, build_interval, step_bounds
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
@@ -239,8 +239,9 @@ class Transcription:
             values = interval.cost_terms.map(block.copies)(w[block.index], block.values)
             for name, row in zip(interval.cost, np.asarray(ca.DM(values).full()), strict=True):
                 totals[name] = totals.get(name, 0.0) + float(row.sum())
-        if REGULARISATION in totals:
-            totals[REGULARISATION] += float(self.problem.blocks[0].evaluate(w)[0].sum())
+        regularisation = self.ocp.system.regularisation_name
+        if regularisation in totals:
+            totals[regularisation] += float(self.problem.blocks[0].evaluate(w)[0].sum())
         terminal = ca.Function("terminal", [self.ocp.system.state], list(self.ocp.terminal_cost.values()))
         values = terminal.call([w[self.indices.state(self.ocp.intervals)]])
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):

@@ -193,24 +193,25 @@ def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarCo
             contact = contact_of(robot, q, geometry, name=name, friction=friction_of(task, name))
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
-        contacts.append(replace(contact, slipping=_may_slip(task, contact)))
+        contacts.append(replace(contact, slip_distance=_slip_distance(task, contact)))
     return contacts
 
 
-def _may_slip(task: Task, contact: PlanarContact) -> bool:
-    """Return whether a contact may slip.
+def _slip_distance(task: Task, contact: PlanarContact) -> float:
+    """Return the distance, m, that a contact may slip, infinite without a limit.
 
     Raises:
-        TaskError: slipping is forbidden where nothing could prevent it, or to the step form.
+        TaskError: slipping is forbidden or limited where nothing could prevent it, or to the step form.
     """
-    if task.contacts[contact.name].slipping == "allowed":
-        return True
-    key = ("contacts", contact.name, "slipping")
+    slipping = task.contacts[contact.name].slipping
+    if slipping == "allowed":
+        return np.inf
+    key, found = ("contacts", contact.name, "slipping"), "'forbidden'" if slipping == "forbidden" else f"{slipping:g}"
     if contact.friction == 0:
-        raise task.error(key, "found 'forbidden' for a contact without friction, expected friction greater than 0")
+        raise task.error(key, f"found {found} for a contact without friction, expected friction greater than 0")
     if task.method.formulation.type != "multipliers":
-        raise task.error(key, "found 'forbidden' beside method.formulation.type 'steps', expected 'multipliers'")
-    return False
+        raise task.error(key, f"found {found} beside method.formulation.type 'steps', expected 'multipliers'")
+    return 0.0 if slipping == "forbidden" else slipping
 
 
 def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:

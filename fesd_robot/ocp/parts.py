@@ -56,8 +56,13 @@ class ProblemParts:
 
     @property
     def gap_states(self) -> int:
-        """Number of integrated gaps in the state."""
-        return int(self.contact_system.system.state.numel()) - self.clock_index - 1
+        """Number of integrated gaps in the state; they follow the clock."""
+        return self.contact_system.gap_states
+
+    @property
+    def slip_limits(self) -> np.ndarray:
+        """Largest distance, m, of every slip distance in the state; they follow the integrated gaps."""
+        return np.array([contact.slip_distance for contact in self.contacts if contact.limits_slip])
 
     @property
     def reference_configuration(self) -> ca.SX:
@@ -65,10 +70,12 @@ class ProblemParts:
         return self.parameters[: self.dynamics.configuration.numel()]
 
     def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
-        """Return x of a configuration and velocity; gaps below the ground are closed."""
+        """Return x of a configuration and velocity that has not slipped; gaps below the ground are closed."""
         gaps = np.maximum(np.asarray(self.gap(configuration)).ravel(), 0.0) if self.gap_states else np.zeros(0)
-        return np.concatenate([configuration, velocity, [time], gaps])
+        return np.concatenate([configuration, velocity, [time], gaps, np.zeros(len(self.slip_limits))])
 
-    def bounds(self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float) -> np.ndarray:
+    def bounds(
+        self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float, slip: np.ndarray
+    ) -> np.ndarray:
         """Return a bound of x from those of its parts."""
-        return np.concatenate([position, velocity, [clock], np.full(self.gap_states, gaps)])
+        return np.concatenate([position, velocity, [clock], np.full(self.gap_states, gaps), slip])

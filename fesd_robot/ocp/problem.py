@@ -31,7 +31,8 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     goal_lower, goal_upper = _goal_box(parts)
     last_clock = (grid.lower, grid.upper) if grid.free else (-np.inf, np.inf)
     speed = parts.task.limits.speed_of_time
-    n_gap = parts.gap_states
+    free_gaps, slip_limits = np.full(parts.gap_states, np.inf), parts.slip_limits
+    free_slip = np.full_like(slip_limits, np.inf)
     return OptimalControlProblem(
         system=contact_system.system,
         duration=grid.nominal,
@@ -39,10 +40,12 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         parameters=np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends]),
         initial_lower=initial_lower,
         initial_upper=initial_upper,
-        state_lower=parts.bounds(limits.lower_position, limits.lower_velocity, -np.inf, contact_system.gap_lower),
-        state_upper=parts.bounds(limits.upper_position, limits.upper_velocity, np.inf, np.inf),
-        terminal_lower=np.concatenate([goal_lower, [last_clock[0]], np.full(n_gap, -np.inf)]),
-        terminal_upper=np.concatenate([goal_upper, [last_clock[1]], np.full(n_gap, np.inf)]),
+        state_lower=parts.bounds(
+            limits.lower_position, limits.lower_velocity, -np.inf, contact_system.gap_lower, -free_slip
+        ),
+        state_upper=parts.bounds(limits.upper_position, limits.upper_velocity, np.inf, np.inf, free_slip),
+        terminal_lower=np.concatenate([goal_lower, [last_clock[0]], -free_gaps, -free_slip]),
+        terminal_upper=np.concatenate([goal_upper, [last_clock[1]], free_gaps, slip_limits]),
         control_lower=np.append(actuation.lower, speed.lower),
         control_upper=np.append(actuation.upper, speed.upper),
         state_guess=guess,
@@ -92,7 +95,8 @@ def _period(parts: ProblemParts) -> TrajectoryConstraint:
     start, end = system.state, ca.SX.sym("end", system.state.numel())
     stride = np.zeros(n)
     stride[:n_q] = vector(parts.dynamics.configuration_names, parts.task.goal.periodic.stride, 0.0)
-    gaps = start[n + 1 :] - parts.gap(start[:n_q]) if parts.gap_states else ca.SX(0, 1)
+    after_gaps = n + 1 + parts.gap_states
+    gaps = start[n + 1 : after_gaps] - parts.gap(start[:n_q]) if parts.gap_states else ca.SX(0, 1)
     names = [f"period of {name}" for name in system.state_names[:n]]
     rows = ca.vertcat(end[:n] - start[:n] - ca.DM(stride), gaps)
     zeros = np.zeros(rows.numel())
@@ -104,7 +108,7 @@ def _period(parts: ProblemParts) -> TrajectoryConstraint:
         rows,
         zeros,
         zeros,
-        [*names, *(f"start of {name}" for name in system.state_names[n + 1 :])],
+        [*names, *(f"start of {name}" for name in system.state_names[n + 1 : after_gaps])],
     )
 
 
@@ -114,8 +118,9 @@ def _initial_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:
     initial = parts.state(endpoints.initial_configuration, endpoints.initial_velocity, 0.0)
     if periodic is None:
         return initial, initial
-    lower = parts.bounds(limits.lower_position, limits.lower_velocity, 0.0, parts.contact_system.gap_lower)
-    upper = parts.bounds(limits.upper_position, limits.upper_velocity, 0.0, np.inf)
+    unslipped = np.zeros_like(parts.slip_limits)
+    lower = parts.bounds(limits.lower_position, limits.lower_velocity, 0.0, parts.contact_system.gap_lower, unslipped)
+    upper = parts.bounds(limits.upper_position, limits.upper_velocity, 0.0, np.inf, unslipped)
     for i, name in enumerate(parts.dynamics.configuration_names):
         if name in periodic.stride:
             lower[i] = upper[i] = initial[i]

@@ -116,6 +116,10 @@ class Audit(Record):
             "the largest tangential velocity of a closed contact that may not slip, outside impacts", "m/s", 1e-3
         ),
     ] = None
+    max_slip_distance_violation: Annotated[
+        float | None,
+        AuditEntry("the largest excess of what a contact slips in all over the distance that it may slip", "m", 1e-6),
+    ] = None
     max_constraint_violation: Annotated[
         float | None, AuditEntry("the largest violation of the task's constraints", "m", 1e-6)
     ] = None

@@ -85,10 +85,7 @@ def _cost(plan: Plan) -> str:
     text = "## Cost\n\n" + markdown_table(
         ["term", "value", "share", "weights"], [*rows, ["total", f"{plan.statistics.objective:.6g}", "", ""]]
     )
-    return (
-        text
-        + "\n'regularisation of the step functions' and 'step equilibration' belong to the method, not to the task.\n"
-    )
+    return text + "\n'regularisation of ...' and 'step equilibration' belong to the method, not to the task.\n"
 
 
 def _effort(plan: Plan) -> str:

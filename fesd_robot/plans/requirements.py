@@ -12,6 +12,7 @@ import pinocchio as pin
 from fesd_robot.contact import Ground
 from fesd_robot.errors import ModelError
 from fesd_robot.plans.audit_record import largest_violation
+from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import tangential_rows
@@ -67,12 +68,13 @@ def requirements(
         initial, goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
 
     Returns:
-        ``max_slip_violation`` in m/s, ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation``
-        in m, rad, m/s or rad/s, zero if nothing is violated.
+        ``max_slip_violation`` in m/s, ``max_slip_distance_violation`` in m, ``max_constraint_violation``,
+        ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero if nothing is violated.
     """
     checks = _Checks(task, robot, physics, motion)
     return {
         "max_slip_violation": largest_violation(checks.slip()),
+        "max_slip_distance_violation": largest_violation(checks.slip_distance()),
         "max_constraint_violation": largest_violation(checks.constraints()),
         "max_goal_violation": largest_violation(checks.goal(initial, goal)),
         "max_waypoint_violation": largest_violation(checks.waypoints()),
@@ -141,6 +143,13 @@ class _Checks:
             for i in bound:
                 if self._motion.force[k, i, 0] > _TOUCHING_FORCE:
                     yield float(abs(tangential[i]))
+
+    def slip_distance(self) -> Iterator[float]:
+        """Yield by how much the slides of every contact with a limit, all together, are longer than that, m."""
+        limits = {name: c.slipping for name, c in self._task.contacts.items() if isinstance(c.slipping, float)}
+        outcomes = contact_outcomes(self._motion, self._physics, self._names) if limits else {}
+        for name, limit in limits.items():
+            yield outcomes[name].slide_distance - limit
 
     def constraints(self) -> Iterator[float]:
         """Yield the violation of every constraint at every sample it holds at."""

@@ -66,6 +66,7 @@ class ElementReader:
         self.tableau = tableau
         self.n_q, self.n_v = dynamics.configuration.numel(), dynamics.velocity.numel()
         self.n_c = len(contacts)
+        self._gap_states = contact_system.gap_states
         self._names = [contact.name for contact in contacts]
         self._branch = branch
         self._auxiliary_force = auxiliary_force
@@ -89,7 +90,7 @@ class ElementReader:
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Configuration, velocity, integrated gaps of a state."""
         n = self.n_q + self.n_v
-        return x[: self.n_q], x[self.n_q : n], x[n + 1 :]
+        return x[: self.n_q], x[self.n_q : n], x[n + 1 : n + 1 + self._gap_states]
 
     def read(self, number: int, element: Element) -> ElementPhysics:
         """Return what happens in an element, the `number`-th of the trajectory.

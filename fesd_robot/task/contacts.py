@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from fesd_robot.task.fields import Name, NonNegative, Positive, Section, conflict, kind_of
+from fesd_robot.errors import nearest
+from fesd_robot.task.fields import Name, NonNegative, Positive, Section, conflict, expected, is_number, kind_of
 from fesd_robot.task.ground import GROUND
 
 _FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
 _SLIPPING = (
     "Whether this contact may slip along what it touches: forbidden lets it stick or leave only, while an impact may "
-    "still change its tangential velocity; the force stays inside the cone of friction."
+    "still change its tangential velocity; the force stays inside the cone of friction. A number is the largest "
+    "distance, m, that it may slip over the whole motion, to and fro added up."
 )
 _SURFACE = f"What it touches: {GROUND}, or the name of a wall in ground.walls."
 
 
-Slipping = Literal["allowed", "forbidden"]
-"""Whether a contact may slip."""
+def _read_slipping(value: Any) -> Any:
+    words = ("allowed", "forbidden")
+    if value in words:
+        return value
+    if is_number(value) and value == 0:
+        raise expected("'forbidden' for a contact that may not slip at all")
+    if not is_number(value) or not 0 < value < math.inf:
+        hint = nearest(value, words) if isinstance(value, str) else ""
+        raise expected(f"'allowed', 'forbidden' or a number greater than 0 (m){hint if 'mean' in hint else ''}")
+    return float(value)
+
+
+Slipping = Annotated[
+    Literal["allowed", "forbidden"] | Annotated[float, Field(gt=0, allow_inf_nan=False)],
+    BeforeValidator(_read_slipping),
+]
+"""Whether a contact may slip, or the largest distance, m, that it may."""
 
 
 class PointContact(Section):

@@ -37,8 +37,10 @@ def test_targets_and_constraints_are_described() -> None:
         "constraints.ditch={type: forbidden_zone, contact: foot, x: [0.4, 0.6]}",
         "constraints.up={type: contact_window, contact: foot, times: [0.4, 0.5], touch: forbidden}",
         "constraints.down={type: contact_window, contact: foot, times: [0.9, 1], touch: required}",
+        "contacts.foot.slipping=0.25",
     )
     for words in (
+        "friction 0.45, inelastic, may slip 0.25 m in all; touching at the start",
         "foot: at x 1, z 0 m within 0.01 m, weight 100.",
         "center of mass: moving with x 0 m/s, weight 3.",
         "After interval 10 of 20, 0.5 s: leg 0.2, leg within 0.1.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import get_args
 
@@ -111,3 +112,26 @@ def test_vanishing_constraints_hold_between_every_point_and_stage(boundary_only:
             G, H = (np.asarray(value).ravel() for value in function(switching, multipliers, complements))
             assert (H >= 0).all()
             assert bool((G * H).max() > 0) == excluded
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_switching_function_of_algebraic_variables_holds_at_the_stages(mode: CrossComplementarity) -> None:
+    """G = x - w with an algebraic w > x(0): no condition at the left boundary, where no w is the element's own."""
+    x, z, alpha = ca.SX.sym("x"), ca.SX.sym("z", 2), ca.SX.sym("alpha")
+    label = Label("no multiplier above w")
+    system = heaviside(
+        Model(x),
+        StepFunctions(alpha, x),
+        alpha,
+        lifted=[("multiplier", z[0], ca.SX(0)), ("w", z[1], ca.SX(0))],
+    )
+    condition = Complementarity(label, x - z[1], z[0], vanishing=True, stages_only=True)
+    system = replace(system, complementarities=[*system.complementarities, condition])
+    stages = [(ca.SX(x), ca.SX([0, 0, 0, multiplier, w])) for x, multiplier, w in ((2.0, 0.0, 3.0), (4.0, 1.0, 4.0))]
+    right_end = (ca.SX(9.0), ca.SX.zeros(5))
+    conditions = vanishing_pairs(system, [(ca.SX(9.0), ca.SX.zeros(5)), *stages, right_end], 2, mode)
+    assert {condition.label.place.point for condition in conditions} == {1, 2}
+    assert max(float(condition.G * condition.H) for condition in conditions) == 0.0
+    stages[0] = (stages[0][0], ca.SX([0, 0, 0, 0, 1.0]))  # w < x at the first stage, the second has a multiplier
+    violated = vanishing_pairs(system, [(ca.SX(9.0), ca.SX.zeros(5)), *stages, right_end], 2, mode)
+    assert max(float(condition.G * condition.H) for condition in violated) > 0

@@ -1,4 +1,4 @@
-"""A contact that may not slip, and what slipping costs."""
+"""A contact that may not slip, or not far, and what slipping costs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from fesd_robot.contact.slip_distance import SLIP_SPEED
 from fesd_robot.contact.velocities import SLIPPING
+from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
@@ -22,7 +24,7 @@ FORBIDDEN = "contacts.foot.slipping=forbidden"
 def slid(result: Plan) -> float:
     """Distance, m, that the foot slides in all."""
     assert result.outcome is not None
-    return sum(slide.distance for slide in result.outcome.contacts["foot"].slides)
+    return result.outcome.contacts["foot"].slide_distance
 
 
 def test_nothing_changes_where_slipping_is_allowed(load_short: Callable[..., Task]) -> None:
@@ -71,3 +73,81 @@ def test_the_hopper_hops_to_rest() -> None:
     assert max(flight.height for flight in foot.flights) > 0.1 and foot.slides == []
     assert sum(flight.length for flight in foot.flights) == pytest.approx(0.7, abs=0.02)
     assert all(entry.met for entry in result.outcome.goal) and len(result.outcome.goal) == 8
+
+
+def test_a_limit_adds_a_state_and_a_speed(load_short: Callable[..., Task]) -> None:
+    """A number adds a slip distance to the states, a speed to the algebraic variables, one condition a direction."""
+    plain, limited = (formulate(load_short(*given)) for given in ((), ("contacts.foot.slipping=0.3",)))
+    before, after = plain.contact_system.system, limited.contact_system.system
+    assert list(after.state_names) == [*before.state_names, "foot slip distance"]
+    assert list(after.algebraic_names) == [*before.algebraic_names, "slip speed[foot]"]
+    assert [one.label for one in after.complementarities[: len(before.complementarities)]] == [
+        one.label for one in before.complementarities
+    ]
+    assert [one.label.kind for one in after.complementarities[len(before.complementarities) :]] == [SLIP_SPEED] * 2
+    assert (limited.ocp.initial_upper[-1], limited.ocp.terminal_upper[-1]) == (0.0, 0.3)
+    assert limited.contact_system.gap_states == plain.contact_system.gap_states == 1
+
+
+@pytest.fixture(scope="module")
+def push() -> Callable[..., Plan]:
+    """Plan a block that is pushed towards a target 0.8 m away, as near as is worth its while."""
+    soft = ["goal.tolerance={}", "waypoints=[]", "costs.terminal_configuration={root_x: 1000}", "solver.retries=0"]
+    return lambda *overrides: plan(load_task(TASKS / "block_push.yaml", [*soft, *overrides]))
+
+
+def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
+    """Pushed towards a target 0.8 m away, a block whose rear edge may slip 0.3 m gets 0.3 m far, and it is exact."""
+    free, limited = push(), push("contacts.rear.slipping=0.3")
+    assert free.status.solved and limited.status.solved and limited.status.exact, limited.status.message
+    assert free.outcome is not None and limited.outcome is not None
+    assert free.outcome.contacts["rear"].slide_distance > 0.75
+    for contact in limited.outcome.contacts.values():
+        assert contact.slide_distance == pytest.approx(0.3, abs=2e-3) and contact.slide_distance <= 0.3 + 1e-6
+    assert limited.trajectory.configuration["root_x"][-1] == pytest.approx(0.3, abs=2e-3)
+    assert limited.audit.max_slip_distance_violation == 0.0
+
+
+def test_a_hopper_may_slip_a_little() -> None:
+    """A hopper that may slip 5 cm hops to rest and slips no further; what it slips is the path of its foot."""
+    task = load_task(TASKS / "hopper_hops_to_rest.yaml", ["contacts.foot.slipping=0.05", "solver.retries=0"])
+    result = plan(task)
+    assert result.status.solved and result.status.exact, result.status.message
+    assert 0.01 < slid(result) <= 0.05 + 1e-6
+    assert result.outcome is not None and all(entry.met for entry in result.outcome.goal)
+    assert "regularisation of the slip speeds" in result.statistics.cost_terms
+    assert result.statistics.cost_terms["regularisation of the slip speeds"] < 1e-2 * result.statistics.objective
+
+
+@pytest.mark.parametrize(
+    ("slipping", "sentence"),
+    [
+        ("0", "found 0, expected 'forbidden' for a contact that may not slip at all"),
+        ("-0.1", "found -0.1, expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
+        ("far", "found the text 'far', expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
+        (
+            "forbiden",
+            "found the text 'forbiden', expected 'allowed', 'forbidden' or a number greater than 0 (m) (did you ",
+        ),
+        (".inf", "found inf, expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
+    ],
+)
+def test_a_limit_is_a_positive_number(load_short: Callable[..., Task], slipping: str, sentence: str) -> None:
+    """Anything else is refused with the key and what would be valid."""
+    with pytest.raises(TaskError) as caught:
+        load_short(f"contacts.foot.slipping={slipping}")
+    assert f"contacts.foot.slipping: {sentence}" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("other", "sentence"),
+    [
+        ("contacts.foot.friction=0", "found 0.3 for a contact without friction, expected friction greater than 0"),
+        ("method.formulation.type=steps", "found 0.3 beside method.formulation.type 'steps', expected 'multipliers'"),
+    ],
+)
+def test_a_limit_needs_friction_and_multipliers(load_short: Callable[..., Task], other: str, sentence: str) -> None:
+    """Where nothing could keep a contact from slipping further, or in the step form, a limit is refused."""
+    with pytest.raises(TaskError) as caught:
+        formulate(load_short("contacts.foot.slipping=0.3", other))
+    assert f"contacts.foot.slipping: {sentence}" in str(caught.value)

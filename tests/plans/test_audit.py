@@ -27,7 +27,14 @@ from .motions import FRICTION, MASS, STOP, collision, drop, jacobian, stance, tu
 ENDS = {"tumble": [0.1, 0.2], "drop": [0.15, 0.3], "stance": [0.05, 0.1]}
 
 MET = dict.fromkeys(
-    ("max_slip_violation", "max_constraint_violation", "max_goal_violation", "max_waypoint_violation"), 0.0
+    (
+        "max_slip_violation",
+        "max_slip_distance_violation",
+        "max_constraint_violation",
+        "max_goal_violation",
+        "max_waypoint_violation",
+    ),
+    0.0,
 )
 
 

@@ -50,7 +50,9 @@ CONSTRAINTS = [
 def test_constraints(hopper: MotionProblem, constraint: str, size: float) -> None:
     """Each constraint is missed by its distance in m, or not at all."""
     found = missed(hopper, drop(), f"constraints={{one: {constraint}}}")
-    assert found == pytest.approx({"slip": 0, "constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9)
+    assert found == pytest.approx(
+        {"slip": 0, "slip_distance": 0, "constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("slipping", "size"), [("forbidden", 0.02), ("allowed", 0.0)])
@@ -60,6 +62,14 @@ def test_slipping(hopper: MotionProblem, slipping: str, size: float) -> None:
     gliding = replace(still, velocity=still.velocity + np.array([0.02, 0, 0, 0]))
     assert missed(hopper, still, f"contacts.foot.slipping={slipping}")["slip"] == pytest.approx(0, abs=1e-12)
     assert missed(hopper, gliding, f"contacts.foot.slipping={slipping}")["slip"] == pytest.approx(size)
+
+
+@pytest.mark.parametrize(("limit", "excess"), [(0.05, 0.01), (0.07, 0.0)])
+def test_slip_distance(hopper: MotionProblem, limit: float, excess: float) -> None:
+    """A foot that slides at 0.6 m/s, forth or back, for 0.1 s slips 6 cm: so much too far as its limit is less."""
+    for speed in (0.6, -0.6):
+        found = missed(hopper, stance(speed=speed), f"contacts.foot.slipping={limit}")
+        assert found["slip_distance"] == pytest.approx(excess, abs=1e-9)
 
 
 GOALS = [
@@ -80,7 +90,9 @@ def test_goals(hopper: MotionProblem, make: object, goal: str, size: float) -> N
     found = missed(hopper, make(), *(costs if "periodic" in goal else []), goal)  # type: ignore[operator]
     if goal.startswith("goal.center"):
         size = abs(1 + 0.2 - 9.81 / 2 * 0.04 - 1.2)
-    assert found == pytest.approx({"slip": 0, "constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9)
+    assert found == pytest.approx(
+        {"slip": 0, "slip_distance": 0, "constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9
+    )
 
 
 def test_a_start_that_is_not_the_tasks(hopper: MotionProblem) -> None:

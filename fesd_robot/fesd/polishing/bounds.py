@@ -83,7 +83,7 @@ class BoundsBuilder:
                 self._clamp(quantity, point, 1, one_side=False)
             return
         held_here = left is not self._start or self._start_is_free or not vanishing
-        begins = [left] if held_here else []
+        begins = [left] if held_here and not member.condition.stages_only else []
         if member.invariant_state is None:
             for point in [*begins, *self._elements[e].points]:
                 self._clamp(quantity, point, member.direction, one_side=vanishing)

@@ -105,7 +105,8 @@ class ElementSizes:
 
     def G(self, member: ConditionFactors) -> float:
         """Largest G of a condition."""
-        return float((member.direction * self.points[:, member.G]).max())
+        points = self.stages if member.condition.stages_only else self.points
+        return float((member.direction * points[:, member.G]).max())
 
     def complement(self, member: ConditionFactors) -> float:
         """Mean complement of a condition; infinite where there is none."""
