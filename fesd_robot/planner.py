@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from fesd_robot.adapters import (
     assembled_plan,
@@ -15,18 +16,24 @@ from fesd_robot.adapters import (
     physical_motion,
     with_promised_goal,
 )
-from fesd_robot.fesd import Transcription
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Transcription, with_stages
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import NlpReport, solve
-from fesd_robot.ocp import formulate
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, continue_on_branch, solve
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan
+from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.statistics import statistics_of
 from fesd_robot.plans.verdict import status_of
+from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
 from fesd_robot.task import Task
+
+ADDED_STAGES = 2
+"""How many stages more than the task's an element may get where the audit finds an exact solution too coarse."""
 
 LEAST_SECONDS = 1e-3
 """Time limit of an attempt for which no time is left; it ends at once."""
@@ -93,23 +100,87 @@ def attempt(
     transcription = Transcription(motion.ocp, motion.fesd)
     problem, build_seconds = transcription.problem, deadline.spent
 
-    polisher = BranchTranscription(transcription)
-    solution = solve(problem, homotopy_options(task), polisher=polisher, progress=progress, stop=stop)
+    options, polisher = homotopy_options(task), BranchTranscription(transcription)
+    solution = solve(problem, options, polisher=polisher, progress=progress, stop=stop)
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
-    branch = solution.branch or polisher.branch(solution.w)
-    physical, physics = physical_motion(motion, transcription.unpack(solution.w), branch), numeric_physics(motion)
-    audit = motion_audit(motion, physical, physics)
-    certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
+    solved = _Solved.of(motion, transcription, solution)
+    while solved.inexact and solved.stages < task.method.stages + ADDED_STAGES:
+        refined = _refined(solved, options, deadline, progress, stop)
+        if refined is None:
+            break
+        solved = refined
 
-    full_intervals = [] if solution.solved else polisher.out_of_elements(solution.w)
-    outcome = motion_outcome(motion, physical, physics)
-    status = status_of(solution, audit, outcome, task.solver.tolerance, certificate, full_intervals)
-    statistics = statistics_of(problem, solution, transcription.cost_terms(solution.w), build_seconds)
-    controls = transcription.controls(solution.w)
+    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.solution.w
+    problem, physics = transcription.problem, numeric_physics(motion)
+    certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
+    full_intervals = [] if solution.solved else polisher.out_of_elements(w)
+    outcome = motion_outcome(motion, solved.physical, physics)
+    status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals)
+    statistics = statistics_of(problem, solution, transcription.cost_terms(w), build_seconds, solved.stages)
     return assembled_plan(
-        motion, physical, physics, controls, status=status, audit=audit, outcome=outcome, statistics=statistics
+        motion,
+        solved.physical,
+        physics,
+        transcription.controls(w),
+        status=status,
+        audit=solved.audit,
+        outcome=outcome,
+        statistics=statistics,
     )
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """A solution, the motion that it is, and what the audit says about that."""
+
+    motion: MotionProblem
+    transcription: Transcription
+    solution: MpccSolution
+    branch: Branch
+    physical: PhysicalMotion
+    audit: Audit
+
+    @classmethod
+    def of(cls, motion: MotionProblem, transcription: Transcription, solution: MpccSolution) -> _Solved:
+        """Recover the motion of a solution and audit it."""
+        motion = replace(motion, fesd=transcription.options)
+        branch = solution.branch or BranchTranscription(transcription).branch(solution.w)
+        physical = physical_motion(motion, transcription.unpack(solution.w), branch)
+        audit = motion_audit(motion, physical, numeric_physics(motion))
+        return cls(motion, transcription, solution, branch, physical, audit)
+
+    @property
+    def stages(self) -> int:
+        """Of every element."""
+        return self.transcription.options.tableau.stages
+
+    @property
+    def inexact(self) -> bool:
+        """Whether an exact solution fails its audit by more than a missed goal: its elements are too coarse."""
+        return self.solution.exact and bool(set(self.audit.violations) - {"max_goal_violation"})
+
+
+def _refined(
+    solved: _Solved,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> _Solved | None:
+    """Return the solution on the same branch with one more stage an element, None if there is none."""
+    transcription, w = with_stages(solved.transcription, solved.solution.w, solved.stages + 1)
+    solution = continue_on_branch(
+        transcription.problem,
+        BranchTranscription(transcription),
+        (w, solved.branch),
+        solved.solution,
+        options,
+        seconds_left=lambda: None if math.isinf(deadline.left) else deadline.left,
+        progress=progress,
+        stop=stop,
+    )
+    return None if solution is None else _Solved.of(solved.motion, transcription, solution)
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

@@ -30,7 +30,7 @@ from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).parent.parent
-HOPPER = "hopper_five_jumps"
+HOPPER = "published_hopper_five_jumps"
 LIMIT = 1.0
 """Seconds for the transcription of the hopper as shipped."""
 EXCESS = 1.3

@@ -34,7 +34,7 @@ from fesd_robot.planner import plan
 
 ROOT = Path(__file__).parent.parent
 CASES = [
-    *(("hopper_five_jumps", [f"horizon.intervals={count}"]) for count in (50, 100, 200, 400)),
+    *(("published_hopper_five_jumps", [f"horizon.intervals={count}"]) for count in (50, 100, 200, 400)),
     ("monoped_two_jumps", []),
     ("solo12_jump", []),
 ]

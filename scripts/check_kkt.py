@@ -32,7 +32,7 @@ from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).parent.parent
 SHORT: dict[str, list[str] | None] = {
-    "hopper_five_jumps": ["horizon.intervals=3", "reference={type: line}"],
+    "published_hopper_five_jumps": ["horizon.intervals=3", "reference={type: line}"],
     "pusher_slider": ["horizon.intervals=4"],
     "solo12_jump": None,  # its waypoints need all intervals
 }

@@ -28,7 +28,7 @@ from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).resolve().parent.parent
-TASK = ROOT / "tasks" / "hopper_one_jump.yaml"
+TASK = ROOT / "tasks" / "published_hopper_one_jump.yaml"
 DURATION = 0.2
 FORCES = (1.0, -0.6)
 """N m on the body, N along the leg: gentle enough for the foot to stay on the ground."""

@@ -13,7 +13,7 @@ from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.task import Task, load_task
 
-ONE_JUMP = Path(__file__).parents[1] / "tasks" / "hopper_one_jump.yaml"
+ONE_JUMP = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
 SHORT = (
     "horizon.duration=0.2",
     "horizon.intervals=2",

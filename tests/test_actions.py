@@ -16,7 +16,7 @@ from fesd_robot.task import Task
 def test_an_explanation_has_all_sections(short_task: Task) -> None:
     """It says what will be solved, from the robot to the size of the problem."""
     text = explain(short_task)
-    assert text.startswith("hopper_one_jump: the task fits its robot")
+    assert text.startswith("published_hopper_one_jump: the task fits its robot")
     for label in ("Robot", "Controls", "Ground", "Contacts", "Horizon", "Goal", "Costs", "Problem"):
         assert f"\n{label} " in text
 

@@ -71,7 +71,7 @@ def test_the_motion_keeps_to_the_task(short_plan: Plan, short_task: Task) -> Non
     assert short_plan.controls["time"].tolist() == [0, 0.1]
     for name in ("reaction_torque", "leg_force"):
         assert short_plan.controls[name].shape == (2,) and np.abs(short_plan.controls[name]).max() <= 50
-    assert short_plan.task == short_task.model_dump(mode="json") and short_plan.name == "hopper_one_jump"
+    assert short_plan.task == short_task.model_dump(mode="json") and short_plan.name == "published_hopper_one_jump"
 
 
 def test_the_foot_carries_the_robot(short_plan: Plan) -> None:

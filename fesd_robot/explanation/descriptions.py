@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.standing import standings_of
 from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
-from fesd_robot.task.costs import COST_TERMS, CostTerm
+from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.words import along_axes, listed
 
 
@@ -67,24 +65,17 @@ def described_costs(motion: MotionProblem) -> list[str]:
         if term.goal and motion.task.goal.periodic is not None:
             continue
         for _, words, weights in term.parts(key, getattr(motion.task.costs, key)):
-            if weights is None:
-                count = len(_names_with_default(motion, term))
-                rows.append(f"  {words}: {f'the default for all {count}' if count else 'none'}")
-                continue
-            used = {name: weight for name, weight in weights.items() if weight}
+            used = {name: weight for name, weight in (weights or {}).items() if weight}
+            default = " (default)" if key in motion.default_costs else ""
             if used or term.default:
-                rows.append(f"  {words}: {listed(used) if used else 'none'}")
+                rows.append(f"  {words}: {listed(used) if used else 'none'}{default}")
+    if motion.default_costs:
+        scales = motion.scales
+        rows.append(
+            f"Defaults count in units of the robot: {scales.mass:.3g} kg, {scales.length:.3g} m, {scales.time:.3g} s, "
+            f"{scales.force:.3g} N, {scales.force * scales.length:.3g} N m."
+        )
     return rows
-
-
-def _names_with_default(motion: MotionProblem, term: CostTerm) -> Sequence[str]:
-    """Return the names that a term weights by its default where the task gives it no map."""
-    if term.goal == "configuration" and motion.task.goal.has_points:
-        return list(motion.task.goal.configuration)
-    if term.names == "control":
-        return motion.actuation.names
-    robot = motion.robot
-    return robot.configuration_names if term.names == "configuration coordinate" else robot.velocity_names
 
 
 def described_constraints(task: Task) -> list[str]:

@@ -3,6 +3,7 @@
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.ocp import OptimalControlProblem, initial_value_problem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
+from fesd_robot.fesd.refinement import with_stages
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
 from fesd_robot.fesd.simulation import Phase, Sensitivity, Simulation, SimulationError, StepReport
@@ -32,4 +33,5 @@ __all__ = [
     "initial_value_problem",
     "make_tableau",
     "simulate",
+    "with_stages",
 ]

@@ -167,7 +167,7 @@ class _Homotopy:
                 return None
             if reached and self._is_lost(result) and step > SHORTEST_STEP and lost < MOST_LOST:
                 step, lost = 0.5 * step, lost + 1
-            elif not (result.converged or result.status is NlpStatus.ITERATION_LIMIT):
+            elif result.status.ended_early:
                 return None
             else:
                 self._point, reached = result.point, (sigmas, result.iterations)
@@ -251,9 +251,7 @@ class _Homotopy:
             limits=PolishingLimits(
                 feasibility=self._options.feasibility,
                 remaining=self._remaining,
-                report=lambda one: self._report(
-                    NlpReport(0.0, 0.0, one.status, one.iterations, one.seconds, one.residuals)
-                ),
+                report=lambda one: self._report(NlpReport.of_polishing(one)),
                 iterations=min(POLISHING_ITERATIONS, self._options.max_iterations),
                 stop=self._stop,
             ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -27,6 +27,12 @@ EXACT_PRODUCT = 1e-12
 
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
+
+WARM_START: dict[str, Any] = {
+    "mu_init": 1e-6,
+    **dict.fromkeys(("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"), 1e-8),
+}
+"""IPOPT's options that leave the start of a branch NLP where it is; its defaults would push it off its bounds."""
 
 POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-10
 """Of IPOPT, for its scaled optimality and for the constraints."""
@@ -128,7 +134,13 @@ class BranchNlp:
         return cls(polisher, assemble(polisher.problem, relaxation_named("scholtes"), compiled))
 
     def solve(
-        self, problem: Mpcc, w: np.ndarray, *, options: dict[str, Any], limits: PolishingLimits
+        self,
+        problem: Mpcc,
+        w: np.ndarray,
+        *,
+        options: dict[str, Any],
+        limits: PolishingLimits,
+        branches: Iterable[Branch] | None = None,
     ) -> PolishingReport | None:
         """Return the first exact end of a branch NLP, None if no branch on which w may lie leads to one.
 
@@ -140,8 +152,9 @@ class BranchNlp:
             w: a point with small products, (n).
             options: of IPOPT, beside those set here: the linear solver.
             limits: iterations, time and accuracy.
+            branches: on which w may lie; default: those that the polisher reads from it.
         """
-        for branch in self.polisher.candidate_branches(w):
+        for branch in self.polisher.candidate_branches(w) if branches is None else branches:
             point = w
             for _ in range(1 + BRANCH_UPDATES):
                 seconds = limits.remaining()
@@ -175,7 +188,7 @@ class BranchNlp:
             "constr_viol_tol": POLISHING_VIOLATION,
             "acceptable_iter": 0,
             "mu_strategy": "monotone",
-            "mu_init": 1e-4,
+            **WARM_START,
             "bound_relax_factor": 0.0,
             "honor_original_bounds": "no",
             "max_iter": limits.iterations,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.complementarity import Branch
+from fesd_robot.mpcc.polishing import PolishingReport
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.mpcc.status import NlpStatus
 
@@ -28,6 +29,11 @@ class NlpReport:
     iterations: int
     seconds: float
     residuals: Residuals
+
+    @classmethod
+    def of_polishing(cls, report: PolishingReport) -> NlpReport:
+        """Return the report of a branch NLP."""
+        return cls(0.0, 0.0, report.status, report.iterations, report.seconds, report.residuals)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES
 from fesd_robot.ocp.vectors import vector
-from fesd_robot.task.costs import COST_TERMS
 
 Terms = dict[str, ca.SX]
 """Name of a term -> expression."""
@@ -113,15 +112,13 @@ def _frames(parts: ProblemParts) -> Terms:
 
 
 def _terminal_configuration(parts: ProblemParts) -> Terms:
-    """sum_i w_i (q_i - q_goal,i)^2; of a goal with points only listed coordinates have a default weight."""
-    task, dynamics = parts.task, parts.dynamics
-    if task.goal.periodic is not None:
+    """sum_i w_i (q_i - q_goal,i)^2."""
+    dynamics = parts.dynamics
+    if parts.task.goal.periodic is not None:
         return {}
-    weights, default = task.costs.terminal_configuration, COST_TERMS["terminal_configuration"].default
-    if weights is None and task.goal.has_points:
-        weights = dict.fromkeys(task.goal.configuration, default)
     distance = dynamics.configuration - parts.endpoints.goal_configuration
-    return {"terminal configuration": square(distance, dynamics.configuration_names, weights, default)}
+    square = _square(parts, "terminal_configuration", distance, dynamics.configuration_names)
+    return {"terminal configuration": square}
 
 
 def _terminal_velocity(parts: ProblemParts) -> Terms:
@@ -193,15 +190,10 @@ TRAJECTORY_COSTS: Mapping[str, Callable[[ProblemParts], TrajectoryConstraint]] =
 """Key of `costs` -> its cost of the states or controls of several intervals; called where a weight is given."""
 
 
-def square(x: ca.SX, keys: Sequence[str], weights: Mapping[str, float] | None, default: float) -> ca.SX:
-    """Return sum_i w_i x_i^2; without a map every weight is the default, with one those not listed are zero."""
-    values = vector(keys, weights or {}, default if weights is None else 0.0)
-    return ca.dot(ca.SX(ca.DM(values)), x**2)
-
-
 def _square(parts: ProblemParts, key: str, x: ca.SX, names: Sequence[str]) -> ca.SX:
-    """Return sum_i w_i x_i^2 with the weights of a key of `costs`."""
-    return square(x, names, getattr(parts.task.costs, key), COST_TERMS[key].default)
+    """Return sum_i w_i x_i^2 with the weights of a key of `costs`; names not listed have none."""
+    weights = vector(names, getattr(parts.task.costs, key), 0.0)
+    return ca.dot(ca.SX(ca.DM(weights)), x**2)
 
 
 def _rate(parts: ProblemParts) -> ca.SX:

@@ -23,6 +23,7 @@ from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlPro
 from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
 from fesd_robot.ocp.constraints import add_forbidden_zones
+from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
 from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import points_of
@@ -34,7 +35,7 @@ from fesd_robot.ocp.scene import friction_of, scene_of
 from fesd_robot.ocp.standing import with_configurations
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.ocp.timing import TimeGrid, time_grid
-from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
+from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, initial_configuration, limits_of
 from fesd_robot.robot import (
     Robot,
     configuration_derivative,
@@ -43,6 +44,7 @@ from fesd_robot.robot import (
     nonlinear_effects,
 )
 from fesd_robot.task import GROUND, CircleCircleContact, Task
+from fesd_robot.task.costs import COST_TERMS
 
 AUTOMATIC_AUXILIARY_FORCE = 10.0
 """Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
@@ -56,10 +58,15 @@ class MotionProblem:
     """A task with everything that was derived from it on the way to the optimal control problem.
 
     Attributes:
-        task: with the configurations that its postures and `stand_on` give, so that the two have nothing to add.
+        task: completed: with the configurations that its postures and `stand_on` give, the tolerances of what its goal
+            promises, and the weights that it leaves out.
+        default_costs: keys of `costs` whose weights it left out.
+        scales: units of the robot, in which these count.
     """
 
     task: Task
+    default_costs: tuple[str, ...]
+    scales: RobotScales
     robot: Robot
     scene: Scene
     dynamics: MultibodyDynamics
@@ -90,6 +97,10 @@ def formulate(task: Task) -> MotionProblem:
     task = with_configurations(task, robot, contacts, dynamics.configuration)
     limits = limits_of(task, robot)
     task = with_promises(task, robot, limits)
+    grid = time_grid(task)
+    scales = scales_of(task, robot, initial_configuration(task, robot), grid.nominal)
+    written = task
+    task = with_default_costs(task, robot, actuation, scales)
     endpoints = endpoints_of(task, robot)
     _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
@@ -116,11 +127,12 @@ def formulate(task: Task) -> MotionProblem:
     )
     points = points_of(task, robot, dynamics.configuration, dynamics.velocity)
     contact_system = add_forbidden_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
-    grid = time_grid(task)
     check_pace(task, robot, endpoints, limits, grid)
     reference = reference_of(task, robot, endpoints, limits, grid)
     return MotionProblem(
         task=task,
+        default_costs=tuple(key for key in COST_TERMS if getattr(written.costs, key) is None),
+        scales=scales,
         robot=robot,
         scene=scene,
         dynamics=dynamics,

@@ -30,7 +30,10 @@ class ReferenceMotion(Protocol):
 class LineMotion:
     """q(t) along the line from start to goal on the configuration manifold, raised by `lift` on each of `count` jumps.
 
-    With s from 0 to 1 on every jump: q = line(t) + lift 4 s (1 - s).
+    With s from 0 to 1 in every flight: q = line(s) + lift 4 s (1 - s). Before and after a flight it stands still.
+
+    Attributes:
+        stance: fraction of every jump's time that is no flight, half of it before and half after.
     """
 
     robot: Robot
@@ -39,6 +42,7 @@ class LineMotion:
     goal: np.ndarray
     count: int
     apex: dict[int, float]
+    stance: float = 0.0
 
     def configuration(self, time: float) -> np.ndarray:
         """Configuration at a time, (n_q)."""
@@ -57,15 +61,15 @@ class LineMotion:
         return min(int(time / self.duration * self.count + 1e-9), self.count - 1)
 
     def _at(self, time: float, jump: int) -> np.ndarray:
-        line = self._line(time)
+        s = time / self.duration * self.count - jump
+        s = min(max((s - 0.5 * self.stance) / (1.0 - self.stance), 0.0), 1.0)
+        line = self._line((jump + s) / self.count)
         if not self.apex:
             return line
-        s = time / self.duration * self.count - jump
-        takeoff = self._line(self.duration * jump / self.count)
+        takeoff = self._line(jump / self.count)
         for coordinate, apex in self.apex.items():
             line[coordinate] += (apex - takeoff[coordinate]) * 4.0 * s * (1.0 - s)
         return np.asarray(pin.normalize(self.robot.model, line))
 
-    def _line(self, time: float) -> np.ndarray:
-        s = time / self.duration
+    def _line(self, s: float) -> np.ndarray:
         return np.array(pin.interpolate(self.robot.model, self.start, self.goal, s))

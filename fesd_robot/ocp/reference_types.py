@@ -17,6 +17,12 @@ from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.robot import Robot
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 
+ROOT_HEIGHT = "root_z"
+"""Name of the coordinate that is how high the root is."""
+
+LONGEST_STANCE = 0.8
+"""Of a jump, as a fraction of its time, where the free fall would leave more."""
+
 _STEP = 1e-6
 """Step of difference quotients, as a fraction of the duration."""
 
@@ -70,7 +76,18 @@ def reference_of(
         goal=endpoints.goal_configuration,
         count=jumps.count if jumps else 1,
         apex={names.index(name): value for name, value in jumps.apex.items()} if jumps else {},
+        stance=_stance(jumps, robot, endpoints, duration / jumps.count) if jumps else 0.0,
     )
+
+
+def _stance(jumps: Jumps, robot: Robot, endpoints: Endpoints, duration: float) -> float:
+    """Return the part of a jump's duration T, s, that a free fall from its apex leaves, 1 - 2 sqrt(2 h / g) / T."""
+    gravity = float(np.linalg.norm(robot.model.gravity.linear))
+    if jumps.stance is not None or ROOT_HEIGHT not in jumps.apex or gravity == 0:
+        return jumps.stance or 0.0
+    takeoff = endpoints.initial_configuration[robot.configuration_names.index(ROOT_HEIGHT)]
+    rise = max(jumps.apex[ROOT_HEIGHT] - takeoff, 0.0)
+    return float(np.clip(1.0 - 2.0 * np.sqrt(2.0 * rise / gravity) / duration, 0.0, LONGEST_STANCE))
 
 
 def between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> np.ndarray:

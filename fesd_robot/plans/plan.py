@@ -133,11 +133,17 @@ class Attempt(Record):
 
 
 class Statistics(Record):
-    """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept."""
+    """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept.
+
+    Attributes:
+        stages: of every element; more than `method.stages` where the audit found these too coarse; None in plans that
+            do not say it.
+    """
 
     variables: int
     constraints: int
     pairs: int
+    stages: int | None = None
     iterations: int
     build_seconds: float
     solve_seconds: float

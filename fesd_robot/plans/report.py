@@ -6,7 +6,7 @@ import numpy as np
 
 from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.outcome_report import outcome_section
-from fesd_robot.plans.plan import Plan, Status
+from fesd_robot.plans.plan import Plan, Statistics, Status
 from fesd_robot.plans.tables import markdown_table
 from fesd_robot.plans.weights import weights_of
 
@@ -105,11 +105,15 @@ def _effort(plan: Plan) -> str:
     ]
     header = ["sigma", "velocity level", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
     return (
-        f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs; "
-        f"built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
+        f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs"
+        f"{_stages(s)}; built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
         + markdown_table(header, rows)
         + _attempts(plan)
     )
+
+
+def _stages(statistics: Statistics) -> str:
+    return "" if statistics.stages is None else f", {statistics.stages} stages an element"
 
 
 def _attempts(plan: Plan) -> str:

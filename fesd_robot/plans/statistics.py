@@ -9,7 +9,7 @@ from fesd_robot.plans.plan import HomotopyStep, Statistics
 
 
 def statistics_of(
-    problem: Mpcc, solution: MpccSolution, cost_terms: Mapping[str, float], build_seconds: float
+    problem: Mpcc, solution: MpccSolution, cost_terms: Mapping[str, float], build_seconds: float, stages: int
 ) -> Statistics:
     """Return the statistics of a solve.
 
@@ -18,11 +18,13 @@ def statistics_of(
         solution: how that went.
         cost_terms: name of a term -> its part of the objective.
         build_seconds: time that building the problem took, without that of its derivatives.
+        stages: of every element of the problem.
     """
     return Statistics(
         variables=problem.size,
         constraints=problem.constraints,
         pairs=problem.pairs,
+        stages=stages,
         iterations=solution.iterations,
         build_seconds=build_seconds + solution.build_seconds,
         solve_seconds=solution.solve_seconds,

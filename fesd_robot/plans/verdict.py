@@ -86,7 +86,8 @@ def _missed(outcome: Outcome) -> str:
     missed = [entry for entry in outcome.goal if entry.met is False]
     missed.sort(key=lambda entry: -entry.missed_by / max(entry.tolerance or 0.0, 1e-9))
     parts = [
-        f"{one.name} ends at {one.end:.4g} {one.unit}, {one.missed_by:.3g} from {one.goal:.4g} ({one.tolerance:g} allowed)"
+        f"{one.name} ends at {one.end:.4g} {one.unit}, {one.missed_by:.3g} from {one.goal:.4g} "
+        f"({one.tolerance:g} allowed)"
         for one in missed[:_NAMED_MISSES]
     ]
     return ", ".join([*parts, *([f"and {len(missed) - _NAMED_MISSES} more"] if len(missed) > _NAMED_MISSES else [])])

@@ -28,9 +28,8 @@ def weights_of(plan: Plan) -> dict[str, str]:
         if key not in costs:  # a plan of an earlier version
             continue
         for name, _, weights in term.parts(key, costs[key]):
-            if weights is None:
-                only = term.goal == "configuration" and (goal.get("frames") or goal.get("center_of_mass"))
-                weights = dict.fromkeys(goal["configuration"] if only else named[term.names], term.default)
+            if weights is None:  # a plan of an earlier version, or of a motion that repeats
+                continue
             own = named[term.names] if term.quantity is None else dict.fromkeys(weights, term.quantity)
             sentences[name] = _sentence(weights, own, term.unit)
     for frame, target in goal.get("frames", {}).items():

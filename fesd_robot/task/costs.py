@@ -20,7 +20,7 @@ class CostTerm:
         names: what the names of the weights are; None for one weight without a name.
         unit: of a weight, made of ``{square}``, the square of the named quantity's unit, ``{rate}``, the square of that
             unit per s, and ``{integral}``, that unit times s.
-        default: weight of every name where the task gives no map.
+        default: whether the robot's size, mass and time give every name a weight where the task gives no map.
         prefix: of the terms of single names, whose weights are by axis; None where all names are in one term.
         quantity: unit of what is weighted, where the named thing, as a contact, has none of its own.
         goal: the part of the goal from which a distance is measured; a motion that repeats has no such term.
@@ -30,7 +30,7 @@ class CostTerm:
     words: str
     names: NameKind | None
     unit: str
-    default: float = 0.0
+    default: bool = False
     prefix: str | None = None
     quantity: str | None = None
     goal: Literal["configuration", "velocity"] | None = None
@@ -56,27 +56,28 @@ class Costs(Section):
 
     configuration: Annotated[
         Weights | None,
-        CostTerm("deviation from the reference", "configuration coordinate", "/{square}/s", default=1.0),
+        CostTerm("deviation from the reference", "configuration coordinate", "/{square}/s", default=True),
     ] = Field(
         default=None,
         description="Name of a configuration coordinate -> weight of its squared deviation from the reference, per s "
-        "and m2 or rad2; default: 1 for every coordinate.",
+        "and m2 or rad2; default: as much for every coordinate that a deviation of the robot's length or 1 rad "
+        "all the time costs 10.",
     )
     velocity: Annotated[
         Weights | None,
-        CostTerm("velocity", "velocity coordinate", "/{square}/s", default=0.1),
+        CostTerm("velocity", "velocity coordinate", "/{square}/s", default=True),
     ] = Field(
         default=None,
-        description="Name of a velocity coordinate -> weight of its square, per s and (m/s)2 or (rad/s)2; default: "
-        "0.1 for every coordinate.",
+        description="Name of a velocity coordinate -> weight of its square, per s and (m/s)2 or (rad/s)2; default: as "
+        "much for every coordinate that a speed of the robot's length per its own time, sqrt(length / gravity), costs 0.1.",
     )
     control: Annotated[
         Weights | None,
-        CostTerm("control", "control", "/{square}/s", default=1e-3),
+        CostTerm("control", "control", "/{square}/s", default=True),
     ] = Field(
         default=None,
-        description="Name of a control -> weight of its square, per s and N2 or (N m)2; default: 1e-3 for every "
-        "control.",
+        description="Name of a control -> weight of its square, per s and N2 or (N m)2; default: as much for every "
+        "control that a force of the robot's weight, or this times its length as a torque, all the time costs 1.",
     )
     terminal_configuration: Annotated[
         Weights | None,
@@ -84,14 +85,14 @@ class Costs(Section):
             "distance from the goal at the end",
             "configuration coordinate",
             "/{square}",
-            default=100.0,
+            default=True,
             goal="configuration",
         ),
     ] = Field(
         default=None,
         description="Name of a configuration coordinate -> weight of its squared distance from the goal at the end, "
-        "per m2 or rad2; default: 100 for every coordinate, or for every one listed in the goal if it has frames or a "
-        "centre of mass.",
+        "per m2 or rad2; default: as much for every coordinate that the robot's length or 1 rad costs 100; where the "
+        "goal has frames or a centre of mass, for those that it lists.",
     )
     terminal_velocity: Annotated[
         Weights | None,
@@ -99,13 +100,13 @@ class Costs(Section):
             "distance from the goal velocity at the end",
             "velocity coordinate",
             "/{square}",
-            default=10.0,
+            default=True,
             goal="velocity",
         ),
     ] = Field(
         default=None,
         description="Name of a velocity coordinate -> weight of its squared distance from the goal at the end, per "
-        "(m/s)2 or (rad/s)2; default: 10 for every coordinate.",
+        "(m/s)2 or (rad/s)2; default: as much for every coordinate that the robot's length per its own time costs 1.",
     )
     control_change: Annotated[
         Weights,
@@ -132,12 +133,12 @@ class Costs(Section):
         "included, per N s; default: none.",
     )
     slipping: Annotated[
-        Weights,
-        CostTerm("work of friction (not squared)", "contact", "/{linear}", quantity="J"),
+        Weights | None,
+        CostTerm("work of friction (not squared)", "contact", "/{linear}", quantity="J", default=True),
     ] = Field(
-        default_factory=dict,
+        default=None,
         description="Name of a contact -> weight of the work that its friction takes while it slips, impacts included, "
-        "per J; default: none.",
+        "per J; default: as much for every contact that lifting the robot by its length would cost 10.",
     )
     center_of_mass: Annotated[
         AxisWeights,

@@ -7,7 +7,6 @@ from pydantic import Field, model_validator
 from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, conflict
 from fesd_robot.task.standing import Configured
 
-
 DEFAULT_TOLERANCE = 0.01
 """Of everything that a goal promises, m or rad, m/s or rad/s."""
 
@@ -22,8 +21,7 @@ class Tolerance(Section):
     )
     velocity: dict[Name, NonNegative] = Field(
         default_factory=dict,
-        description="Name of a velocity coordinate -> largest distance from its goal, m/s or rad/s, a hard "
-        "constraint.",
+        description="Name of a velocity coordinate -> largest distance from its goal, m/s or rad/s, a hard constraint.",
     )
 
 
@@ -117,7 +115,9 @@ class Goal(Configured):
             if self.tolerance.configuration or self.tolerance.velocity:
                 raise conflict(("tolerance",), "found tolerances beside 'periodic', which always holds exactly")
             if self.soft:
-                raise conflict(("soft",), "found true beside 'periodic', which always holds exactly, expected one of them")
+                raise conflict(
+                    ("soft",), "found true beside 'periodic', which always holds exactly, expected one of them"
+                )
         for name in self.tolerance.configuration if self.has_points and self.periodic is None else ():
             if name not in self.configuration and self.complete:
                 raise conflict(

@@ -154,12 +154,12 @@ class Solver(Section):
     tolerance: Positive = Field(
         default=1e-8, description="Largest complementarity, product G H, of a solved task, in the units of the pairs."
     )
-    sigma_start: Positive = Field(default=1.0, description="Relaxation of the first problem, greater than tolerance.")
+    sigma_start: Positive = Field(default=0.1, description="Relaxation of the first problem, greater than tolerance.")
     sigma_factor: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = Field(
         default=0.35, description="Factor from one relaxation to the next, between 0 and 1."
     )
     velocity_level_ratio: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
-        default=1000.0,
+        default=30.0,
         description="How much larger the relaxation of complementarities on the velocity level is than that of those "
         "on the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
         "before what happens there.",

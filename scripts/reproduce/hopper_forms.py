@@ -32,7 +32,7 @@ from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import MotionProblem, formulate
 
-TASK = Path(__file__).resolve().parents[2] / "tasks" / "hopper_five_jumps.yaml"
+TASK = Path(__file__).resolve().parents[2] / "tasks" / "published_hopper_five_jumps.yaml"
 INTERVALS = (60, 66, 72, 78, 84, 90, 96, 102, 108)
 WHOLE = (60, 84)
 """Intervals of the problems that are solved."""

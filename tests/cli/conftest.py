@@ -14,7 +14,7 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ONE_JUMP = ROOT / "tasks" / "hopper_one_jump.yaml"
+ONE_JUMP = ROOT / "tasks" / "published_hopper_one_jump.yaml"
 
 SMALL = (
     "horizon.duration=0.2",
@@ -104,7 +104,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The small task planned once by the program in its own process, with page and figures."""
     folder = tmp_path_factory.mktemp("finished")
     done = subprocess.run(command("plan", ONE_JUMP, *settings(SMALL)), cwd=folder, env=environment(), **PIPES)
-    return Finished(folder / "runs" / "hopper_one_jump", Outcome(done.returncode, done.stdout, done.stderr))
+    return Finished(folder / "runs" / "published_hopper_one_jump", Outcome(done.returncode, done.stdout, done.stderr))
 
 
 PIPES = {"capture_output": True, "text": True, "timeout": 120}

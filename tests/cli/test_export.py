@@ -47,7 +47,7 @@ def test_json_holds_every_column(run: Run, plan: Path, tmp_path: Path) -> None:
     assert run("export", plan / "plan.json", "--format", "json", "--out", tmp_path / "new" / "motion.json").code == 0
     data = json.loads((tmp_path / "new" / "motion.json").read_text(encoding="utf-8"))
     trajectory = read_plan(plan).trajectory
-    assert (data["name"], data["solved"]) == ("hopper_one_jump", True)
+    assert (data["name"], data["solved"]) == ("published_hopper_one_jump", True)
     assert data["columns"]["time [s]"] == trajectory.time.tolist()
     assert data["columns"]["leg [m]"] == trajectory.configuration["leg"].tolist()
     assert set(data["modes"]) == {"foot"} and len(data["modes"]["foot"]) == len(trajectory.time)

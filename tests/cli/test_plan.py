@@ -21,7 +21,7 @@ def test_a_solved_task_leaves_all_files(finished: Any) -> None:
     assert sorted(file.name for file in finished.folder.iterdir()) == FILES
     assert all(file.stat().st_size > 0 for file in finished.folder.rglob("*") if file.is_file())
     assert list((finished.folder / "figures").glob("*.png"))
-    assert [file.name for file in finished.folder.parent.iterdir()] == ["hopper_one_jump"]
+    assert [file.name for file in finished.folder.parent.iterdir()] == ["published_hopper_one_jump"]
     assert read_plan(finished.folder).status.solved
 
 
@@ -36,11 +36,11 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
         sigmas = [f"{sigma:.0e}" if sigma else "exact" for sigma in (step.sigma, step.velocity_level_sigma)]
         assert row.split()[:4] == [*sigmas, "converged", str(step.iterations)]
     assert 4 <= len(summary) <= 6
-    assert summary[0] == f"hopper_one_jump: {plan.status.message}"
+    assert summary[0] == f"published_hopper_one_jump: {plan.status.message}"
     assert summary[1].startswith("goal: position missed by ") and " m/s (" in summary[1]
     assert summary[2].startswith("foot: no flight; ")
     assert f"{plan.statistics.variables} variables" in summary[3]
-    assert summary[-1] == "written to runs/hopper_one_jump: " + ", ".join(
+    assert summary[-1] == "written to runs/published_hopper_one_jump: " + ", ".join(
         ["plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures/"]
     )
 
@@ -49,7 +49,7 @@ def test_the_page_shows_the_path_of_each_contact(finished: Any) -> None:
     """The page has the task's name, the verdict, the outcome and the name of the contact."""
     page = (finished.folder / "plan.html").read_text(encoding="utf-8")
     plan = read_plan(finished.folder)
-    assert "<title>hopper_one_jump" in page and plan.status.message in page and "</i>foot</li>" in page
+    assert "<title>published_hopper_one_jump" in page and plan.status.message in page and "</i>foot</li>" in page
     assert "<th>goal</th><td>position missed by " in page and "<th>foot</th><td>no flight; " in page
 
 
@@ -87,7 +87,7 @@ def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, sm
     """With --quiet stdout stays empty, and a plan that is not solved is reported on stderr."""
     outcome = run("plan", task, "--quiet", *small, "--set", "solver.max_iterations=3")
     assert (outcome.code, outcome.out) == (3, "")
-    assert outcome.err.startswith("hopper_one_jump: Not solved")
+    assert outcome.err.startswith("published_hopper_one_jump: Not solved")
 
 
 @pytest.mark.parametrize(

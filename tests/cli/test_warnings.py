@@ -15,7 +15,7 @@ from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]
-ONE_JUMP = ROOT / "tasks" / "hopper_one_jump.yaml"
+ONE_JUMP = ROOT / "tasks" / "published_hopper_one_jump.yaml"
 LINE = "reference={type: line}"
 STILL = ["goal.configuration.root_x=0.1", LINE]
 FLYING = ["initial.configuration.root_z=0.9", "goal.configuration.root_z=0.9"]
@@ -98,7 +98,9 @@ def test_warnings_come_first_and_do_not_fail(run: Callable[..., Any], task: Path
     outcome = run("check", task, "--set", "horizon.intervals=2", "--set", "initial.velocity={root_z: -0.5}")
     assert (outcome.code, outcome.err) == (0, "")
     lines = outcome.out.splitlines()
-    assert lines[0] == "hopper_one_jump: the task fits its robot; this is what will be solved, with 2 warnings."
+    assert (
+        lines[0] == "published_hopper_one_jump: the task fits its robot; this is what will be solved, with 2 warnings."
+    )
     assert lines[2].startswith("Warnings    Contact 'foot' touches at the start and moves on")
     assert max(map(len, lines)) <= 120
 

@@ -16,7 +16,7 @@ from fesd_robot.task import load_task
 
 from .motions import branch_of
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
 INVERSE_INERTIA = 10.909090909090909
 RESTING_FORCE = 0.89925
 CLOCK_RATE = 0.99108764435810970

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def explained(*overrides: str) -> str:
-    motion = formulate(load_task(ROOT / "tasks" / "hopper_one_jump.yaml", overrides))
+    motion = formulate(load_task(ROOT / "tasks" / "published_hopper_one_jump.yaml", overrides))
     text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
     assert max(map(len, text.splitlines())) <= 120
     return " ".join(text.split())

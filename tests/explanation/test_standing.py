@@ -37,7 +37,7 @@ def test_what_was_found_is_said() -> None:
 
 def test_nothing_is_said_where_nothing_was_asked() -> None:
     """A task without `stand_on` has no such section."""
-    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml"))
+    motion = formulate(load_task(TASKS / "published_hopper_one_jump.yaml"))
     assert "tanding" not in explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
 
 
@@ -45,7 +45,7 @@ def test_nothing_is_said_where_nothing_was_asked() -> None:
 def test_a_start_that_floats_is_reported_with_the_height(height: float, gap: str) -> None:
     """A hopper at rest up to 1 cm above the ground falls; with the height from the warning it stands."""
     overrides = [f"initial.configuration.root_z={height}", "goal.configuration.root_z=0.5", LINE]
-    assert warnings("hopper_one_jump", *overrides) == [
+    assert warnings("published_hopper_one_jump", *overrides) == [
         f"Contact 'foot' starts {gap} m above the ground and falls; to stand, write initial.configuration.root_z: 0.5 "
         "or initial.stand_on: [foot]."
     ]
@@ -56,12 +56,12 @@ def test_the_height_on_a_slope() -> None:
     at = ["ground.slope=0.2", "goal.configuration.root_z=0.75", LINE]
     height = 0.5 + 0.1 * math.tan(0.2)
     floating = [f"initial.configuration.root_z={height + 0.004:.6f}", *at]
-    (sentence,) = warnings("hopper_one_jump", *floating)
+    (sentence,) = warnings("published_hopper_one_jump", *floating)
     advised = re.search(r"root_z: ([\d.]+) or (initial\.stand_on: \[foot\])\.", sentence)
     assert advised is not None and float(advised[1]) == pytest.approx(height, abs=1e-6)
     assert f"starts {0.004 * math.cos(0.2):.4g} m" in sentence
-    assert warnings("hopper_one_jump", *at, f"initial.configuration.root_z={advised[1]}") == []
-    assert warnings("hopper_one_jump", *floating, advised[2].replace(": ", "=")) == []
+    assert warnings("published_hopper_one_jump", *at, f"initial.configuration.root_z={advised[1]}") == []
+    assert warnings("published_hopper_one_jump", *floating, advised[2].replace(": ", "=")) == []
 
 
 def test_the_foot_that_touches_first_decides() -> None:
@@ -91,13 +91,13 @@ def test_the_foot_that_touches_first_decides() -> None:
 )  # fmt: skip
 def test_a_start_that_does_not_float_by_mistake_is_not(overrides: list[str]) -> None:
     """Standing, jumping, flying higher, a free start and a robot that touches something else are no reason to warn."""
-    assert warnings("hopper_one_jump", LINE, *overrides) == []
+    assert warnings("published_hopper_one_jump", LINE, *overrides) == []
 
 
 def test_degrees_of_a_posture_are_reported_there_once() -> None:
     """An angle in degrees that a posture gives is reported under the posture, not where it is used."""
     overrides = ["postures={tilted: {root_pitch: 30}}", "goal={posture: tilted, configuration: {root_z: 0.9}}"]
-    found = warnings("hopper_one_jump", "limits.position.root_pitch=[null, null]", LINE, *overrides)
+    found = warnings("published_hopper_one_jump", "limits.position.root_pitch=[null, null]", LINE, *overrides)
     assert [sentence for sentence in found if "turns" in sentence] == [
         "postures.tilted.root_pitch is 30 rad, 4.8 turns; 30 degrees would be 0.523599 rad."
     ]

@@ -20,7 +20,7 @@ from fesd_robot.task import load_task
 
 from .systems import leaving, relay, scalar
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
 
 
 def _polished(

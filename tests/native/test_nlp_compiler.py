@@ -67,7 +67,7 @@ def _assert_same(plain: RelaxedNlp, compiled: RelaxedNlp, x: np.ndarray) -> None
 
 def _hopper(intervals: int, goal: float = 0.3) -> Mpcc:
     changes = [f"horizon.intervals={intervals}", f"goal.configuration.root_x={goal}"]
-    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml", changes))
+    motion = formulate(load_task(TASKS / "published_hopper_one_jump.yaml", changes))
     return Transcription(motion.ocp, motion.fesd).problem
 
 

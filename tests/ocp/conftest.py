@@ -48,4 +48,4 @@ def load(tmp_path: Path) -> Callable[[str], Task]:
 @pytest.fixture(scope="session")
 def hopper() -> MotionProblem:
     """The benchmark: five metres in five seconds with five jumps."""
-    return formulate(load_task(ROOT / "tasks" / "hopper_five_jumps.yaml"))
+    return formulate(load_task(ROOT / "tasks" / "published_hopper_five_jumps.yaml"))

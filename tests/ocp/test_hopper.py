@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import load_task
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_five_jumps.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_five_jumps.yaml"
 STATE = ["root_x", "root_z", "root_pitch", "leg"]
 
 

@@ -64,9 +64,9 @@ def test_slipping_has_a_price(load_short: Callable[..., Task]) -> None:
     assert result.statistics.cost_terms["slipping"] == pytest.approx(0.01 * work, rel=0.05)
 
 
-def test_the_hopper_hops_to_rest() -> None:
+def test_the_hopper_one_jump() -> None:
     """What the first line of the task says: it hops, the foot never slips, and the robot is there and at rest."""
-    result = plan(load_task(TASKS / "hopper_hops_to_rest.yaml"))
+    result = plan(load_task(TASKS / "hopper_one_jump.yaml"))
     assert result.status.solved and result.status.exact, result.status.message
     assert result.outcome is not None
     foot = result.outcome.contacts["foot"]
@@ -110,7 +110,7 @@ def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
 
 def test_a_hopper_may_slip_a_little() -> None:
     """A hopper that may slip 5 cm hops to rest and slips no further; what it slips is the path of its foot."""
-    task = load_task(TASKS / "hopper_hops_to_rest.yaml", ["contacts.foot.slipping=0.05", "solver.retries=0"])
+    task = load_task(TASKS / "hopper_one_jump.yaml", ["contacts.foot.slipping=0.05", "solver.retries=0"])
     result = plan(task)
     assert result.status.solved and result.status.exact, result.status.message
     assert 0.01 < slid(result) <= 0.05 + 1e-6

@@ -115,7 +115,7 @@ def test_more_coordinates_than_contacts() -> None:
     """Of all configurations in which one foot touches, one near the start is found, within the limits."""
     stand = "initial.stand_on={contacts: [foot], adjust: [root_z, leg]}"
     motion = formulated(
-        "hopper_one_jump", stand, "initial.configuration.root_z=0.8", "initial.configuration.leg=0.4",
+        "published_hopper_one_jump", stand, "initial.configuration.root_z=0.8", "initial.configuration.leg=0.4",
         "limits.position.root_z=[0.42, null]",
     )  # fmt: skip
     found = motion.task.initial.configuration
@@ -178,7 +178,7 @@ def test_a_formulated_task_stays_as_it_is() -> None:
     for name, *overrides in (
         ("biped_step", "ground.slope=0.1", "initial.stand_on=[left, right]", "goal.stand_on=[left, right]"),
         ("wheel_hills", "initial.configuration.root_x=0.55", "initial.stand_on=[rim]"),
-        ("hopper_one_jump", "postures={low: {leg: 0.2}}", "waypoints=[{posture: low, stand_on: [foot]}]"),
+        ("published_hopper_one_jump", "postures={low: {leg: 0.2}}", "waypoints=[{posture: low, stand_on: [foot]}]"),
     ):
         once = formulated(name, *overrides).task
         stored = Task.model_validate(json.loads(json.dumps(once.model_dump(mode="json")))).with_origins(once.origins)
@@ -198,7 +198,7 @@ def test_a_plan_has_what_was_found(load_short: Callable[..., Task]) -> None:
     assert task_of(made).goal.configuration["root_z"] == pytest.approx(goal, abs=EXACT)
 
 
-@pytest.mark.parametrize("name", ["hopper_one_jump", "solo12_jump"])
+@pytest.mark.parametrize("name", ["published_hopper_one_jump", "solo12_jump"])
 def test_a_task_without_both_stays_as_it_is(name: str) -> None:
     """A task that names no posture and no contacts to stand on is not changed."""
     task = load_task(TASKS / f"{name}.yaml")

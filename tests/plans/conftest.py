@@ -19,7 +19,7 @@ from fesd_robot.task import load_task
 
 from .motions import drop
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_five_jumps.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_five_jumps.yaml"
 
 
 @pytest.fixture(scope="session")

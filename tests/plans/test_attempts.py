@@ -15,7 +15,7 @@ from fesd_robot.strategies import multistart
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
 
 
 def attempt(seed: int, solved: bool, objective: float, kept: bool = False) -> Attempt:

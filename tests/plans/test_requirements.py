@@ -16,7 +16,7 @@ from fesd_robot.task import load_task
 
 from .motions import collision, drop, stance, tumble
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_five_jumps.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_five_jumps.yaml"
 SAME = ["horizon.duration=0.3", "horizon.intervals=2", "reference={type: line}", "goal.configuration={}"]
 
 

@@ -13,7 +13,7 @@ from fesd_robot.ocp import formulate
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.task import load_task
 
-TASK = Path(__file__).parents[2] / "tasks" / "hopper_one_jump.yaml"
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
 LEG_ALONE = ("robot.actuators=null", "costs={}")
 """Only the joint of the leg is driven."""
 

@@ -69,7 +69,7 @@ def test_a_shipped_task_loads(path: Path) -> None:
 
 def test_five_jumps_is_the_published_benchmark() -> None:
     """The five-jump task holds the numbers of the published hopper problem."""
-    task = load_task(next(path for path in TASKS if path.stem == "hopper_five_jumps"))
+    task = load_task(next(path for path in TASKS if path.stem == "published_hopper_five_jumps"))
     assert (task.horizon.duration, task.horizon.intervals, task.method.elements, task.method.stages) == (5, 50, 3, 2)
     assert task.reference == Jumps(type="jumps", count=5, apex={"root_z": 1.0, "leg": 0.1})
     assert task.goal.configuration == {"root_x": 5, "root_z": 0.5, "root_pitch": 0, "leg": 0.5}

@@ -1,0 +1,75 @@
+"""A solution carried over to another problem on the same branch."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.mpcc.ipopt_settings import linear_solver_options
+from fesd_robot.mpcc.options import HomotopyOptions
+from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.problem import Mpcc
+from fesd_robot.mpcc.solution import MpccSolution, NlpReport
+
+CONTINUATION_ITERATIONS = 200
+"""IPOPT iterations on a branch that is known to be the right one."""
+
+
+def continue_on_branch(
+    problem: Mpcc,
+    polisher: Polisher,
+    start: tuple[np.ndarray, Branch],
+    earlier: MpccSolution,
+    options: HomotopyOptions,
+    *,
+    seconds_left: Callable[[], float | None],
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Callable[[int, float], bool] | None = None,
+) -> MpccSolution | None:
+    """Return the exact solution of a problem on the branch of an earlier one, or None if there is none nearby.
+
+    Args:
+        problem: with the same conditions as the earlier one, discretised more finely.
+        polisher: of the problem.
+        start: a point of the problem, (n), and its branch.
+        earlier: the solution it continues; its NLPs are listed first in the result.
+        options: of the homotopy.
+        seconds_left: of the time limit, None for none.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
+    """
+    begin, reports = time.perf_counter(), list(earlier.reports)
+
+    def report(one: PolishingReport) -> None:
+        reports.append(NlpReport.of_polishing(one))
+        if progress:
+            progress(reports[-1])
+
+    end = BranchNlp.of(polisher, options.compile).solve(
+        problem,
+        start[0],
+        options={**linear_solver_options(options.linear_solver), **options.ipopt},
+        limits=PolishingLimits(
+            options.feasibility,
+            seconds_left,
+            report,
+            iterations=min(CONTINUATION_ITERATIONS, options.max_iterations),
+            stop=stop,
+        ),
+        branches=[start[1]],
+    )
+    if end is None:
+        return None
+    return replace(
+        earlier,
+        w=end.w,
+        residuals=end.residuals,
+        branch=end.branch,
+        status=end.status,
+        reports=reports,
+        solve_seconds=earlier.solve_seconds + time.perf_counter() - begin,
+    )
