@@ -40,7 +40,7 @@ class Tableau:
     Source: Hairer & Wanner, Solving ODEs II, IV.5 (simplifying assumptions B(p), C(eta), D(zeta)).
     """
 
-    scheme: str
+    scheme: Scheme
     A: np.ndarray
     b: np.ndarray
     c: np.ndarray

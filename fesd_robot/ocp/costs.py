@@ -82,7 +82,7 @@ def _slipping(parts: ProblemParts) -> Terms:
     Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
     takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero.
     """
-    weights = parts.task.costs.slipping
+    weights = parts.task.costs.slipping or {}
     if not parts.task.costs.used("slipping"):
         return {}
     total = ca.SX(0)

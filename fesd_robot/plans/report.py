@@ -106,7 +106,8 @@ def _effort(plan: Plan) -> str:
     header = ["sigma", "velocity level", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
     return (
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs"
-        f"{_stages(s)}; built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} iterations.\n\n"
+        f"{_stages(s)}; built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} "
+        "iterations.\n\n"
         + markdown_table(header, rows)
         + _attempts(plan)
     )

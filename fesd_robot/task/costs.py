@@ -69,7 +69,8 @@ class Costs(Section):
     ] = Field(
         default=None,
         description="Name of a velocity coordinate -> weight of its square, per s and (m/s)2 or (rad/s)2; default: as "
-        "much for every coordinate that a speed of the robot's length per its own time, sqrt(length / gravity), costs 0.1.",
+        "much for every coordinate that a speed of the robot's length per its own time, sqrt(length / gravity), "
+        "costs 0.1.",
     )
     control: Annotated[
         Weights | None,

@@ -41,8 +41,8 @@ class PointTarget(Section):
     )
     velocity_tolerance: NonNegative | None = Field(
         default=None,
-        description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: 0.01 "
-        "in a goal that is not soft, else none, only the weight.",
+        description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: "
+        "0.01 in a goal that is not soft, else none, only the weight.",
     )
     weight: NonNegative = Field(default=100.0, description="Weight of the squared distance from the position, per m2.")
     velocity_weight: NonNegative = Field(
