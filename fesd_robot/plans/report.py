@@ -107,9 +107,7 @@ def _effort(plan: Plan) -> str:
     return (
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs"
         f"{_stages(s)}; built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} "
-        "iterations.\n\n"
-        + markdown_table(header, rows)
-        + _attempts(plan)
+        "iterations.\n\n" + markdown_table(header, rows) + _attempts(plan)
     )
 
 
