@@ -24,14 +24,12 @@ class ContactClaim:
         longest: the longest flight is at least so long, m.
         highest: some flight is at least so high, m.
         slides: fewest and most metres that it slips in all.
-        impacts: fewest impacts.
     """
 
     flights: tuple[int, int] = (0, 0)
     longest: float = 0.0
     highest: float = 0.0
     slides: tuple[float, float] = (0.0, 1e-3)
-    impacts: int = 0
 
     def broken(self, name: str, contact: ContactOutcome) -> Iterator[str]:
         """Yield what a contact does otherwise."""
@@ -45,8 +43,6 @@ class ContactClaim:
             yield f"no flight of {name} is {self.highest:g} m high"
         if not self.slides[0] <= contact.slide_distance <= self.slides[1]:
             yield f"{name} slips {contact.slide_distance:.3g} m"
-        if len(contact.impacts) < self.impacts:
-            yield f"{name} has {len(contact.impacts)} impacts"
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,7 @@ CLAIMS: dict[str, Claim] = {
     "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
     "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),
     "cart_pole_friction": Claim({"runner": ContactClaim(slides=FREE)}),
-    "double_pendulum_wall": Claim({"tip": ContactClaim((1, 3), highest=0.9, slides=FREE, impacts=1)}),
+    "double_pendulum_wall": Claim({"tip": ContactClaim((1, 3), highest=0.9, slides=(0.0, 0.05))}),
     "hopper_downhill": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
     "hopper_five_jumps": Claim({"foot": ContactClaim((5, 5), longest=0.9, highest=0.3)}),
     "hopper_one_jump": Claim({"foot": ContactClaim((1, 1), longest=0.8, highest=0.3)}),
