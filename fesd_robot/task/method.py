@@ -97,7 +97,9 @@ class Method(Section):
 
     scheme: Literal["radau_iia", "gauss_legendre"] = Field(default="radau_iia", description="Runge-Kutta scheme.")
     stages: Annotated[int, Field(strict=True, ge=1, le=9)] = Field(
-        default=2, description="Number of stages of the scheme, 1 to 9."
+        default=2,
+        description="Number of stages of the scheme, 1 to 9; up to two more where the audit finds an exact motion too "
+        "coarse.",
     )
     elements: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
         default=3, description="Number of finite elements per control interval; an impact needs 3."
