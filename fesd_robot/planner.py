@@ -61,8 +61,8 @@ def plan(
 
     Returns:
         The cheapest solved plan of the starts, else the first that is solved, else one that only misses the goal, else
-        the first of all;
-        `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was tried.
+        the first of all; `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was
+        tried.
 
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
