@@ -19,6 +19,7 @@ from fesd_robot.adapters import (
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription, with_stages
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, continue_on_branch, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan
@@ -105,7 +106,8 @@ def attempt(
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = _Solved.of(motion, transcription, solution)
-    while solved.inexact and solved.stages < task.method.stages + ADDED_STAGES:
+    most_stages = min(task.method.stages + ADDED_STAGES, MAX_STAGES)
+    while solved.inexact and solved.stages < most_stages:
         refined = _refined(solved, options, deadline, progress, stop)
         if refined is None:
             break

@@ -63,14 +63,12 @@ def overrides(values: dict[str, float]) -> list[str]:
     height = 0.5 * np.cos(values["pitch"]) + values["drop"]
     goal = 0.1 + values["distance"]
     return [
+        "initial.stand_on=null",
         f"initial.configuration.root_z={height:.6f}",
         f"initial.configuration.root_pitch={values['pitch']}",
-        f"goal.configuration={{root_x: {goal:.6f}, root_z: 0.5, root_pitch: 0.0, leg: 0.5}}",
-        f"limits.position.root_x=[0, {goal + 0.1:.6f}]",
+        f"goal.configuration.root_x={goal:.6f}",
         f"horizon.duration={values['duration']}",
         f"ground.friction={values['friction']}",
-        "solver.tolerance=1e-6",
-        "solver.linear_solver=auto",
     ]
 
 
@@ -115,7 +113,7 @@ def main() -> int:
         f"Made by `python scripts/robustness.py --count {arguments.count} --retries {arguments.retries}`, "
         f"{arguments.processes} processes, Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
-        f"**{solved} of {len(rows)} solved** to complementarity 1e-6 with the physics audit passed, {first} of them at "
+        f"**{solved} of {len(rows)} solved**, the goal reached and the physics audit passed, {first} of them at "
         f"the first attempt; median {np.median([row['seconds'] for row in rows]):.0f} s, "
         f"{np.median([row['iterations'] for row in rows]):.0f} iterations.",
         "",
