@@ -103,7 +103,7 @@ def test_the_example_runs(
 ) -> None:
     """The example of `help(fesd_robot)` runs as it is printed, here with a shorter motion of the same robot."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(fesd_robot, "load_task", lambda file: load_short())
+    monkeypatch.setattr(fesd_robot, "load_task", lambda file: load_short("name=hopper_one_jump"))
     example = doctest.DocTestParser().get_doctest(fesd_robot.__doc__ or "", {}, "help(fesd_robot)", None, None)
     failed, tried = doctest.DocTestRunner().run(example, out=sys.stderr.write)
     assert failed == 0 and tried > 5, capsys.readouterr().err

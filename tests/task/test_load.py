@@ -41,7 +41,7 @@ def test_ten_lines_make_a_task(write: Write) -> None:
     assert (task.method.scheme, task.method.stages, task.method.elements) == ("radau_iia", 2, 3)
     assert (task.method.formulation.gap, task.method.formulation.baumgarte_gain) == ("integrated", 30)
     assert task.method.auxiliary_force == "auto"
-    assert (task.solver.tolerance, task.solver.sigma_start, task.solver.sigma_factor) == (1e-8, 1, 0.35)
+    assert (task.solver.tolerance, task.solver.sigma_start, task.solver.sigma_factor) == (1e-8, 0.1, 0.35)
     assert task.solver.time_limit is None
 
 
@@ -71,7 +71,7 @@ def test_five_jumps_is_the_published_benchmark() -> None:
     """The five-jump task holds the numbers of the published hopper problem."""
     task = load_task(next(path for path in TASKS if path.stem == "published_hopper_five_jumps"))
     assert (task.horizon.duration, task.horizon.intervals, task.method.elements, task.method.stages) == (5, 50, 3, 2)
-    assert task.reference == Jumps(type="jumps", count=5, apex={"root_z": 1.0, "leg": 0.1})
+    assert task.reference == Jumps(type="jumps", count=5, apex={"root_z": 1.0, "leg": 0.1}, stance=0)
     assert task.goal.configuration == {"root_x": 5, "root_z": 0.5, "root_pitch": 0, "leg": 0.5}
     assert task.costs.configuration == {"root_x": 100, "root_z": 100, "root_pitch": 20, "leg": 50}
     assert task.limits.position["root_pitch"] == (-math.pi, math.pi)
