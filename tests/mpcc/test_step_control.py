@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,7 @@ def test_steps_grow_again(monkeypatch: pytest.MonkeyPatch) -> None:
     solver = Solver(smallest=0.2)
     _solved(monkeypatch, solver)
     good = [call[0] for call in solver.calls if not call[2]]
-    assert all(0.0099 <= after / before < 1 for before, after in zip(good, good[1:], strict=False))
+    assert all(0.0099 <= after / before < 1 for before, after in pairwise(good))
     plain = Solver(smallest=0.0)
     assert _solved(monkeypatch, plain).exact
     assert [call[0] for call in plain.calls] == pytest.approx([sigma for sigma, _ in _plain_sigmas(len(plain.calls))])
@@ -84,7 +85,7 @@ def test_a_solver_that_is_always_lost_comes_to_an_end(monkeypatch: pytest.Monkey
     solver = Solver(smallest=1.0, iterations=iterations)
     _solved(monkeypatch, solver)
     sigmas = [call[0] for call in solver.calls]
-    repeated = sum(after > before for before, after in zip(sigmas, sigmas[1:], strict=False))
+    repeated = sum(after > before for before, after in pairwise(sigmas))
     assert 3 <= repeated <= MOST_LOST
     assert sigmas[3] == pytest.approx(0.1 ** (2 * SHORTEST_STEP)) and sigmas[4] == pytest.approx(0.1**SHORTEST_STEP)
     assert sigmas[-1] <= OPTIONS.polish_at and len(sigmas) <= MOST_LOST + 60

@@ -37,7 +37,7 @@ def test_the_hoppers_scales(short: str, load: Load) -> None:
 
 
 def test_the_hoppers_weights(short: str, load: Load) -> None:
-    """Deviations of the leg's length or 1 rad cost 10 all the time and 100 at the end; speeds, forces and work alike."""
+    """A deviation of the leg's length or 1 rad costs 10 all the time and 100 at the end; speeds, forces and work alike."""
     motion = formulate(load(short.replace("duration: 1", "duration: 2")))
     costs = motion.task.costs
     closed_forms = {
@@ -109,9 +109,7 @@ def test_the_same_motion_of_a_larger_robot_costs_the_same(
     assert large_price["foot"] * mass * length == pytest.approx(small_price["foot"], rel=1e-2)
 
 
-def _terms(
-    motion: MotionProblem, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float
-) -> dict[str, float]:
+def _terms(motion: MotionProblem, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float) -> dict[str, float]:
     """The integrands times the duration in flight, and the terms of the end."""
     ocp = motion.ocp
     running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))(x, u, [0, 0, 1], p)

@@ -53,8 +53,8 @@ def test_without_stance_a_jump_takes_all_its_time(short: str, load: Load) -> Non
     """With stance 0 the jump is one parabola over the whole line: q = line(t) + (apex - start) 4 t (1 - t)."""
     motion = jumps(load, short, "apex: {root_z: 1.1, leg: 0.2}, stance: 0")
     for time in np.linspace(0, 1, 21):
-        lift = 4 * time * (1 - time) * np.array([0, 0.5, 0, -0.3])
-        np.testing.assert_allclose(motion.reference.configuration(time), [time, 0.6, 0, 0.5] + lift, atol=1e-12)
+        expected = np.array([time, 0.6, 0, 0.5]) + 4 * time * (1 - time) * np.array([0, 0.5, 0, -0.3])
+        np.testing.assert_allclose(motion.reference.configuration(time), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -71,10 +71,10 @@ def test_without_stance_a_jump_takes_all_its_time(short: str, load: Load) -> Non
 def test_where_nothing_is_left_of_a_free_fall(
     short: str, load: Load, keys: str, duration: float, stance: float
 ) -> None:
-    """A given stance wins; without an apex of the root there is none, and a flight has from a fifth to all of a jump."""
+    """A given stance wins; without an apex of the root there is none; a flight has from a fifth to all of a jump."""
     motion = jumps(load, short, keys, duration=duration)
     assert stance_of(motion) == pytest.approx(stance, abs=1e-12)
     for time in np.linspace(0, 1, 41):
         assert np.isfinite(motion.reference.configuration(time)).all()
     np.testing.assert_allclose(motion.reference.configuration(0), START, atol=1e-12)
-    np.testing.assert_allclose(motion.reference.configuration(duration), START + [1, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(motion.reference.configuration(duration), START + np.array([1, 0, 0, 0]), atol=1e-12)

@@ -94,7 +94,7 @@ def test_an_empty_goal_promises_nothing(short: str, load: Load) -> None:
 
 @pytest.mark.parametrize("goal", [GOAL, GOAL + FRAMES, f"{GOAL}  soft: true\n", f"{GOAL}  stand_on: [foot]\n"])
 def test_a_completed_task_stays_as_it_is(short: str, load: Load, goal: str) -> None:
-    """The task of a problem can be formulated again and promises the same; so a plan's task gives the plan's problem."""
+    """The task of a problem can be formulated again and promises the same, as that of a plan must."""
     once = formulate(load(short.removesuffix(GOAL) + goal))
     twice = formulate(once.task)
     assert twice.task == once.task
@@ -109,8 +109,8 @@ def test_limits_that_exclude_rest(short: str, load: Load) -> None:
         formulate(load(moving + limits))
     assert caught.value.key == "goal"
     assert caught.value.message == (
-        "found no velocity, which means rest, but 'root_x' is limited to [0.5, 2], expected goal.velocity.root_x within "
-        "its limits, or goal.soft: true"
+        "found no velocity, which means rest, but 'root_x' is limited to [0.5, 2], expected goal.velocity.root_x "
+        "within its limits, or goal.soft: true"
     )
     for other in ("  velocity: {root_x: 1}\n", "  soft: true\n"):
         assert formulate(load(moving + other + limits)).limits.lower_velocity[0] == 0.5

@@ -34,7 +34,9 @@ def test_points_of_the_goal(short: str, load: Load) -> None:
     for x in states():
         p, dp, _ = frame(motion.robot, "foot", x[:4], x[4:8])
         c, dc = center_of_mass(motion.robot, x[:4], x[4:8])
-        np.testing.assert_allclose(rows(goal, x), [p[0] - 0.9, p[2] - 0.2, dp[0] - 0.3, c[2] - 0.7, dc[0] - 1], atol=1e-12)
+        np.testing.assert_allclose(
+            rows(goal, x), [p[0] - 0.9, p[2] - 0.2, dp[0] - 0.3, c[2] - 0.7, dc[0] - 1], atol=1e-12
+        )
         expected = {
             "goal: foot": 7 * ((p[0] - 0.9) ** 2 + (p[2] - 0.2) ** 2) + 3 * (dp[0] - 0.3) ** 2,
             "goal: center of mass": 100 * (c[2] - 0.7) ** 2 + 10 * (dc[0] - 1) ** 2,

@@ -89,7 +89,9 @@ def test_a_missed_goal_is_named(clean: Audit) -> None:
     ]
     status = status_of(solution("converged", solved=True), late, Outcome(goal=entries, contacts={}), 1e-8)
     assert not status.solved and not status.audit_passed
-    assert status.message.startswith("Not solved: the goal is missed, leg velocity ends at 5 m/s, 5 from 0 (0 allowed), ")
+    assert status.message.startswith(
+        "Not solved: the goal is missed, leg velocity ends at 5 m/s, 5 from 0 (0 allowed), "
+    )
     assert "root_x ends at 0.3125 m, 0.312 from 0 (0.01 allowed)" in status.message
     assert "and 1 more; try" in status.message and "goal.tolerance" in status.message
     also = late.model_copy(update={"min_gap": -0.02, "violations": ["min_gap", "max_goal_violation"]})
@@ -124,7 +126,9 @@ def test_feasible_but_not_complementary(clean: Audit) -> None:
 
 def test_an_interval_that_ran_out_of_elements(clean: Audit) -> None:
     """If the worst place lies in an interval without an element to spare, that is said; in another one it is not."""
-    there, elsewhere = (status_of(solution("infeasible", violation=0.5), clean, REACHED, 1e-8, None, [k]) for k in (7, 3))
+    there, elsewhere = (
+        status_of(solution("infeasible", violation=0.5), clean, REACHED, 1e-8, None, [k]) for k in (7, 3)
+    )
     assert "interval 7 ran out of finite elements" in there.message and "method.elements" in there.message
     assert "ran out" not in elsewhere.message
 
