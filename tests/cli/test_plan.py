@@ -101,7 +101,7 @@ def test_a_goal_out_of_reach_is_missed_in_so_many_words(
     words = f"root_x ends at {x.end:.4g} m, {x.missed_by:.3g} from 1 (0.01 allowed)"
     assert words in plan.status.message and words in outcome.out
     assert not plan.status.solved and plan.status.nlp == "converged" and plan.status.exact
-    assert plan.audit.violations == ["max_goal_violation"]
+    assert plan.audit.violations == ["max_goal_violation"] and plan.task["goal"]["soft"] is False
     assert [attempt.changes for attempt in plan.statistics.attempts][::2] == [{}, {"goal.soft": True}]
     assert [attempt.kept for attempt in plan.statistics.attempts] == [False, False, True]
 

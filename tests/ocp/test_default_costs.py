@@ -37,7 +37,7 @@ def test_the_hoppers_scales(short: str, load: Load) -> None:
 
 
 def test_the_hoppers_weights(short: str, load: Load) -> None:
-    """A deviation of the leg's length or 1 rad costs 10 all the time and 100 at the end; speeds, forces and work alike."""
+    """The leg's length or 1 rad costs 10 all the time and 100 at the end; speeds, forces and work are counted alike."""
     motion = formulate(load(short.replace("duration: 1", "duration: 2")))
     costs = motion.task.costs
     closed_forms = {

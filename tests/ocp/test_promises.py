@@ -88,7 +88,7 @@ def test_contacts_to_stand_on_are_promised(short: str, load: Load) -> None:
 
 def test_an_empty_goal_promises_nothing(short: str, load: Load) -> None:
     """A task without a goal has no bounds at its end."""
-    goal = promised(load, short.removesuffix(f"goal:\n{GOAL}") + GOAL, "")  # only `initial` is left
+    goal = formulate(load(short.removesuffix(f"goal:\n{GOAL}"))).task.goal
     assert (goal.tolerance.configuration, goal.tolerance.velocity) == ({}, {})
 
 
