@@ -30,7 +30,7 @@ from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
-from fesd_robot.task import Task
+from fesd_robot.task import Jumps, Task
 
 ADDED_STAGES = 2
 """How many stages more than the task's an element may get where the audit finds an exact solution too coarse."""
@@ -61,8 +61,8 @@ def plan(
 
     Returns:
         The cheapest solved plan of the starts, else the first that is solved, else one that only misses the goal, else
-        the first of all;
-        `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was tried.
+        the first of all; `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was
+        tried.
 
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
@@ -116,7 +116,8 @@ def attempt(
     certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
     full_intervals = [] if solution.solved else polisher.out_of_elements(w)
     outcome = motion_outcome(motion, solved.physical, physics)
-    status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals)
+    jumps = isinstance(task.reference, Jumps)
+    status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
     statistics = statistics_of(problem, solution, transcription.cost_terms(w), build_seconds, solved.stages)
     return assembled_plan(
         motion,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -24,9 +24,9 @@ from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact
+from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact, Goal
 from fesd_robot.task import Robot as RobotSection
-from fesd_robot.task.words import listed
+from fesd_robot.task.words import enumerated, listed
 
 WIDTH = 100
 LABEL = 12
@@ -262,19 +262,40 @@ def capacity(elements: int) -> str:
 
 def _goal(motion: MotionProblem) -> list[str]:
     goal, robot = motion.task.goal, motion.robot
-    units = {**velocity_units(robot), **configuration_units(robot)}
+    positions, velocities = configuration_units(robot), velocity_units(robot)
     if goal.periodic is not None:
-        shifts = ", ".join(f"{name} by {value:g} {units[name]}" for name, value in goal.periodic.stride.items())
+        shifts = ", ".join(f"{name} by {value:g} {positions[name]}" for name, value in goal.periodic.stride.items())
         stride = f", shifted by one stride: {shifts}" if shifts else ""
         first = f"Periodic: the motion ends in the state it begins in{stride}; the start is free within the limits."
         return [first, *described_points(goal)]
-    tolerance = goal.tolerance
-    hard = [f"{name} within {width:g} {units[name]}" for name, width in tolerance.configuration.items()]
-    velocity_unit = velocity_units(robot)
-    hard += [f"velocity of {name} within {width:g} {velocity_unit[name]}" for name, width in tolerance.velocity.items()]
-    soft = "all else is" if hard else "The whole goal is"
-    first = (f"Hard: {', '.join(hard)}; " if hard else "") + f"{soft} soft, with weights in the terminal costs only."
-    return [first, *described_points(goal)]
+    widths = goal.tolerance
+    hard = [*_hard(widths.configuration, positions), *_hard_velocities(goal, velocities)]
+    if not hard:
+        soft = "All coordinates are" if goal.has_points else "The whole goal is"
+    elif len(widths.configuration) + len(widths.velocity) == len(positions) + len(velocities):
+        soft = ""
+    else:
+        soft = "all other coordinates are" if goal.has_points else "all else is"
+    sentence = [f"Hard: {', '.join(hard)}"] if hard else []
+    sentence += [f"{soft} soft, with weights in the terminal costs only"] if soft else []
+    return [f"{'; '.join(sentence)}.", *described_points(goal)]
+
+
+def _hard_velocities(goal: Goal, units: Mapping[str, str]) -> list[str]:
+    """Say how closely velocities are reached: in one phrase if all are to be zero, and equally closely."""
+    widths = goal.tolerance.velocity
+    if goal.rests and len(widths) == len(units) and len(set(widths.values())) == 1:
+        return [f"at rest within {next(iter(widths.values())):g} {' and '.join(dict.fromkeys(units.values()))}"]
+    return _hard(widths, units, "velocity of ")
+
+
+def _hard(widths: Mapping[str, float], units: Mapping[str, str], what: str = "") -> list[str]:
+    """Return a phrase for all coordinates of one unit that are reached equally closely."""
+    groups: dict[tuple[float, str], list[str]] = {}
+    for name, unit in units.items():
+        if name in widths:
+            groups.setdefault((widths[name], unit), []).append(name)
+    return [f"{what}{enumerated(names)} within {width:g} {unit}" for (width, unit), names in groups.items()]
 
 
 def _reference(motion: MotionProblem) -> list[str]:

@@ -54,8 +54,10 @@ def solve(
     ends the homotopy; the best point so far is returned with its residuals, and `solved` is False.
 
     With a polisher the homotopy is loose first: NLPs of a few iterations (`options.loose_iterations`), converged or
-    not, down to `options.polish_at`. The branch is read off there, and the smooth problem on it is solved; its end is
-    exact. Where no branch fits, the homotopy goes on with NLPs that converge, and polishing is tried again at its end.
+    not, down to `options.polish_at`. After one that is lost, far from its constraints, sigma falls by less from the
+    point before it. The branch is read off at the end, and the smooth problem on it is solved; its end is exact. Where
+    no branch fits, the homotopy goes on with NLPs that converge, and polishing is tried again at every sigma of the
+    position level.
 
     Args:
         problem: the MPCC.

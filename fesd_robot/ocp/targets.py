@@ -56,6 +56,7 @@ def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid)
     if task.goal.has_points:
         rows = _Rows()
         _add_points(rows, ("goal",), "goal: ", task.goal, points)
+        _check_agreement(rows, task, points)
         constraints.append(rows.constraint("goal", state, grid.intervals - 1))
     for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
         rows, name = _Rows(), f"waypoint {i + 1}"
@@ -63,6 +64,29 @@ def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid)
         _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
         constraints.append(rows.constraint(name, state, end - 1))
     return constraints
+
+
+def _check_agreement(rows: _Rows, task: Task, points: Points) -> None:
+    """Raise if the goal's configuration puts a point elsewhere than the point's own goal, beyond both tolerances.
+
+    Raises:
+        TaskError: at the goal, with the point and how far it would be from its goal.
+    """
+    goal, names = task.goal, points.robot.configuration_names
+    q = ca.DM([goal.configuration.get(name, np.nan) for name in names])
+    widths = np.array([goal.tolerance.configuration.get(name, np.inf) for name in names])
+    for row, width, name in zip(rows.rows, rows.width, rows.names, strict=True):
+        if ca.depends_on(row, points.v):
+            continue
+        at_goal = ca.Function("row", [points.q], [row, ca.densify(ca.jacobian(row, points.q))])
+        value, slope = (np.asarray(each).ravel() for each in at_goal(q))
+        allowed = width + float(np.abs(slope[slope != 0]) @ widths[slope != 0])
+        if abs(float(value[0])) > allowed:  # not so where it depends on a coordinate without a goal, which is NaN
+            raise task.error(
+                "goal.configuration",
+                f"found a configuration in which '{name}' is {abs(float(value[0])):.4g} m from its own goal, expected "
+                f"at most {allowed:.4g} m or one of the two",
+            )
 
 
 def waypoint_ends(task: Task, grid: TimeGrid) -> list[int]:

@@ -24,9 +24,10 @@ def goal_entries(
 ) -> list[GoalEntry]:
     """Return what the task's `goal` lists, what it is at the last sample, and by how much it is missed.
 
-    Coordinates are those with a goal or a tolerance. All velocities are added, wanted to be zero, where the goal has
-    no velocity of a coordinate, a frame or the centre of mass. Of a periodic motion the changes of all configuration
-    coordinates and velocities are compared with the stride, with tolerance zero.
+    Coordinates are those with a goal or a tolerance. All velocities are added, wanted to be zero, where the goal is a
+    place to rest at: it has positions, and no velocity of a coordinate, a frame or the centre of mass. Of a periodic
+    motion the changes of all configuration coordinates and velocities are compared with the stride, with tolerance
+    zero.
 
     Args:
         task: what was asked for.

@@ -9,6 +9,9 @@ from pydantic import Field
 
 from fesd_robot.plans.record import Record
 
+LOWEST_JUMP = 1e-3
+"""m; a flight that stays lower is no jump."""
+
 
 class GoalEntry(Record):
     """One number that the task wants at the end of the motion, and what it is there.
@@ -95,6 +98,12 @@ class Outcome(Record):
 
     goal: list[GoalEntry]
     contacts: dict[str, ContactOutcome]
+
+    @property
+    def leaves_the_ground(self) -> bool:
+        """Whether some contact flies higher than `LOWEST_JUMP`."""
+        flights = (flight for contact in self.contacts.values() for flight in contact.flights)
+        return any(flight.height > LOWEST_JUMP for flight in flights)
 
     def largest_misses(self, kind: Literal["position", "velocity"]) -> list[GoalEntry]:
         """Return the entry that is missed most of every unit; one that is not a number counts as missed most."""

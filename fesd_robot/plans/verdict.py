@@ -20,6 +20,7 @@ def status_of(
     tolerance: float,
     certificate: Certificate | None = None,
     out_of_elements: Sequence[int] = (),
+    jumps: bool = False,
 ) -> Status:
     """Return the status of a solved MPCC and its audit; solved only if every answer is good.
 
@@ -33,10 +34,17 @@ def status_of(
         tolerance: complementarity asked for.
         certificate: what kind of point it is, if that was computed.
         out_of_elements: intervals without an element to spare, for the message.
+        jumps: whether the task asks for jumps, so that a motion that never leaves the ground does not solve it.
     """
     residuals = solution.residuals
     audit_passed = not audit.violations
-    if solution.solved and audit_passed:
+    grounded = jumps and not outcome.leaves_the_ground
+    if solution.solved and audit_passed and grounded:
+        message = (
+            "Not solved: the reference asks for jumps, but no contact leaves the ground; try larger weights in "
+            "costs.configuration, or larger limits of the controls."
+        )
+    elif solution.solved and audit_passed:
         message = f"Solved to complementarity {residuals.complementarity:.1e}; the physics audit passed."
     elif solution.solved and audit.violations == ["max_goal_violation"] and (missed := _missed(outcome)):
         message = (
@@ -61,7 +69,7 @@ def status_of(
         hint = _elements(residuals, out_of_elements)
         message = f"Not solved: {solution.status} at {at}; {where}; {hint}{solution.status.advice}."
     return Status(
-        solved=solution.solved and audit_passed,
+        solved=solution.solved and audit_passed and not grounded,
         nlp=solution.status.value,
         complementarity=residuals.complementarity,
         exact=solution.exact,

@@ -8,7 +8,7 @@ from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, co
 from fesd_robot.task.standing import Configured
 
 DEFAULT_TOLERANCE = 0.01
-"""Of everything that a goal promises, m or rad, m/s or rad/s."""
+"""Of everything that a goal promises; m, rad, m/s or rad/s."""
 
 
 class Tolerance(Section):
@@ -37,12 +37,12 @@ class PointTarget(Section):
     tolerance: NonNegative | None = Field(
         default=None,
         description="Largest distance from the position along every given axis, m, a hard constraint; default: 0.01 "
-        "in a goal that is not soft, else none, only the weight.",
+        "in a goal that is neither soft nor periodic, else none, only the weight.",
     )
     velocity_tolerance: NonNegative | None = Field(
         default=None,
         description="Largest difference from the velocity along every given axis, m/s, a hard constraint; default: "
-        "0.01 in a goal that is not soft, else none, only the weight.",
+        "0.01 in a goal that is neither soft nor periodic, else none, only the weight.",
     )
     weight: NonNegative = Field(default=100.0, description="Weight of the squared distance from the position, per m2.")
     velocity_weight: NonNegative = Field(
@@ -80,21 +80,22 @@ class Goal(Configured):
     configuration: Values = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> wanted final value, m or rad; names not listed: their "
-        "initial value, or none if there is a goal for a frame or the centre of mass.",
+        "initial value as a wish, weighted only, or none if there is a goal for a frame or the centre of mass.",
     )
     velocity: Values = Field(
         default_factory=dict,
-        description="Name of a velocity coordinate -> wanted final value, m/s or rad/s; names not listed: 0.",
+        description="Name of a velocity coordinate -> wanted final value, m/s or rad/s; names not listed: 0, "
+        "a wish where another velocity is listed. Without any, a goal with positions is at rest.",
     )
     soft: bool = Field(
         default=False,
-        description="Whether the goal is only wished for: it has weights in the cost and no tolerance but those given. "
-        "Default: it is a promise; a motion that misses it is not solved.",
+        description="Whether the goal is only a wish: weights in the cost, and no tolerances but those given. Default: "
+        "it is a promise, and a motion that misses it is not solved.",
     )
     tolerance: Tolerance = Field(
         default_factory=Tolerance,
         description="How closely the goal must be met, a hard constraint; default: 0.01 m, rad, m/s or rad/s for every "
-        "coordinate that the goal lists, and for all velocities, which are zero at rest, if it lists none.",
+        "coordinate that the goal lists, and for all velocities where it is at rest; in a soft goal none.",
     )
     frames: dict[Name, PointTarget] = Field(
         default_factory=dict, description="Name of a frame -> where its origin should be at the end."

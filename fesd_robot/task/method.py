@@ -97,7 +97,9 @@ class Method(Section):
 
     scheme: Literal["radau_iia", "gauss_legendre"] = Field(default="radau_iia", description="Runge-Kutta scheme.")
     stages: Annotated[int, Field(strict=True, ge=1, le=9)] = Field(
-        default=2, description="Number of stages of the scheme, 1 to 9."
+        default=2,
+        description="Number of stages of the scheme, 1 to 9; up to two more where the audit finds an exact motion too "
+        "coarse.",
     )
     elements: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
         default=3, description="Number of finite elements per control interval; an impact needs 3."
@@ -214,7 +216,8 @@ class Solver(Section):
         default=3,
         description="How many fallback settings are tried when a task is not solved, 0 to 7: a third or three times "
         "loose_iterations, gentler sigma_factor, smaller velocity_level_ratio, larger method.step_freedom, relaxation "
-        "fischer_burmeister, larger sigma_start, one more of method.elements.",
+        "fischer_burmeister, larger sigma_start, one more of method.elements. If all fail, "
+        "one more attempt with a soft goal shows how near the motion gets; with 0 there is none.",
     )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(
         default="auto",

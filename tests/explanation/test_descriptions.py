@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from fesd_robot.explanation.problem import explanation
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
@@ -17,6 +19,31 @@ def explained(*overrides: str) -> str:
     text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
     assert max(map(len, text.splitlines())) <= 120
     return " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (
+            "{configuration: {root_x: 1, root_pitch: 0, leg: 0.5}}",
+            "root_x and leg within 0.01 m, root_pitch within 0.01 rad, at rest within 0.01 m/s and rad/s; all else",
+        ),
+        (
+            "{configuration: {root_x: 1, root_z: 0.5, root_pitch: 0, leg: 0.5}}",
+            "root_x, root_z and leg within 0.01 m, root_pitch within 0.01 rad, at rest within 0.01 m/s and rad/s. ",
+        ),
+        (
+            "{configuration: {leg: 0.5}, tolerance: {velocity: {leg: 0.2}}}",
+            "leg within 0.01 m, velocity of root_x and root_z within 0.01 m/s, velocity of root_pitch within 0.01 "
+            "rad/s, velocity of leg within 0.2 m/s; all else is soft",
+        ),
+        ("{configuration: {leg: 0.5}, velocity: {leg: 1}}", "leg within 0.01 m, velocity of leg within 0.01 m/s; all"),
+        ("{frames: {foot: {position: {x: 1}}}}", "at rest within 0.01 m/s and rad/s; all other coordinates are soft"),
+    ],
+)
+def test_what_a_goal_promises(goal: str, words: str) -> None:
+    """Coordinates that are reached equally closely are one phrase, and so is rest; what is not promised is soft."""
+    assert f"Goal Hard: {words}" in explained(f"goal={goal}")
 
 
 def test_targets_and_constraints_are_described() -> None:

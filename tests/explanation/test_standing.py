@@ -96,10 +96,8 @@ def test_a_start_that_does_not_float_by_mistake_is_not(overrides: list[str]) -> 
 
 def test_degrees_of_a_posture_are_reported_there_once() -> None:
     """An angle in degrees that a posture gives is reported under the posture, not where it is used."""
-    overrides = [
-        "postures={tilted: {root_pitch: 30}}",
-        "goal={posture: tilted, configuration: {root_z: 0.9}, soft: true}",
-    ]
+    goal = "goal={soft: true, posture: tilted, configuration: {root_z: 0.9}}"
+    overrides = ["postures={tilted: {root_pitch: 30}}", goal]
     found = warnings("published_hopper_one_jump", "limits.position.root_pitch=[null, null]", LINE, *overrides)
     assert [sentence for sentence in found if "turns" in sentence] == [
         "postures.tilted.root_pitch is 30 rad, 4.8 turns; 30 degrees would be 0.523599 rad."

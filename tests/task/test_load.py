@@ -72,6 +72,7 @@ def test_five_jumps_is_the_published_benchmark() -> None:
     task = load_task(next(path for path in TASKS if path.stem == "published_hopper_five_jumps"))
     assert (task.horizon.duration, task.horizon.intervals, task.method.elements, task.method.stages) == (5, 50, 3, 2)
     assert task.reference == Jumps(type="jumps", count=5, apex={"root_z": 1.0, "leg": 0.1}, stance=0)
+    assert task.goal.soft
     assert task.goal.configuration == {"root_x": 5, "root_z": 0.5, "root_pitch": 0, "leg": 0.5}
     assert task.costs.configuration == {"root_x": 100, "root_z": 100, "root_pitch": 20, "leg": 50}
     assert task.limits.position["root_pitch"] == (-math.pi, math.pi)

@@ -1,0 +1,91 @@
+"""What the first line of every shipped task says, as numbers that a plan is held against."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from fesd_robot.plans import Plan
+from fesd_robot.plans.outcome import ContactOutcome
+
+REST = 0.0101
+"""m/s or rad/s: slower is at rest, and m or rad: nearer is at the goal."""
+
+LOWEST_FLIGHT = 1e-3
+"""m; what stays lower is no flight that anyone would see."""
+
+
+@dataclass(frozen=True)
+class ContactClaim:
+    """What one contact does.
+
+    Attributes:
+        flights: fewest and most flights higher than `LOWEST_FLIGHT`.
+        longest: the longest flight is at least so long, m.
+        highest: some flight is at least so high, m.
+        slides: fewest and most metres that it slips in all.
+    """
+
+    flights: tuple[int, int] = (0, 0)
+    longest: float = 0.0
+    highest: float = 0.0
+    slides: tuple[float, float] = (0.0, 1e-3)
+
+    def broken(self, name: str, contact: ContactOutcome) -> Iterator[str]:
+        """Yield what a contact does otherwise."""
+        flights = [flight for flight in contact.flights if flight.height > LOWEST_FLIGHT]
+        fewest, most = self.flights
+        if not fewest <= len(flights) <= most:
+            yield f"{name} flies {len(flights)} times"
+        if max((flight.length for flight in flights), default=0.0) < self.longest:
+            yield f"no flight of {name} is {self.longest:g} m long"
+        if max((flight.height for flight in flights), default=0.0) < self.highest:
+            yield f"no flight of {name} is {self.highest:g} m high"
+        if not self.slides[0] <= contact.slide_distance <= self.slides[1]:
+            yield f"{name} slips {contact.slide_distance:.3g} m"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What one task says.
+
+    Attributes:
+        contacts: name -> what it does; those not listed may do what they like.
+        reaches_goal: whether it ends at its goal, and at rest there.
+    """
+
+    contacts: Mapping[str, ContactClaim] = field(default_factory=dict)
+    reaches_goal: bool = True
+
+    def broken(self, plan: Plan) -> list[str]:
+        """Return in which ways a plan does not do what its task says."""
+        assert plan.outcome is not None
+        found = [] if plan.status.solved else ["it is not solved"]
+        for name, claim in self.contacts.items():
+            found += claim.broken(name, plan.outcome.contacts[name])
+        missed = [entry.name for entry in plan.outcome.goal if not entry.missed_by <= REST]
+        return found + ([f"it misses {', '.join(missed)}"] if self.reaches_goal and missed else [])
+
+
+FREE = (0.0, float("inf"))
+"""Slips as far as it likes."""
+
+CLAIMS: dict[str, Claim] = {
+    "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
+    "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),
+    "cart_pole_friction": Claim({"runner": ContactClaim(slides=FREE)}),
+    "double_pendulum_wall": Claim({"tip": ContactClaim((1, 3), highest=0.9, slides=(0.0, 0.05))}),
+    "hopper_downhill": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
+    "hopper_five_jumps": Claim({"foot": ContactClaim((5, 5), longest=0.9, highest=0.3)}),
+    "hopper_one_jump": Claim({"foot": ContactClaim((1, 1), longest=0.8, highest=0.3)}),
+    "hopper_stairs": Claim({"foot": ContactClaim((2, 6), longest=0.3)}),
+    "hopper_wedge": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
+    "monoped_three_holes": Claim({"foot": ContactClaim((3, 3), longest=0.9)}),
+    "monoped_two_jumps": Claim({"foot": ContactClaim((2, 6), longest=0.9, highest=0.25)}),
+    "published_hopper_five_jumps": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
+    "published_hopper_one_jump": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
+    "pusher_slider": Claim({"sole": ContactClaim(slides=(0.39, 0.41)), "push": ContactClaim((2, 2))}),
+    "solo12_jump": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in ("front", "hind")}),
+    "wheel_hills": Claim({"rim": ContactClaim(slides=(0.0, 0.01))}),
+}
+"""Name of a task -> what it says."""

@@ -1,0 +1,50 @@
+"""Shipped tasks do what their first lines say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from claims import CLAIMS, Claim, ContactClaim
+
+from fesd_robot.planner import attempt
+from fesd_robot.plans import Plan
+from fesd_robot.task import load_task
+
+TASKS = Path(__file__).parents[2] / "tasks"
+SHORT = (
+    "block_push",
+    "cart_pole_friction",
+    "double_pendulum_wall",
+    "hopper_downhill",
+    "hopper_one_jump",
+    "pusher_slider",
+    "wheel_hills",
+)
+"""Tasks that take some seconds; the gallery measures all."""
+
+
+def test_every_task_says_something() -> None:
+    """There is one claim a task."""
+    assert sorted(CLAIMS) == sorted(path.stem for path in TASKS.glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def plans() -> dict[str, Plan]:
+    """The first attempts at the short tasks."""
+    return {name: attempt(load_task(TASKS / f"{name}.yaml")) for name in SHORT}
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_a_task_does_what_it_says(plans: dict[str, Plan], name: str) -> None:
+    """The first attempt at a task is solved, reaches the goal and flies, slips and hits as its first line says."""
+    assert CLAIMS[name].broken(plans[name]) == []
+
+
+def test_a_claim_can_be_broken(plans: dict[str, Plan]) -> None:
+    """A motion that does otherwise is found out: one long jump is no five, and a block that slides does not stick."""
+    jump, push = plans["hopper_one_jump"], plans["block_push"]
+    assert CLAIMS["hopper_five_jumps"].broken(jump)[0] == "foot flies 1 times"
+    assert Claim({"rear": ContactClaim()}).broken(push) == ["rear slips 0.799 m"]
+    unsolved = jump.model_copy(update={"status": jump.status.model_copy(update={"solved": False})})
+    assert CLAIMS["hopper_one_jump"].broken(unsolved) == ["it is not solved"]
