@@ -172,3 +172,26 @@ def test_a_name_of_several_frames(tmp_path: Path, load: Load, more: str, key: st
     with pytest.raises(TaskError, match="several frames called 'twin'") as caught:
         formulate(load(f"{text}{more}\n"))
     assert (caught.value.line, caught.value.key) == (8, key)
+
+
+@pytest.mark.parametrize(
+    ("foot", "allowed"),
+    [("{x: 1.06}, tolerance: 0.04", True), ("{x: 1.06}", False), ("{x: 0.94}", False), ("{x: 1.03}", True)],
+)
+def test_a_point_and_the_configuration_agree(short: str, load: Load, foot: str, allowed: bool) -> None:
+    """A goal that puts the foot at x = 1 by its coordinates and elsewhere by its frame is refused beyond tolerances."""
+    upright = short.replace("{root_x: 1}", "{root_x: 1, root_pitch: 0, leg: 0.5}")
+    tolerance = "  tolerance: {configuration: {root_x: 0.03, root_pitch: 0, leg: 0}}\n"
+    task = load(f"{upright}{tolerance}  frames: {{foot: {{position: {foot}}}}}\n")
+    if allowed:
+        assert formulate(task).task.goal.frames["foot"].position is not None
+        return
+    with pytest.raises(TaskError) as caught:
+        formulate(task)
+    assert caught.value.key == "goal.configuration"
+    assert "is 0.06 m from its own goal, expected at most 0.04 m or one of the two" in caught.value.message
+
+
+def test_a_configuration_in_part_leaves_a_point_free(short: str, load: Load) -> None:
+    """Where the point depends on a coordinate without a goal nothing can contradict it."""
+    assert formulate(load(short + "  frames: {foot: {position: {x: 1.2}}}\n")).task.goal.configuration == {"root_x": 1}

@@ -9,7 +9,7 @@ from fesd_robot.complementarity import Label, Place
 from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport, NlpStatus
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
-from fesd_robot.plans.outcome import GoalEntry, Outcome
+from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome
 from fesd_robot.plans.plan import Audit
 from fesd_robot.plans.verdict import status_of
 
@@ -67,6 +67,17 @@ def test_converged_but_not_physical(dirty: Audit) -> None:
     assert status.message.startswith("Not solved: the numbers converged but the physics audit failed")
     assert "(min_gap = -2.00e-02 m)" in status.message and "max_energy_error" not in status.message
     assert "method.stages" in status.message
+
+
+@pytest.mark.parametrize(("height", "solved"), [(5e-4, False), (0.1, True)])
+def test_jumps_that_do_not_leave_the_ground(clean: Audit, height: float, solved: bool) -> None:
+    """A motion that should jump and only glides is not solved, and is told so; without jumps it is."""
+    flight = Flight(start=0.0, end=0.1, length=0.2, height=height)
+    outcome = Outcome(goal=[], contacts={"foot": ContactOutcome(flights=[flight]), "hand": ContactOutcome()})
+    found = status_of(solution("converged", solved=True), clean, outcome, 1e-8, jumps=True)
+    assert found.solved == solved and found.audit_passed
+    assert found.message.startswith("Solved" if solved else "Not solved: the reference asks for jumps, but no contact")
+    assert status_of(solution("converged", solved=True), clean, outcome, 1e-8).solved
 
 
 def missed(name: str, unit: str, by: float, tolerance: float | None = 0.01) -> GoalEntry:
