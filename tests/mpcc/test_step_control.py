@@ -68,6 +68,7 @@ def test_steps_grow_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """After an NLP of few iterations the step is doubled, never beyond the schedule's."""
     solver = Solver(smallest=0.2)
     _solved(monkeypatch, solver)
+    assert solver.calls[3][0] == pytest.approx(0.1 * solver.calls[2][0]), "a whole step again after half a step"
     good = [call[0] for call in solver.calls if not call[2]]
     assert all(0.0099 <= after / before < 1 for before, after in pairwise(good))
     plain = Solver(smallest=0.0)
