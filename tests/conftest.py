@@ -19,6 +19,7 @@ SHORT = (
     "horizon.intervals=2",
     "goal.configuration.root_x=0.12",
     "reference={type: line}",
+    "costs.slipping={}",
     "solver.tolerance=1e-6",
 )
 """Leaning forward for 0.2 s instead of a jump."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fesd_robot import planner
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.planner import plan
@@ -118,3 +120,25 @@ def test_an_interrupted_plan_is_whole_and_marked(short_task: Task) -> None:
     assert stopped.status.message.startswith("Not solved: interrupted")
     assert len(stopped.trajectory.time) == len(stopped.contacts["foot"].mode) > 0
     assert all(np.isfinite(values).all() for values in stopped.trajectory.configuration.values())
+
+
+def test_a_motion_that_is_too_coarse_gets_more_stages(
+    load_short: Callable[..., Task], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With one stage an exact solution fails its audit; it is continued with one more, and the statistics say so."""
+    coarse = load_short("method.stages=1", "solver.retries=0")
+    refined = plan(coarse)
+    assert refined.status.solved and refined.status.exact, refined.status.message
+    assert (refined.statistics.stages, len(refined.statistics.attempts)) == (2, 1)
+    assert refined.task["method"]["stages"] == 1, "the task is what was asked for"
+    monkeypatch.setattr(planner, "ADDED_STAGES", 0)
+    alone = plan(coarse)
+    assert alone.status.exact and not alone.status.solved and alone.statistics.stages == 1
+    assert alone.audit.violations and "physics audit failed" in alone.status.message
+    assert refined.statistics.iterations > alone.statistics.iterations
+    assert refined.statistics.variables > alone.statistics.variables
+
+
+def test_a_motion_that_is_fine_keeps_its_stages(short_plan: Plan) -> None:
+    """Where the audit passes nothing is refined."""
+    assert short_plan.statistics.stages == short_plan.task["method"]["stages"] == 2

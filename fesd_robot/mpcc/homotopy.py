@@ -165,12 +165,10 @@ class _Homotopy:
         reached, step, lost = None, 1.0, 0
         while True:
             result = self._nlp_at(sigmas, loose=True)
-            if result is None:
+            if result is None or result.status.ended_early:
                 return None
             if reached and self._is_lost(result) and step > SHORTEST_STEP and lost < MOST_LOST:
                 step, lost = 0.5 * step, lost + 1
-            elif result.status.ended_early:
-                return None
             else:
                 self._point, reached = result.point, (sigmas, result.iterations)
                 if 2 * result.iterations <= self._options.loose_iterations:

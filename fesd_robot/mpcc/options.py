@@ -43,9 +43,9 @@ class HomotopyOptions:
     """
 
     tolerance: float = 1e-8
-    sigma_start: float | None = 1.0
+    sigma_start: float | None = 0.1
     sigma_factor: float = 0.35
-    velocity_level_ratio: float = 1000.0
+    velocity_level_ratio: float = 30.0
     max_iterations: int = 1000
     time_limit: float | None = None
     linear_solver: str = "auto"

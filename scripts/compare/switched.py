@@ -133,7 +133,7 @@ def solved(transcription: Transcription, settings: Settings, begin: tuple[float,
         begin: `time.perf_counter` and `time.process_time` before the description of the problem.
         judge: trajectory -> (cost, what else tells two motions apart).
     """
-    options = HomotopyOptions(tolerance=settings.tolerance, linear_solver=settings.linear_solver)
+    options = HomotopyOptions(tolerance=settings.tolerance, sigma_start=1.0, linear_solver=settings.linear_solver)
     polisher = BranchTranscription(transcription)
     solution = solve(transcription.problem, options, polisher=polisher, progress=show_nlp)
     wall, cpu = time.perf_counter() - begin[0], time.process_time() - begin[1]

@@ -22,7 +22,7 @@ LEFT, RIGHT = -2.0, -0.8
 TABLEAU = make_tableau("gauss_legendre", 2)
 SIGMA = 1e-9
 """Last, or only, relaxation of the complementarity products."""
-_COMMON = HomotopyOptions(tolerance=SIGMA, velocity_level_ratio=1.0, linear_solver="mumps")
+_COMMON = HomotopyOptions(tolerance=SIGMA, sigma_start=1.0, velocity_level_ratio=1.0, linear_solver="mumps")
 SOLVERS = {
     "homotopy": replace(_COMMON, sigma_factor=0.1),
     "single NLP": replace(_COMMON, sigma_start=SIGMA),

@@ -21,7 +21,7 @@ START = np.array([2 * np.pi / 3, np.pi / 3])
 TARGET = np.array([-np.pi / 6, -np.pi / 4])
 TOLERANCE = 1e-12
 """Largest product of a complementarity pair."""
-_COMMON = HomotopyOptions(sigma_factor=0.1, max_iterations=300, linear_solver="auto", compile="never")
+_COMMON = HomotopyOptions(sigma_start=1.0, sigma_factor=0.1, max_iterations=300, linear_solver="auto", compile="never")
 HOMOTOPY = replace(_COMMON, tolerance=1e-10)
 LAST = replace(_COMMON, sigma_start=TOLERANCE, tolerance=TOLERANCE, ipopt={"tol": TOLERANCE})
 """For the last products a barrier parameter tied to IPOPT's usual tolerance would be too large."""

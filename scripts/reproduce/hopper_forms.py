@@ -88,6 +88,7 @@ class Form:
             ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
             options = HomotopyOptions(
                 tolerance=0.99,
+                sigma_start=1.0,
                 velocity_level_ratio=1.0,
                 max_iterations=ITERATIONS,
                 linear_solver="mumps",
@@ -200,7 +201,12 @@ def whole_table(counts: Sequence[int]) -> str:
         for form in FORMS:
             problem = transcribe(form, count).problem
             options = HomotopyOptions(
-                tolerance=LAST_SIGMA, time_limit=TIME_LIMIT, linear_solver="auto", compile="never"
+                tolerance=LAST_SIGMA,
+                sigma_start=1.0,
+                velocity_level_ratio=1000.0,
+                time_limit=TIME_LIMIT,
+                linear_solver="auto",
+                compile="never",
             )
             begin = time.process_time()
             solution = solve(problem, options)

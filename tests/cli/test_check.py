@@ -66,6 +66,8 @@ def test_check_sees_the_overrides(run: Callable[..., Any], task: Path) -> None:
         "The line from start to goal.",
         "rising by -0.1 rad",
         "velocity: root_x 0.0204, root_z 0.0204, root_pitch 0.0051, leg 0.0204 (default)",
+        "work of friction (not squared): foot 1.85 (default)",
+        "Defaults count in units of the robot: 1.1 kg, 0.5 m, 0.226 s, 10.8 N, 5.4 N m.",
     ):
         assert words in text
 

@@ -12,6 +12,8 @@ import pytest
 
 from fesd_robot.plans import read_plan
 
+from .conftest import settings
+
 FILES = ["figures", "plan.html", "plan.json", "report.md", "trajectory.csv", "trajectory.npz"]
 
 
@@ -81,6 +83,27 @@ def test_what_is_not_solved_is_written_and_marked(
     assert (status["solved"], status["nlp"]) == (False, "iteration limit")
     assert "Not solved" in (folder / "report.md").read_text(encoding="utf-8")
     assert len((folder / "trajectory.csv").read_text(encoding="utf-8").splitlines()) > 2
+
+
+OUT_OF_REACH = ("horizon.duration=0.1", "horizon.intervals=1", "goal={configuration: {root_x: 1}}", "solver.retries=1")
+
+
+def test_a_goal_out_of_reach_is_missed_in_so_many_words(
+    run: Callable[..., Any], task: Path, small: list[str], tmp_path: Path
+) -> None:
+    """Exit status 3; the kept motion is audited but for the goal, and what ends where and is allowed is said."""
+    outcome = run("plan", task, "--out", "missed", *small, *settings(OUT_OF_REACH))
+    assert outcome.code == 3
+    assert "Not solved: the goal is missed, root_x ends at 0.1" in outcome.out and "goal.tolerance" in outcome.out
+    plan = read_plan(tmp_path / "work" / "missed")
+    (x,) = [entry for entry in plan.outcome.goal if entry.name == "root_x"]
+    assert (x.goal, x.tolerance, x.met) == (1.0, 0.01, False) and x.missed_by > 0.8
+    words = f"root_x ends at {x.end:.4g} m, {x.missed_by:.3g} from 1 (0.01 allowed)"
+    assert words in plan.status.message and words in outcome.out
+    assert not plan.status.solved and plan.status.nlp == "converged" and plan.status.exact
+    assert plan.audit.violations == ["max_goal_violation"] and plan.task["goal"]["soft"] is False
+    assert [attempt.changes for attempt in plan.statistics.attempts][::2] == [{}, {"goal.soft": True}]
+    assert [attempt.kept for attempt in plan.statistics.attempts] == [False, False, True]
 
 
 def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, small: list[str]) -> None:

@@ -19,7 +19,7 @@ from fesd_robot.mpcc.relaxations import Relaxation, scholtes
 from .known import KNOWN, X, Y, mpcc, vanishing
 
 TOLERANCE = 1e-8
-OPTIONS = HomotopyOptions(tolerance=TOLERANCE, sigma_factor=0.1, velocity_level_ratio=100.0)
+OPTIONS = HomotopyOptions(tolerance=TOLERANCE, sigma_start=1.0, sigma_factor=0.1, velocity_level_ratio=100.0)
 BY_NAME = {known.name: known.problem for known in KNOWN}
 NEAR_MISS = BY_NAME["near_miss"]
 

@@ -168,7 +168,12 @@ dual error that IPOPT accepts."""
 def test_known_solutions(name: str, steering: Steering, known: Known) -> None:
     """Solved means near a solution, with residuals to prove it; what cannot be solved says so."""
     options = HomotopyOptions(
-        sigma_factor=0.1, velocity_level_ratio=100.0, relaxation=name, steering=steering, linear_solver="mumps"
+        sigma_start=1.0,
+        sigma_factor=0.1,
+        velocity_level_ratio=100.0,
+        relaxation=name,
+        steering=steering,
+        linear_solver="mumps",
     )
     if known.problem.blocks[0].vanishing.any() and name in WITHOUT_VANISHING:
         with pytest.raises(ModelError, match="is a vanishing constraint"):

@@ -130,7 +130,9 @@ def test_an_exact_penalty_ends_the_homotopy(steering: Steering) -> None:
 @pytest.mark.parametrize("steering", ["l1", "linf"])
 def test_slack_that_stays_is_not_solved(steering: Steering) -> None:
     """x = y = 1 is feasible with a slack of 1 however dear it is: every NLP converges, and the MPCC is not solved."""
-    solution = solve(BY_NAME["infeasible"].problem, HomotopyOptions(steering=steering, sigma_factor=0.1))
+    solution = solve(
+        BY_NAME["infeasible"].problem, HomotopyOptions(steering=steering, sigma_start=1.0, sigma_factor=0.1)
+    )
     assert (solution.solved, solution.feasible, solution.status) == (False, False, "slack left")
     assert solution.reports[-1].status == "converged" and solution.reports[-1].sigma == 1e-8
     assert solution.residuals.complementarity == pytest.approx(1, abs=1e-6)

@@ -18,7 +18,7 @@ from .pinocchio_points import center_of_mass, frame, states
 
 Load = Callable[[str], Task]
 
-SMOOTH = "costs: {control_change: {leg: 2}, acceleration: {root_x: 3, leg: 0.5}}\n"
+SMOOTH = "costs: {control_change: {leg: 2, root_pitch: 0.5}, acceleration: {root_x: 3, leg: 0.5}}\n"
 
 
 def running(motion: MotionProblem, name: str) -> ca.Function:
@@ -30,7 +30,7 @@ def test_tracking_of_points(short: str, load: Load) -> None:
     """Frames and centre of mass are compared, per second of physical time, with where the reference has them."""
     text = short + "costs: {center_of_mass: 5, frames: {foot: {x: 2, z: 7}, body: {y: 1}}}\n"
     motion = formulate(load(text))
-    assert list(motion.ocp.running_cost)[3:] == ["center of mass", "frame foot", "frame body"]
+    assert list(motion.ocp.running_cost)[4:] == ["center of mass", "frame foot", "frame body"]
     z, speed, theta = [0, 0, 1], 1.5, 1.0
     still = np.zeros(4)
     for x, y in zip(states(), states(8)[4:], strict=True):
@@ -46,7 +46,7 @@ def test_tracking_of_points(short: str, load: Load) -> None:
             "frame body": body[1] ** 2,
         }
         for name, value in expected.items():
-            integrand = float(running(motion, name)(x, [1.0, speed], z, p))
+            integrand = float(running(motion, name)(x, [1.0, 1.0, speed], z, p))
             assert integrand == pytest.approx(theta * speed * value, abs=1e-12), name
 
 
@@ -56,7 +56,7 @@ def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
     x, p = states()[0], np.zeros(5)
     for plus, minus in ((0.1, 0.2), (1.0, 0.0), (0.0, 0.0)):
         for speed in (0.5, 3.0):
-            integrand = float(running(motion, "force")(x, [1.0, speed], [plus, minus, 1 - plus - minus], p))
+            integrand = float(running(motion, "force")(x, [1.0, 1.0, speed], [plus, minus, 1 - plus - minus], p))
             assert integrand == pytest.approx(0.2 * motion.auxiliary_force * (plus + minus))
 
 
@@ -68,7 +68,7 @@ def test_smoothness(short: str, load: Load) -> None:
     u, elements = transcription.controls(w), transcription.unpack(w)
     v = np.array([elements[0].x_left[4:8], *(elements[3 * k + 2].x[-1][4:8] for k in range(4))])
     terms = transcription.cost_terms(w)
-    assert terms["control change"] == pytest.approx(2 * np.sum(np.diff(u[0]) ** 2))
+    assert terms["control change"] == pytest.approx(np.array([0.5, 2]) @ np.sum(np.diff(u[:2]) ** 2, axis=1))
     square = np.sum((np.diff(v, axis=0) / 0.25) ** 2 * np.array([3, 0, 0, 0.5])) * 0.25
     assert terms["acceleration"] == pytest.approx(square)
     total = sum(float(block.evaluate(w)[0].sum()) for block in transcription.problem.blocks)
@@ -76,12 +76,12 @@ def test_smoothness(short: str, load: Load) -> None:
 
 
 def test_nothing_is_added_unasked(short: str, load: Load) -> None:
-    """Weights of zero and keys left out add neither terms nor constraints."""
+    """Weights of zero add neither terms nor constraints, and keys left out those that have a default only."""
     zero = "costs: {control_change: {leg: 0}, force: {foot: 0}, frames: {foot: 0}, center_of_mass: {x: 0}, time: 0}\n"
     for text in (short, short + zero):
         ocp = formulate(load(text)).ocp
         assert ocp.constraints == []
-        assert list(ocp.running_cost) == ["configuration", "velocity", "control"]
+        assert list(ocp.running_cost) == ["configuration", "velocity", "control", "slipping"]
         assert list(ocp.terminal_cost) == ["terminal configuration", "terminal velocity"]
 
 

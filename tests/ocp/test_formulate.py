@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import casadi as ca
@@ -41,21 +41,30 @@ def test_joints_with_an_effort_limit_are_driven(short: str, load: Load) -> None:
     """Without actuators every joint with a positive effort limit is a control, bounded by it."""
     problem = formulate(load(short))
     actuation = problem.actuation
-    assert (actuation.names, actuation.units) == (["leg"], ["N"])
-    np.testing.assert_array_equal([actuation.lower, actuation.upper], [[-50], [50]])
-    np.testing.assert_array_equal(np.asarray(actuation.matrix(np.ones(4))), [[0], [0], [0], [1]])
+    assert (actuation.names, actuation.units) == (["root_pitch", "leg"], ["N m", "N"])
+    np.testing.assert_array_equal([actuation.lower, actuation.upper], [[-50, -100], [50, 100]])
+    np.testing.assert_array_equal(np.asarray(actuation.matrix(np.ones(4))), [[0, 0], [0, 0], [1, 0], [0, 1]])
 
 
 def test_default_weights(short: str, load: Load) -> None:
-    """Default weights are 1, 0.1, 1e-3 per second and 100, 10 at the end."""
-    ocp = formulate(load(short)).ocp
+    """The default weights of the completed task are those of the terms: per second on the way, once at the end."""
+    problem = formulate(load(short))
+    ocp, costs = problem.ocp, problem.task.costs
     running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))
     terminal = ca.Function("terminal", [ocp.system.state], list(ocp.terminal_cost.values()))
-    x, z = np.arange(10.0), [0, 0, 1]
-    values = [float(term) for term in running(x, [3.0, 1.0], z, np.zeros(5))]
-    assert values == pytest.approx([x[:4] @ x[:4], 0.1 * x[4:8] @ x[4:8], 1e-3 * 9])
-    to_goal = x[:4] - [1, 0.6, 0, 0.5]
-    assert [float(term) for term in terminal(x)] == pytest.approx([100 * to_goal @ to_goal, 10 * x[4:8] @ x[4:8]])
+    x, u = np.arange(10.0), np.array([2.0, 3.0, 1.0])
+    q, v, to_goal = x[:4], x[4:8], x[:4] - [1, 0.6, 0, 0.5]
+
+    def weighted(weights: Mapping[str, float] | None, values: np.ndarray) -> float:
+        assert weights
+        return float(np.array(list(weights.values())) @ values**2)
+
+    flight = dict(zip(ocp.running_cost, map(float, running(x, u, [0, 0, 1], np.zeros(5))), strict=True))
+    on_the_way = [weighted(costs.configuration, q), weighted(costs.velocity, v), weighted(costs.control, u[:2])]
+    names = ["configuration", "velocity", "control", "slipping"]
+    assert flight == pytest.approx(dict(zip(names, [*on_the_way, 0.0], strict=True)))
+    at_end = [weighted(costs.terminal_configuration, to_goal), weighted(costs.terminal_velocity, v)]
+    assert [float(term) for term in terminal(x)] == pytest.approx(at_end)
 
 
 def test_weights_not_listed_are_zero(short: str, load: Load) -> None:
@@ -66,8 +75,8 @@ def test_weights_not_listed_are_zero(short: str, load: Load) -> None:
 
 
 def test_goal_tolerance_becomes_terminal_bounds(short: str, load: Load) -> None:
-    """Goals with a tolerance are hard constraints of that width, the others are free."""
-    text = short + "  tolerance: {configuration: {root_x: 0.01}, velocity: {leg: 0}}\n"
+    """Of a soft goal what has a tolerance is a hard constraint of that width, all else is free."""
+    text = short + "  soft: true\n  tolerance: {configuration: {root_x: 0.01}, velocity: {leg: 0}}\n"
     ocp = formulate(load(text)).ocp
     lower, upper = np.full(10, -np.inf), np.full(10, np.inf)
     lower[[0, 7]], upper[[0, 7]] = [0.99, 0.0], [1.01, 0.0]
@@ -85,7 +94,7 @@ def test_limits_of_the_task_replace_the_models(short: str, load: Load) -> None:
 
 def test_start_respects_velocity_limits(short: str, load: Load) -> None:
     """The initial guess never leaves the velocity limits, even if the reference is faster."""
-    ocp = formulate(load(short + "limits: {velocity: {root_x: 0.25}}\n")).ocp
+    ocp = formulate(load(short + "  soft: true\nlimits: {velocity: {root_x: 0.25}}\n")).ocp
     assert ocp.state_guess(0.5)[4] == 0.25
 
 

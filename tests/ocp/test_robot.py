@@ -81,7 +81,7 @@ def test_damping_acts_against_the_velocity(load: Load) -> None:
 def test_an_effort_limit_drives_a_joint_without_motor(short: str, load: Load) -> None:
     """A joint of the file whose effort limit is zero is driven if the task gives it one."""
     actuation = formulate(load(short + "limits: {effort: {root_pitch: 3}}\n")).actuation
-    assert actuation.names == ["root_pitch", "leg"] and list(actuation.upper) == [3, 50]
+    assert actuation.names == ["root_pitch", "leg"] and list(actuation.upper) == [3, 100]
 
 
 def test_the_limit_of_a_written_actuator(short: str, load: Load) -> None:

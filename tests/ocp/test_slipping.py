@@ -64,17 +64,6 @@ def test_slipping_has_a_price(load_short: Callable[..., Task]) -> None:
     assert result.statistics.cost_terms["slipping"] == pytest.approx(0.01 * work, rel=0.05)
 
 
-def test_the_hopper_one_jump() -> None:
-    """What the first line of the task says: it hops, the foot never slips, and the robot is there and at rest."""
-    result = plan(load_task(TASKS / "hopper_one_jump.yaml"))
-    assert result.status.solved and result.status.exact, result.status.message
-    assert result.outcome is not None
-    foot = result.outcome.contacts["foot"]
-    assert max(flight.height for flight in foot.flights) > 0.1 and foot.slides == []
-    assert sum(flight.length for flight in foot.flights) == pytest.approx(0.7, abs=0.02)
-    assert all(entry.met for entry in result.outcome.goal) and len(result.outcome.goal) == 8
-
-
 def test_a_limit_adds_a_state_and_a_speed(load_short: Callable[..., Task]) -> None:
     """A number adds a slip distance to the states, a speed to the algebraic variables, one condition a direction."""
     plain, limited = (formulate(load_short(*given)) for given in ((), ("contacts.foot.slipping=0.3",)))
@@ -92,7 +81,8 @@ def test_a_limit_adds_a_state_and_a_speed(load_short: Callable[..., Task]) -> No
 @pytest.fixture(scope="module")
 def push() -> Callable[..., Plan]:
     """Plan a block that is pushed towards a target 0.8 m away, as near as is worth its while."""
-    soft = ["goal.tolerance={}", "waypoints=[]", "costs.terminal_configuration={root_x: 1000}", "solver.retries=0"]
+    wish = ["goal.soft=true", "goal.tolerance={}", "costs.terminal_configuration={root_x: 1000}", "costs.slipping={}"]
+    soft = [*wish, "waypoints=[]", "solver.velocity_level_ratio=1000.0", "solver.retries=0"]
     return lambda *overrides: plan(load_task(TASKS / "block_push.yaml", [*soft, *overrides]))
 
 

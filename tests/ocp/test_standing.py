@@ -200,9 +200,11 @@ def test_a_plan_has_what_was_found(load_short: Callable[..., Task]) -> None:
 
 @pytest.mark.parametrize("name", ["published_hopper_one_jump", "solo12_jump"])
 def test_a_task_without_both_stays_as_it_is(name: str) -> None:
-    """A task that names no posture and no contacts to stand on is not changed."""
+    """The configurations of a task that names no posture and no contacts to stand on are not changed."""
     task = load_task(TASKS / f"{name}.yaml")
-    assert formulate(task).task == task
+    completed = formulate(task).task
+    assert (completed.initial, completed.waypoints) == (task.initial, task.waypoints)
+    assert completed.goal.configuration == task.goal.configuration
 
 
 # (text added to the short task, its replacements, line, key, fragments of the message)

@@ -19,7 +19,7 @@ Load = Callable[[str], Task]
 
 POINTS = """\
   frames:
-    foot: {position: [0.9, null, 0.2], velocity: {x: 0.3}, tolerance: 0.01, weight: 7, velocity_weight: 3}
+    foot: {position: [0.9, null, 0.2], velocity: {x: 0.3}, tolerance: 0.02, weight: 7, velocity_weight: 3}
   center_of_mass: {position: {z: 0.7}, velocity: [1, null, null], velocity_tolerance: 0.5}
 """
 
@@ -29,12 +29,14 @@ def test_points_of_the_goal(short: str, load: Load) -> None:
     motion = formulate(load(short + POINTS))
     goal = constraint(motion, "goal")
     assert (goal.kind, tuple(goal.intervals)) == ("interval_end", (3,))
-    np.testing.assert_array_equal(goal.upper, [0.01, 0.01, 0.5])
+    np.testing.assert_array_equal(goal.upper, [0.02, 0.02, 0.01, 0.01, 0.5])
     np.testing.assert_array_equal(goal.lower, -goal.upper)
     for x in states():
         p, dp, _ = frame(motion.robot, "foot", x[:4], x[4:8])
         c, dc = center_of_mass(motion.robot, x[:4], x[4:8])
-        np.testing.assert_allclose(rows(goal, x), [p[0] - 0.9, p[2] - 0.2, dc[0] - 1], atol=1e-12)
+        np.testing.assert_allclose(
+            rows(goal, x), [p[0] - 0.9, p[2] - 0.2, dp[0] - 0.3, c[2] - 0.7, dc[0] - 1], atol=1e-12
+        )
         expected = {
             "goal: foot": 7 * ((p[0] - 0.9) ** 2 + (p[2] - 0.2) ** 2) + 3 * (dp[0] - 0.3) ** 2,
             "goal: center of mass": 100 * (c[2] - 0.7) ** 2 + 10 * (dc[0] - 1) ** 2,
@@ -49,7 +51,7 @@ def test_goals_of_points_leave_coordinates_free(short: str, load: Load) -> None:
     ocp = formulate(load(short + POINTS)).ocp
     terminal = Function("terminal", [ocp.system.state], [ocp.terminal_cost["terminal configuration"]])
     for x in states():
-        assert float(terminal(x)) == pytest.approx(100 * (x[0] - 1) ** 2)
+        assert float(terminal(x)) == pytest.approx(400 * (x[0] - 1) ** 2)
 
 
 WAYPOINTS = """\
@@ -89,7 +91,7 @@ def test_waypoints_without_times_are_evenly_spread(short: str, load: Load) -> No
 
 
 ERRORS = [
-    ("frames: {foot: {position: {z: 3}}}", "goal.frames.foot.position", "1 m out of reach"),
+    ("frames: {foot: {position: {z: 3}}}", "goal.frames.foot.position", "0.99 m out of reach"),
     ("frames: {foot: {position: [0, 0.5, 0], tolerance: 0}}", "goal.frames.foot.position", "always is 0 m"),
     ("frames: {foot: {velocity: {y: 1}, velocity_tolerance: 0}}", "goal.frames.foot.velocity", "expected null"),
     ("frames: {food: {position: {z: 1}}}", "goal.frames.food", "did you mean 'foot'?"),
@@ -170,3 +172,26 @@ def test_a_name_of_several_frames(tmp_path: Path, load: Load, more: str, key: st
     with pytest.raises(TaskError, match="several frames called 'twin'") as caught:
         formulate(load(f"{text}{more}\n"))
     assert (caught.value.line, caught.value.key) == (8, key)
+
+
+@pytest.mark.parametrize(
+    ("foot", "allowed"),
+    [("{x: 1.06}, tolerance: 0.04", True), ("{x: 1.06}", False), ("{x: 0.94}", False), ("{x: 1.03}", True)],
+)
+def test_a_point_and_the_configuration_agree(short: str, load: Load, foot: str, allowed: bool) -> None:
+    """A goal that puts the foot at x = 1 by its coordinates and elsewhere by its frame is refused beyond tolerances."""
+    upright = short.replace("{root_x: 1}", "{root_x: 1, root_pitch: 0, leg: 0.5}")
+    tolerance = "  tolerance: {configuration: {root_x: 0.03, root_pitch: 0, leg: 0}}\n"
+    task = load(f"{upright}{tolerance}  frames: {{foot: {{position: {foot}}}}}\n")
+    if allowed:
+        assert formulate(task).task.goal.frames["foot"].position is not None
+        return
+    with pytest.raises(TaskError) as caught:
+        formulate(task)
+    assert caught.value.key == "goal.configuration"
+    assert "is 0.06 m from its own goal, expected at most 0.04 m or one of the two" in caught.value.message
+
+
+def test_a_configuration_in_part_leaves_a_point_free(short: str, load: Load) -> None:
+    """Where the point depends on a coordinate without a goal nothing can contradict it."""
+    assert formulate(load(short + "  frames: {foot: {position: {x: 1.2}}}\n")).task.goal.configuration == {"root_x": 1}

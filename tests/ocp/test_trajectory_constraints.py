@@ -53,7 +53,7 @@ def test_places_are_what_they_say(short: str, load: Load, scheme: str) -> None:
     np.testing.assert_array_equal(boundary.ravel(), [*nodes[0], *nodes[-1], 0])
     points = [(e, state) for e in elements[3:9] for state in e.x]
     np.testing.assert_array_equal(stages[:n], np.array([state for _, state in points]).T)
-    np.testing.assert_array_equal(stages[n : n + 2], np.array([e.u for e, _ in points]).T)
+    np.testing.assert_array_equal(stages[n : n + 3], np.array([e.u for e, _ in points]).T)
     np.testing.assert_array_equal(stages[-1], [e.interval - 1 for e, _ in points])
 
 

@@ -14,7 +14,7 @@ from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
-LEG_ALONE = ("robot.actuators=null", "costs={}")
+LEG_ALONE = ("robot.actuators={leg: {type: joint, joint: leg}}", "costs={}")
 """Only the joint of the leg is driven."""
 
 WEIGHT = 1.1 * 9.81

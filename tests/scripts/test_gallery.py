@@ -20,7 +20,6 @@ from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]
 TASKS = sorted(path.stem for path in (ROOT / "tasks").glob("*.yaml"))
-QUICK = ("cart_pole_friction", "pusher_slider")
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +90,8 @@ def test_a_row_is_that_of_the_plan(
     assert cells[-1].startswith("solved")
     assert pushed.outcome is not None
     misses, (rear, front) = {one.name: one.missed_by for one in pushed.outcome.goal}, pushed.outcome.contacts.values()
-    assert cells[8] == f"{misses['root_x']:.3g} m" and cells[9].startswith(f"{misses['root_x velocity']:.3g} m/s, ")
+    speed = max(misses["root_x velocity"], misses["root_z velocity"])
+    assert cells[8] == f"{misses['root_x']:.3g} m" and cells[9].startswith(f"{speed:.3g} m/s, ")
     longest = max(slide.distance for slide in rear.slides + front.slides)
     assert cells[10:12] == ["no flight", f"{longest:.3g} m"] and len(cells) == len(gallery.COLUMNS)
     page = gallery.page([entry], "scripts/gallery")
@@ -132,14 +132,6 @@ def test_the_picture_shows_the_jump(gallery: ModuleType, pushed: Plan) -> None:
         update={"contacts": {"foot": foot, "other": foot.model_copy(update={"mode": len(mode) * ["stick"]})}}
     )
     assert gallery.telling_time(step) == gallery.telling_time(pushed), "the other foot stands"
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_a_quick_task_is_solved(name: str) -> None:
-    """A shipped task of a few seconds is solved to 1e-6, and its audit passes."""
-    found = plan(load_task(ROOT / "tasks" / f"{name}.yaml", ["method.compile=never"]))
-    assert found.status.solved, found.status.message
-    assert found.status.complementarity <= 1e-6
 
 
 def test_a_picture_is_taken_from_the_page(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from fesd_robot import planner
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.report import report
-from fesd_robot.strategies.fallbacks import FALLBACKS, with_overrides
+from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, promises_goal, with_overrides
 from fesd_robot.task import Task
 
 
@@ -86,6 +87,43 @@ def test_without_success_the_first_attempt_is_kept(
     assert len(attempts.tasks) == 1 + retries
     assert not planned.status.solved and planned.status.message == "infeasible 1"
     assert [one.kept for one in planned.statistics.attempts] == [True] + retries * [False]
+
+
+def test_after_all_fallbacks_a_motion_near_the_goal_is_looked_for(
+    monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan
+) -> None:
+    """The last attempt is for a soft goal; what only misses the goal is kept before the task as written."""
+    firm = with_overrides(short_task, {"goal.soft": False})
+    outcomes = ["infeasible", "infeasible", "converged"]
+    missing = short_plan.model_copy(
+        update={"audit": short_plan.audit.model_copy(update={"violations": ["max_goal_violation"]})}
+    )
+    planned, attempts, reported = _planned(monkeypatch, firm, missing, outcomes, retries=1)
+    assert [task.goal.soft for task in attempts.tasks] == [False, False, True]
+    assert reported == [FALLBACKS[0](firm), SOFT_GOAL]
+    assert planned.status.message == "converged 3" and not planned.status.solved
+    assert [one.kept for one in planned.statistics.attempts] == [False, False, True]
+    coarse = missing.model_copy(
+        update={"audit": missing.audit.model_copy(update={"violations": ["min_gap", "max_goal_violation"]})}
+    )
+    assert _planned(monkeypatch, firm, coarse, outcomes, retries=1)[0].status.message == "infeasible 1"
+    assert len(_planned(monkeypatch, firm, missing, ["infeasible"], retries=0)[1].tasks) == 1, "no retries, no wish"
+
+
+@pytest.mark.parametrize(
+    ("goal", "promised"),
+    [
+        ("{configuration: {root_x: 0.1}}", True),
+        ("{velocity: {root_x: 0.1}}", True),
+        ("{frames: {foot: {position: {x: 0.1}}}}", True),
+        ("{configuration: {root_x: 0.1}, soft: true}", False),
+        ("{periodic: {stride: {root_x: 0.1}}}", False),
+        ("{}", False),
+    ],
+)
+def test_goals_that_can_be_missed(load_short: Callable[..., Task], goal: str, promised: bool) -> None:
+    """A wish, a period and no goal at all are no reason for a last attempt."""
+    assert promises_goal(load_short(f"goal={goal}", "costs={}")) == promised
 
 
 @pytest.mark.parametrize("end", ["interrupted", "time limit"])

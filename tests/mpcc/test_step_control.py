@@ -1,0 +1,122 @@
+"""The loose homotopy after an NLP that is lost: a shorter step from the one before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, homotopy, solve
+from fesd_robot.mpcc.homotopy import LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
+from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
+
+from .known import X, Y, mpcc
+
+PROBLEM = mpcc((X - 2) ** 2 + (Y - 1) ** 2, X, Y, [1, 1], g=X + Y - 2)
+OPTIONS = HomotopyOptions(sigma_start=1.0, sigma_factor=0.1)
+
+
+class Solver:
+    """IPOPT, except that it loses its way in a loose NLP where sigma has shrunk by more than a factor.
+
+    Attributes:
+        calls: sigma of the position level, point of the start, and whether it was lost, of every loose NLP.
+    """
+
+    def __init__(self, smallest: float, iterations: int = OPTIONS.loose_iterations) -> None:
+        self.smallest, self.iterations = smallest, iterations
+        self.calls: list[tuple[float, NlpPoint, bool]] = []
+        self._reached = np.inf
+
+    def __call__(self, nlp: Any, **given: Any) -> NlpResult:
+        sigma, start = given["sigma"][0], given["start"]
+        result = solve_nlp(nlp, **given)
+        if not sigma or given["options"]["max_iter"] != OPTIONS.loose_iterations:
+            return result
+        lost = bool(self.calls) and sigma < self.smallest * self._reached
+        self.calls.append((sigma, start, lost))
+        if lost:
+            far = replace(result.point, x=result.point.x + 1.0)
+            return replace(result, status=NlpStatus.ITERATION_LIMIT, point=far, iterations=self.iterations)
+        self._reached = sigma
+        return result
+
+
+def _solved(monkeypatch: pytest.MonkeyPatch, solver: Solver, problem: Mpcc = PROBLEM) -> MpccSolution:
+    monkeypatch.setattr(homotopy, "solve_nlp", solver)
+    return solve(problem, OPTIONS, polisher=PairPolisher(problem))
+
+
+def test_a_lost_nlp_is_repeated_with_a_shorter_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver that follows sigma down to a fifth only gets there by half steps, each from the last good point."""
+    solver = Solver(smallest=0.2)
+    solution = _solved(monkeypatch, solver)
+    assert solution.solved and solution.exact and solution.w == pytest.approx([2, 0], abs=1e-8)
+    lost = [k for k, call in enumerate(solver.calls) if call[2]]
+    assert lost and lost[0] == 1 and [call[0] for call in solver.calls[:2]] == pytest.approx([1.0, 0.1])
+    for k in lost:
+        (_, start, _), (sigma, again, _) = solver.calls[k], solver.calls[k + 1]
+        reached = max(call[0] for call in solver.calls[:k] if not call[2] and call[1] is not start)
+        assert again is start and solver.calls[k][0] < sigma < reached
+    assert solver.calls[2][0] == pytest.approx(np.sqrt(0.1))
+
+
+def test_steps_grow_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After an NLP of few iterations the step is doubled, never beyond the schedule's."""
+    solver = Solver(smallest=0.2)
+    _solved(monkeypatch, solver)
+    assert solver.calls[3][0] == pytest.approx(0.1 * solver.calls[2][0]), "a whole step again after half a step"
+    good = [call[0] for call in solver.calls if not call[2]]
+    assert all(0.0099 <= after / before < 1 for before, after in pairwise(good))
+    plain = Solver(smallest=0.0)
+    assert _solved(monkeypatch, plain).exact
+    assert [call[0] for call in plain.calls] == pytest.approx([sigma for sigma, _ in _plain_sigmas(len(plain.calls))])
+
+
+def _plain_sigmas(count: int) -> list[tuple[float, float]]:
+    return replace(OPTIONS, velocity_level_ratio=1.0).sigmas()[:count]
+
+
+@pytest.mark.parametrize("iterations", [1, OPTIONS.loose_iterations])
+def test_a_solver_that_is_always_lost_comes_to_an_end(monkeypatch: pytest.MonkeyPatch, iterations: int) -> None:
+    """Steps get no shorter than an eighth and no more than twelve NLPs are repeated; then the homotopy goes on."""
+    solver = Solver(smallest=1.0, iterations=iterations)
+    _solved(monkeypatch, solver)
+    sigmas = [call[0] for call in solver.calls]
+    repeated = sum(after > before for before, after in pairwise(sigmas))
+    assert 3 <= repeated <= MOST_LOST
+    assert sigmas[3] == pytest.approx(0.1 ** (2 * SHORTEST_STEP)) and sigmas[4] == pytest.approx(0.1**SHORTEST_STEP)
+    assert sigmas[-1] <= OPTIONS.polish_at and len(sigmas) <= MOST_LOST + 60
+
+
+def test_a_start_that_is_lost_is_not_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the first NLP there is nothing to go back to: it is taken as it is."""
+    assert PROBLEM.residuals(PROBLEM.start).constraint_violation < LOST_VIOLATION
+
+    class Lost(Solver):
+        def __call__(self, nlp: Any, **given: Any) -> NlpResult:
+            result = super().__call__(nlp, **given)
+            if len(self.calls) > 1 or not given["sigma"][0]:
+                return result
+            far = replace(result.point, x=result.point.x + 1.0)
+            return replace(result, status=NlpStatus.ITERATION_LIMIT, point=far)
+
+    solver = Lost(smallest=0.0)
+    solution = _solved(monkeypatch, solver)
+    assert solution.exact and [call[0] for call in solver.calls[:2]] == pytest.approx([1.0, 0.1])
+
+
+def test_an_interrupt_is_no_lost_nlp(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A user who stops in the second NLP, far from its constraints, gets no third one."""
+
+    class Interrupted(Solver):
+        def __call__(self, nlp: Any, **given: Any) -> NlpResult:
+            result = super().__call__(nlp, **given)
+            return replace(result, status=NlpStatus.INTERRUPTED) if self.calls[-1][2] else result
+
+    solver = Interrupted(smallest=0.2)
+    solution = _solved(monkeypatch, solver)
+    assert (solution.solved, solution.status, len(solver.calls)) == (False, "interrupted", 2)

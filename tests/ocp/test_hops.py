@@ -1,0 +1,39 @@
+"""The example of the README is a hop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fesd_robot.planner import plan
+from fesd_robot.task import load_task
+
+from .conftest import HOPPER
+
+FIRST_HOP = f"""\
+name: first_hop
+robot:
+  model: {HOPPER}
+  armature: {{leg: 0.1}}
+contacts:
+  foot: {{frame: foot}}
+horizon: {{duration: 1, intervals: 20}}
+initial: {{configuration: {{leg: 0.5}}, stand_on: [foot]}}
+goal: {{configuration: {{root_x: 0.5, leg: 0.5}}, stand_on: [foot]}}
+"""
+"""The README's ten lines; the model's path apart."""
+
+
+def test_the_first_hop(tmp_path: Path) -> None:
+    """Ten lines are solved exactly at the first attempt: one flight, hardly a slide, and there and at rest."""
+    (tmp_path / "task.yaml").write_text(FIRST_HOP, encoding="utf-8")
+    result = plan(load_task(tmp_path / "task.yaml"))
+    assert result.status.solved and result.status.exact, result.status.message
+    assert [attempt.solved for attempt in result.statistics.attempts] == [True]
+    assert result.outcome is not None
+    foot = result.outcome.contacts["foot"]
+    assert len(foot.flights) == 1 and foot.flights[0].length >= 0.4 and foot.flights[0].height > 0.05
+    assert foot.slide_distance < 0.02
+    assert all(entry.met for entry in result.outcome.goal) and len(result.outcome.goal) == 7
+    assert max(np.abs(values[-1]) for values in result.trajectory.velocity.values()) <= 0.01 + 1e-6
