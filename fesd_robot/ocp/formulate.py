@@ -28,7 +28,7 @@ from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import optimal_control_problem
-from fesd_robot.ocp.promises import with_promises
+from fesd_robot.ocp.promises import with_promises, with_slipping
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_types import reference_of
 from fesd_robot.ocp.scene import friction_of, scene_of
@@ -89,6 +89,7 @@ def formulate(task: Task) -> MotionProblem:
         TaskError: a name, value or combination that this robot cannot satisfy, with file, line and key.
     """
     robot = load_task_robot(task)
+    task = with_slipping(task)
     actuation = build_actuation(task, robot)
     scene = scene_of(task)
     dynamics = _multibody_dynamics(robot, actuation)
@@ -216,14 +217,14 @@ def _slip_distance(task: Task, contact: PlanarContact) -> float:
         TaskError: slipping is forbidden or limited where nothing could prevent it, or to the step form.
     """
     slipping = task.contacts[contact.name].slipping
-    if slipping == "allowed":
+    if slipping in ("allowed", "auto"):
         return np.inf
     key, found = ("contacts", contact.name, "slipping"), "'forbidden'" if slipping == "forbidden" else f"{slipping:g}"
     if contact.friction == 0:
         raise task.error(key, f"found {found} for a contact without friction, expected friction greater than 0")
     if task.method.formulation.type != "multipliers":
         raise task.error(key, f"found {found} beside method.formulation.type 'steps', expected 'multipliers'")
-    return 0.0 if slipping == "forbidden" else slipping
+    return 0.0 if slipping == "forbidden" else float(slipping)
 
 
 def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:

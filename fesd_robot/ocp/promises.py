@@ -1,12 +1,13 @@
-"""The promises of a goal: how closely everything that it lists is reached."""
+"""What a task promises without saying so: how closely its goal is reached, and which feet do not slip."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from fesd_robot.ocp.scene import friction_of
 from fesd_robot.ocp.vectors import StateLimits
 from fesd_robot.robot import Robot
-from fesd_robot.task import DEFAULT_TOLERANCE, PointTarget, Task, Tolerance
+from fesd_robot.task import DEFAULT_TOLERANCE, GROUND, Jumps, PointTarget, Task, Tolerance
 
 
 def with_promises(task: Task, robot: Robot, limits: StateLimits) -> Task:
@@ -36,6 +37,25 @@ def with_promises(task: Task, robot: Robot, limits: StateLimits) -> Task:
     center = goal.center_of_mass and _promised(goal.center_of_mass)
     promised = goal.model_copy(update={"tolerance": tolerance, "frames": points, "center_of_mass": center})
     return task.model_copy(update={"goal": promised})
+
+
+def with_slipping(task: Task) -> Task:
+    """Return the task with the slipping of every contact allowed, forbidden or limited, where it is automatic.
+
+    What jumps sticks or flies; sliding along the ground is cheaper than that with most costs.
+    """
+    jumps = isinstance(task.reference, Jumps) and task.method.formulation.type == "multipliers"
+    contacts = {
+        name: contact.model_copy(update={"slipping": "forbidden" if _sticks(task, name, jumps) else "allowed"})
+        if contact.slipping == "auto"
+        else contact
+        for name, contact in task.contacts.items()
+    }
+    return task.model_copy(update={"contacts": contacts})
+
+
+def _sticks(task: Task, name: str, jumps: bool) -> bool:
+    return jumps and getattr(task.contacts[name], "surface", None) == GROUND and friction_of(task, name) > 0
 
 
 def _widths(names: Iterable[str], given: Mapping[str, float]) -> dict[str, float]:

@@ -17,23 +17,24 @@ _SLIPPING = (
     "still change its tangential velocity; the force stays inside the cone of friction. A number is the largest "
     "distance, m, that it may slip over the whole motion, to and fro added up."
 )
+_AUTOMATIC = " auto: forbidden on the ground where the reference is a row of jumps and there is friction, else allowed."
 _SURFACE = f"What it touches: {GROUND}, or the name of a wall in ground.walls."
 
 
 def _read_slipping(value: Any) -> Any:
-    words = ("allowed", "forbidden")
+    words = ("allowed", "forbidden", "auto")
     if value in words:
         return value
     if is_number(value) and value == 0:
         raise expected("'forbidden' for a contact that may not slip at all")
     if not is_number(value) or not 0 < value < math.inf:
         hint = nearest(value, words) if isinstance(value, str) else ""
-        raise expected(f"'allowed', 'forbidden' or a number greater than 0 (m){hint if 'mean' in hint else ''}")
+        raise expected(f"'allowed', 'forbidden', 'auto' or a number greater than 0 (m){hint if 'mean' in hint else ''}")
     return float(value)
 
 
 Slipping = Annotated[
-    Literal["allowed", "forbidden"] | Annotated[float, Field(gt=0, allow_inf_nan=False)],
+    Literal["allowed", "forbidden", "auto"] | Annotated[float, Field(gt=0, allow_inf_nan=False)],
     BeforeValidator(_read_slipping),
 ]
 """Whether a contact may slip, or the largest distance, m, that it may."""
@@ -46,7 +47,7 @@ class PointContact(Section):
     frame: Name = Field(description="Name of the robot's frame whose origin touches.")
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
-    slipping: Slipping = Field(default="allowed", description=_SLIPPING)
+    slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
 
 
 class CircleContact(Section):
@@ -57,7 +58,7 @@ class CircleContact(Section):
     radius: Positive = Field(description="Radius of the circle, m.")
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
-    slipping: Slipping = Field(default="allowed", description=_SLIPPING)
+    slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
 
 
 class CircleCircleContact(Section):
@@ -72,7 +73,7 @@ class CircleCircleContact(Section):
         default=None,
         description="Coefficient of Coulomb friction of this contact, without unit; default: the ground's.",
     )
-    slipping: Slipping = Field(default="allowed", description=_SLIPPING)
+    slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
 
     @model_validator(mode="after")
     def _distinct(self) -> CircleCircleContact:

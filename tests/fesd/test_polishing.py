@@ -63,7 +63,7 @@ def test_a_sliding_mode_is_exact() -> None:
 @pytest.fixture(scope="module")
 def hopper() -> MotionProblem:
     short = ["horizon.duration=0.2", "horizon.intervals=2", "goal.configuration.root_x=0.12", "reference={type: line}"]
-    return formulate(load_task(TASK, [*short, "costs.slipping={}"]))
+    return formulate(load_task(TASK, [*short]))
 
 
 def test_conditions_of_a_contact(hopper: MotionProblem) -> None:
