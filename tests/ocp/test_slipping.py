@@ -49,6 +49,23 @@ def test_a_foot_that_may_not_slip_sticks(load_short: Callable[..., Task], short_
     assert result.statistics.objective >= short_plan.statistics.objective * (1 - 1e-6)
 
 
+@pytest.mark.parametrize(
+    ("overrides", "slipping"),
+    [
+        ([], "forbidden"),
+        (["reference={type: line}"], "allowed"),
+        (["ground.friction=0"], "allowed"),
+        (["method.formulation.type=steps"], "allowed"),
+    ],
+    ids=["jumps", "line", "no friction", "steps"],
+)
+def test_what_jumps_does_not_slip(overrides: list[str], slipping: str) -> None:
+    """A point on the ground is forbidden to slip by itself where the task asks for jumps and friction can hold it."""
+    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml", ["contacts.foot={frame: foot}", *overrides]))
+    assert motion.task.contacts["foot"].slipping == slipping
+    assert motion.contacts[0].slip_distance == (0 if slipping == "forbidden" else np.inf)
+
+
 def test_slipping_has_a_price(load_short: Callable[..., Task]) -> None:
     """The term of the cost is weight times the work of friction, the integral of |tangential force times velocity|."""
     result = plan(load_short("costs.slipping={foot: 0.01}", "initial.velocity={root_x: 0.5}"))
@@ -113,13 +130,13 @@ def test_a_hopper_may_slip_a_little() -> None:
     ("slipping", "sentence"),
     [
         ("0", "found 0, expected 'forbidden' for a contact that may not slip at all"),
-        ("-0.1", "found -0.1, expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
-        ("far", "found the text 'far', expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
+        ("-0.1", "found -0.1, expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m)"),
+        ("far", "found the text 'far', expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m)"),
         (
             "forbiden",
-            "found the text 'forbiden', expected 'allowed', 'forbidden' or a number greater than 0 (m) (did you ",
+            "found the text 'forbiden', expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m) (did you ",
         ),
-        (".inf", "found inf, expected 'allowed', 'forbidden' or a number greater than 0 (m)"),
+        (".inf", "found inf, expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m)"),
     ],
 )
 def test_a_limit_is_a_positive_number(load_short: Callable[..., Task], slipping: str, sentence: str) -> None:
