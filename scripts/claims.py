@@ -11,7 +11,7 @@ from fesd_robot.plans.outcome import ContactOutcome
 REST = 0.0101
 """m/s or rad/s: slower is at rest, and m or rad: nearer is at the goal."""
 
-LOWEST_FLIGHT = 1e-3
+LOWEST_FLIGHT = 5e-3
 """m; what stays lower is no flight that anyone would see."""
 
 
