@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,25 +10,13 @@ import numpy as np
 from fesd_robot.planner import plan
 from fesd_robot.task import load_task
 
-from .conftest import HOPPER
-
-FIRST_HOP = f"""\
-name: first_hop
-robot:
-  model: {HOPPER}
-  armature: {{leg: 0.1}}
-contacts:
-  foot: {{frame: foot}}
-horizon: {{duration: 1, intervals: 20}}
-initial: {{configuration: {{leg: 0.5}}, stand_on: [foot]}}
-goal: {{configuration: {{root_x: 0.5, leg: 0.5}}, stand_on: [foot]}}
-"""
-"""The README's ten lines; the model's path apart."""
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_first_hop(tmp_path: Path) -> None:
     """Ten lines are solved exactly at the first attempt: one flight, hardly a slide, and there and at rest."""
-    (tmp_path / "task.yaml").write_text(FIRST_HOP, encoding="utf-8")
+    (text,) = re.findall(r"```yaml\n(.+?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "task.yaml").write_text(text.replace("../models", str(ROOT / "models")), encoding="utf-8")
     result = plan(load_task(tmp_path / "task.yaml"))
     assert result.status.solved and result.status.exact, result.status.message
     assert [attempt.solved for attempt in result.statistics.attempts] == [True]

@@ -134,7 +134,7 @@ def test_a_hopper_may_slip_a_little() -> None:
         ("far", "found the text 'far', expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m)"),
         (
             "forbiden",
-            "found the text 'forbiden', expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m) (did you ",
+            "found the text 'forbiden', expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m) (did ",
         ),
         (".inf", "found inf, expected 'allowed', 'forbidden', 'auto' or a number greater than 0 (m)"),
     ],
