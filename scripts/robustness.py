@@ -1,7 +1,8 @@
-"""Fifty variations of the one-jump task: how many are solved, in which attempt, and why the others are not.
+"""Fifty variations of the published one-jump task: how many are solved, in which attempt, and why others are not.
 
-Start height, pitch, distance, duration and friction are drawn with fixed seeds. Every variation is planned in a process
-of its own; the table goes to docs/results/robustness.md. Exit code 1 if fewer than 47 of 50 are solved.
+The goal is soft. Start height, pitch, distance, duration and friction are drawn with fixed seeds. Every variation is
+planned in a process of its own; the table goes to docs/results/robustness.md. Exit code 1 if fewer than 47 of 50 are
+solved.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from fesd_robot import load_task, plan
 
 ROOT = Path(__file__).parent.parent
-TASK = ROOT / "tasks" / "hopper_one_jump.yaml"
+TASK = ROOT / "tasks" / "published_hopper_one_jump.yaml"
 NEEDED = 47 / 50
 
 
@@ -63,12 +64,14 @@ def overrides(values: dict[str, float]) -> list[str]:
     height = 0.5 * np.cos(values["pitch"]) + values["drop"]
     goal = 0.1 + values["distance"]
     return [
-        "initial.stand_on=null",
         f"initial.configuration.root_z={height:.6f}",
         f"initial.configuration.root_pitch={values['pitch']}",
-        f"goal.configuration.root_x={goal:.6f}",
+        f"goal.configuration={{root_x: {goal:.6f}, root_z: 0.5, root_pitch: 0.0, leg: 0.5}}",
+        f"limits.position.root_x=[0, {goal + 0.1:.6f}]",
         f"horizon.duration={values['duration']}",
         f"ground.friction={values['friction']}",
+        "solver.tolerance=1e-6",
+        "solver.linear_solver=auto",
     ]
 
 
@@ -108,12 +111,12 @@ def main() -> int:
     solved = sum(bool(row["solved"]) for row in rows)
     first = sum(row["solved"] and row["attempts"] == 1 for row in rows)
     lines = [
-        "# Variations of the one-jump task",
+        "# Variations of the published one-jump task",
         "",
         f"Made by `python scripts/robustness.py --count {arguments.count} --retries {arguments.retries}`, "
         f"{arguments.processes} processes, Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
-        f"**{solved} of {len(rows)} solved**, the goal reached and the physics audit passed, {first} of them at "
+        f"**{solved} of {len(rows)} solved** to complementarity 1e-6 with the physics audit passed, {first} of them at "
         f"the first attempt; median {np.median([row['seconds'] for row in rows]):.0f} s, "
         f"{np.median([row['iterations'] for row in rows]):.0f} iterations.",
         "",
