@@ -138,8 +138,10 @@ def _attempts(plan: Plan) -> str:
         if len(costs) > 1
         else ""
     )
-    return f"\n### Attempts\n\nThe cheapest that was solved is kept, else the first.{spread}\n\n" + markdown_table(
-        header, rows
+    return (
+        "\n### Attempts\n\nThe cheapest that was solved is kept, else one that only misses the goal, else the first."
+        f"{spread}\n\n"
+        + markdown_table(header, rows)
     )
 
 
