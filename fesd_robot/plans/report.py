@@ -140,8 +140,7 @@ def _attempts(plan: Plan) -> str:
     )
     return (
         "\n### Attempts\n\nThe cheapest that was solved is kept, else one that only misses the goal, else the first."
-        f"{spread}\n\n"
-        + markdown_table(header, rows)
+        f"{spread}\n\n" + markdown_table(header, rows)
     )
 
 
