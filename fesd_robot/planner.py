@@ -27,6 +27,7 @@ from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.statistics import statistics_of
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
@@ -105,7 +106,7 @@ def attempt(
     solution = solve(problem, options, polisher=polisher, progress=progress, stop=stop)
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
-    solved = _Solved.of(motion, transcription, solution)
+    solved = _Solved.of(motion, polisher, solution)
     most_stages = min(task.method.stages + ADDED_STAGES, MAX_STAGES)
     while solved.inexact and solved.stages < most_stages:
         refined = _refined(solved, options, deadline, progress, stop)
@@ -114,9 +115,9 @@ def attempt(
         solved = refined
 
     motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.solution.w
-    problem, physics = transcription.problem, numeric_physics(motion)
+    problem, physics = transcription.problem, solved.physics
     certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
-    full_intervals = [] if solution.solved else polisher.out_of_elements(w)
+    full_intervals = [] if solution.solved else solved.polisher.out_of_elements(w)
     outcome = motion_outcome(motion, solved.physical, physics)
     jumps = isinstance(task.reference, Jumps)
     status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
@@ -138,20 +139,26 @@ class _Solved:
     """A solution, the motion that it is, and what the audit says about that."""
 
     motion: MotionProblem
-    transcription: Transcription
+    polisher: BranchTranscription
     solution: MpccSolution
     branch: Branch
+    physics: NumericPhysics
     physical: PhysicalMotion
     audit: Audit
 
     @classmethod
-    def of(cls, motion: MotionProblem, transcription: Transcription, solution: MpccSolution) -> _Solved:
+    def of(cls, motion: MotionProblem, polisher: BranchTranscription, solution: MpccSolution) -> _Solved:
         """Recover the motion of a solution and audit it."""
+        transcription = polisher.transcription
         motion = replace(motion, fesd=transcription.options)
-        branch = solution.branch or BranchTranscription(transcription).branch(solution.w)
-        physical = physical_motion(motion, transcription.unpack(solution.w), branch)
-        audit = motion_audit(motion, physical, numeric_physics(motion))
-        return cls(motion, transcription, solution, branch, physical, audit)
+        branch = solution.branch or polisher.branch(solution.w)
+        physical, physics = physical_motion(motion, transcription.unpack(solution.w), branch), numeric_physics(motion)
+        return cls(motion, polisher, solution, branch, physics, physical, motion_audit(motion, physical, physics))
+
+    @property
+    def transcription(self) -> Transcription:
+        """Of the problem that was solved."""
+        return self.polisher.transcription
 
     @property
     def stages(self) -> int:
@@ -173,9 +180,10 @@ def _refined(
 ) -> _Solved | None:
     """Return the solution on the same branch with one more stage an element, None if there is none."""
     transcription, w = with_stages(solved.transcription, solved.solution.w, solved.stages + 1)
+    polisher = BranchTranscription(transcription)
     solution = continue_on_branch(
         transcription.problem,
-        BranchTranscription(transcription),
+        polisher,
         (w, solved.branch),
         solved.solution,
         options,
@@ -183,7 +191,7 @@ def _refined(
         progress=progress,
         stop=stop,
     )
-    return None if solution is None else _Solved.of(solved.motion, transcription, solution)
+    return None if solution is None else _Solved.of(solved.motion, polisher, solution)
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

@@ -13,6 +13,7 @@ from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.ocp.standing import touching_configuration
 from fesd_robot.recovery.statics import holding_effort
+from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import GROUND, Jumps
 
@@ -33,9 +34,6 @@ CONSTRAINT_VIOLATION = 1e-6
 
 FLOATING = 0.01
 """m; a robot at rest that starts this little above the ground was perhaps to stand on it."""
-
-HEIGHT = "root_z"
-"""The coordinate that lifts the whole robot."""
 
 REFERENCE_SAMPLES = 400
 
@@ -120,7 +118,8 @@ def _floating_at_the_start(motion: MotionProblem) -> Iterator[str]:
         names = [motion.contacts[i].name for i, own in heights.items() if height - own <= TOUCHING]
         yield (
             f"Contact '{motion.contacts[first].name}' starts {gaps[first]:.4g} m above the ground and falls; to stand, "
-            f"write initial.configuration.{HEIGHT}: {round(height, 6):.9g} or initial.stand_on: [{', '.join(names)}]."
+            f"write initial.configuration.{ROOT_HEIGHT}: {round(height, 6):.9g} or initial.stand_on: "
+            f"[{', '.join(names)}]."
         )
 
 
@@ -129,11 +128,11 @@ def _standing_heights(motion: MotionProblem, gaps: np.ndarray) -> dict[int, floa
     start, heights = motion.endpoints.initial_configuration, {}
     for i, contact in enumerate(motion.contacts):
         on_ground = getattr(motion.task.contacts[contact.name], "surface", None) == GROUND
-        if on_ground and gaps[i] <= FLOATING and HEIGHT in motion.robot.velocity_names:
+        if on_ground and gaps[i] <= FLOATING and ROOT_HEIGHT in motion.robot.velocity_names:
             symbols = motion.dynamics.configuration
-            q, left = touching_configuration(motion.robot, [contact], symbols, [HEIGHT], start, motion.limits)
+            q, left = touching_configuration(motion.robot, [contact], symbols, [ROOT_HEIGHT], start, motion.limits)
             if abs(left[0]) <= TOUCHING:
-                heights[i] = float(q[motion.robot.configuration_names.index(HEIGHT)])
+                heights[i] = float(q[motion.robot.configuration_names.index(ROOT_HEIGHT)])
     return heights
 
 

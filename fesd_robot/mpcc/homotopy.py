@@ -193,7 +193,7 @@ class _Homotopy:
             self._point = result.point
             without_slack = self._elastic and self._slacks_are_zero()
             completed = self._steps.is_last(sigmas) or without_slack
-            if self._branch_nlp and (completed or not self._elastic) and (completed or sigmas[0] != polished_at):
+            if self._branch_nlp and (completed or (not self._elastic and sigmas[0] != polished_at)):
                 polished_at = sigmas[0]
                 self._polish(self._branch_nlp, sigmas[0])
                 if self._polished.exact or self._status.ended_early:

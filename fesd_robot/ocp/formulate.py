@@ -100,7 +100,7 @@ def formulate(task: Task) -> MotionProblem:
     task = with_promises(task, robot, limits)
     grid = time_grid(task)
     scales = scales_of(task, robot, initial_configuration(task, robot), grid.nominal)
-    written = task
+    default_costs = tuple(key for key in COST_TERMS if getattr(task.costs, key) is None)
     task = with_default_costs(task, robot, actuation, scales)
     endpoints = endpoints_of(task, robot)
     _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
@@ -132,7 +132,7 @@ def formulate(task: Task) -> MotionProblem:
     reference = reference_of(task, robot, endpoints, limits, grid)
     return MotionProblem(
         task=task,
-        default_costs=tuple(key for key in COST_TERMS if getattr(written.costs, key) is None),
+        default_costs=default_costs,
         scales=scales,
         robot=robot,
         scene=scene,

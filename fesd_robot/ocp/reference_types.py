@@ -15,10 +15,8 @@ from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.robot import Robot
+from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
-
-ROOT_HEIGHT = "root_z"
-"""Name of the coordinate that is how high the root is."""
 
 LONGEST_STANCE = 0.8
 """Of a jump, as a fraction of its time, where the free fall would leave more."""

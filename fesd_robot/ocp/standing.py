@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from fesd_robot.contact import PlanarContact
 from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_values
 from fesd_robot.robot import Robot
+from fesd_robot.robot.root import ROOT_HEIGHT, ROOT_PITCH
 from fesd_robot.task import Task
 from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.standing import Configured
@@ -31,7 +32,7 @@ _MAX_STEPS = 200
 _LEAST_DAMPING, _FIRST_DAMPING, _MOST_DAMPING = 1e-12, 1e-6, 1e10
 """Of the Levenberg-Marquardt steps, in units of the largest square of a column of the Jacobian."""
 
-_DEFAULT_ADJUST = ("root_z", "root_pitch")
+_DEFAULT_ADJUST = (ROOT_HEIGHT, ROOT_PITCH)
 """What is adjusted by default: the first for one contact, both for several."""
 
 Section = TypeVar("Section", bound=Configured)

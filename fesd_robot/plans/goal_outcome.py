@@ -13,7 +13,7 @@ from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import PointTarget, Task
+from fesd_robot.task import Task
 from fesd_robot.task.fields import AXES
 
 CENTER_OF_MASS = "center of mass"
@@ -80,7 +80,7 @@ def _coordinates(
 
 
 def _points(task: Task, robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEntry]:
-    for frame, target in _targets(task):
+    for frame, target in task.goal.points.items():
         name = CENTER_OF_MASS if frame is None else f"frame {frame}"
         position, velocity = point_motion(robot, motion.configuration[-1], motion.velocity[-1], frame)
         for axis, goal, end in zip(AXES, target.position or (), position, strict=False):
@@ -89,10 +89,3 @@ def _points(task: Task, robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEn
         for axis, goal, end in zip(AXES, target.velocity or (), velocity, strict=False):
             if goal is not None:
                 yield _entry(f"{name} {axis} velocity", "velocity", "m/s", (goal, end), target.velocity_tolerance)
-
-
-def _targets(task: Task) -> Iterator[tuple[str | None, PointTarget]]:
-    """Yield the frames with a goal, and None with that of the centre of mass."""
-    yield from task.goal.frames.items()
-    if task.goal.center_of_mass is not None:
-        yield None, task.goal.center_of_mass

@@ -17,7 +17,10 @@ ROOTS: tuple[Root, ...] = ("fixed", "sagittal", "planar", "free_flyer")
 ROOT_JOINT = "root_joint"
 """Pinocchio's name for the joint under the first link."""
 
-SAGITTAL_NAMES = ("root_x", "root_z", "root_pitch")
+ROOT_HEIGHT, ROOT_PITCH = "root_z", "root_pitch"
+"""Coordinates of a root that lift and tilt the whole robot."""
+
+SAGITTAL_NAMES = ("root_x", ROOT_HEIGHT, ROOT_PITCH)
 """Coordinates of a sagittal root: forward, m, up, m, and nose down, rad about +y."""
 
 _RIGHT_ANGLE_ROUNDING = 1e-5

@@ -131,18 +131,21 @@ class Goal(Configured):
     @property
     def has_points(self) -> bool:
         """Whether a frame or the centre of mass has a goal."""
-        return bool(self.frames) or self.center_of_mass is not None
+        return bool(self.points)
 
     @property
-    def points(self) -> list[PointTarget]:
-        """The targets of frames and of the centre of mass."""
-        return [*self.frames.values(), *([self.center_of_mass] if self.center_of_mass else [])]
+    def points(self) -> dict[str | None, PointTarget]:
+        """Name of a frame -> its target, and None -> that of the centre of mass."""
+        points: dict[str | None, PointTarget] = dict(self.frames.items())
+        if self.center_of_mass is not None:
+            points[None] = self.center_of_mass
+        return points
 
     @property
     def rests(self) -> bool:
         """Whether the motion should end at rest: the goal lists positions and no velocity."""
-        listed = self.configuration or any(point.position is not None for point in self.points)
-        return bool(listed) and not self.velocity and all(point.velocity is None for point in self.points)
+        listed = self.configuration or any(point.position is not None for point in self.points.values())
+        return bool(listed) and not self.velocity and all(point.velocity is None for point in self.points.values())
 
 
 class Waypoint(Configured):
