@@ -80,7 +80,7 @@ def _coordinates(
 
 
 def _points(task: Task, robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEntry]:
-    for frame, target in task.goal.points.items():
+    for frame, target in task.goal.targets.items():
         name = CENTER_OF_MASS if frame is None else f"frame {frame}"
         position, velocity = point_motion(robot, motion.configuration[-1], motion.velocity[-1], frame)
         for axis, goal, end in zip(AXES, target.position or (), position, strict=False):

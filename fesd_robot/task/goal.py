@@ -134,18 +134,23 @@ class Goal(Configured):
         return bool(self.points)
 
     @property
-    def points(self) -> dict[str | None, PointTarget]:
+    def targets(self) -> dict[str | None, PointTarget]:
         """Name of a frame -> its target, and None -> that of the centre of mass."""
-        points: dict[str | None, PointTarget] = dict(self.frames.items())
+        targets: dict[str | None, PointTarget] = dict(self.frames.items())
         if self.center_of_mass is not None:
-            points[None] = self.center_of_mass
-        return points
+            targets[None] = self.center_of_mass
+        return targets
+
+    @property
+    def points(self) -> list[PointTarget]:
+        """The targets of frames and of the centre of mass."""
+        return list(self.targets.values())
 
     @property
     def rests(self) -> bool:
         """Whether the motion should end at rest: the goal lists positions and no velocity."""
-        listed = self.configuration or any(point.position is not None for point in self.points.values())
-        return bool(listed) and not self.velocity and all(point.velocity is None for point in self.points.values())
+        listed = self.configuration or any(point.position is not None for point in self.points)
+        return bool(listed) and not self.velocity and all(point.velocity is None for point in self.points)
 
 
 class Waypoint(Configured):
