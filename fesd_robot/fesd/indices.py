@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fesd_robot.complementarity import Place
 from fesd_robot.fesd.layout import IntervalLayout
 
 
@@ -61,3 +62,35 @@ class TrajectoryIndices:
     def own(self, k: int) -> np.ndarray:
         """Indices of the own variables of interval k."""
         return self.offsets[k] + np.arange(self.layout(k).size)
+
+    def place(self, element: int) -> Place:
+        """Where an element is, by its number in time order."""
+        k = int(np.searchsorted(self._last, element, side="right"))
+        return Place(interval=k, element=int(element - (self._last[k - 1] if k else 0)))
+
+    def step(self, element: int) -> int:
+        """Index of the length of an element, by its number in time order."""
+        k, n = self._at(element)
+        return int(self.offsets[k]) + self.layout(k).step(n)
+
+    def left_state(self, element: int) -> np.ndarray:
+        """Indices of the state at the left boundary of an element, (n_x)."""
+        k, n = self._at(element)
+        return self.state(k) if n == 0 else self.offsets[k] + self.layout(k).end(n - 1)[: self._sizes[0]]
+
+    def stage(self, element: int, stage: int) -> np.ndarray:
+        """Indices of (x, z) at a stage of an element, (n_x + n_z)."""
+        k, n = self._at(element)
+        x, z = self.layout(k).state(n, stage), self.layout(k).algebraic(n, stage)
+        return self.offsets[k] + np.concatenate([np.arange(x.start, x.stop), np.arange(z.start, z.stop)])
+
+    @cached_property
+    def _last(self) -> np.ndarray:
+        """Number of the first element after every interval, (N)."""
+        return np.cumsum(self.elements)
+
+    def _at(self, element: int) -> tuple[int, int]:
+        """Interval of an element, and its number there."""
+        place = self.place(element)
+        assert place.interval is not None and place.element is not None
+        return place.interval, place.element

@@ -88,15 +88,16 @@ class Tableau:
     @cached_property
     def derivative(self) -> Any:
         """D with ``sum_r D[j, r] X_r = h K_j``, r = 0..n_s, shape (n_s, n_s + 1); None without `collocation`."""
-        return lagrange_derivative(self._with_left)[1:] if self.collocation else None
+        return lagrange_derivative(self.nodes)[1:] if self.collocation else None
 
     @cached_property
     def end(self) -> Any:
         """e with ``X(1) = sum_r e[r] X_r``, r = 0..n_s, shape (n_s + 1,); None without `collocation`."""
-        return lagrange(self._with_left, np.array([1.0]))[0] if self.collocation else None
+        return lagrange(self.nodes, np.array([1.0]))[0] if self.collocation else None
 
     @property
-    def _with_left(self) -> np.ndarray:
+    def nodes(self) -> np.ndarray:
+        """The left end and the stages, (n_s + 1,)."""
         return np.concatenate([[0.0], self.c])
 
     def order_defects(self) -> dict[str, float]:
@@ -164,7 +165,7 @@ class Tableau:
                 f"{self.scheme} is no collocation scheme with distinct nodes above zero: its states cannot be "
                 "interpolated (use continuous_weights)"
             )
-        return lagrange(self._with_left, np.asarray(fraction, dtype=float)) @ values
+        return lagrange(self.nodes, np.asarray(fraction, dtype=float)) @ values
 
 
 def make_tableau(scheme: Scheme, stages: int | None = None) -> Tableau:

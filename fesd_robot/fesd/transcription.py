@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
 from fesd_robot.fesd.constraints import constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
 from fesd_robot.fesd.indices import TrajectoryIndices
@@ -27,10 +28,16 @@ class Transcription:
     """An optimal control problem discretised by FESD.
 
     The variables are ordered in time: (x, z) at the start, then interval by interval.
+
+    Attributes:
+        ocp: the problem.
+        options: the discretisation; the form is chosen.
+        added: rows that refinement adds.
     """
 
     ocp: OptimalControlProblem
     options: FesdOptions
+    added: AddedRows = NO_ROWS
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "options", self.options.with_form("integral"))
@@ -69,6 +76,7 @@ class Transcription:
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
             blocks.append(interval.block([Place(interval=k) for k in where], index, self.ocp.parameters[:, where]))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
+        blocks += self.added.blocks(self.indices, self.options.tableau)
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=self._variable_labels())
 
     def _variable_labels(self) -> list[Label]:
@@ -202,13 +210,24 @@ class Transcription:
         for k, count in enumerate(self.elements):
             own, _ = self.interval_variables(w, k)  # a view
             for n in range(count):
-                self._pack_element(own, n, next(remaining), self.layouts[count])
+                self.pack_element(own, n, next(remaining), self.layouts[count])
             if self.layouts[count].auxiliary:
                 guess = self.intervals[count].auxiliary(np.concatenate([w[self.indices.point(k)], own]))
                 own[self.layouts[count].auxiliaries] = np.asarray(guess).ravel()
         return w
 
-    def _pack_element(self, own: np.ndarray, n: int, element: Element, layout: IntervalLayout) -> None:
+    def pack_element(self, own: np.ndarray, n: int, element: Element, layout: IntervalLayout) -> None:
+        """Write an element into the own variables of an interval, as its n-th.
+
+        Args:
+            own: the variables, (layout.size); changed.
+            n: number of the element in the interval.
+            element: with as many points as the layout's elements have.
+            layout: order of the variables.
+
+        Raises:
+            DimensionError: an element with another number of stages.
+        """
         own[: layout.n_u], own[layout.step(n)] = element.u, element.step
         if len(element.slopes) != layout.stages:
             raise DimensionError(f"an element with {len(element.slopes)} stages for a scheme with {layout.stages}")

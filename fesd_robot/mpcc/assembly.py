@@ -132,11 +132,22 @@ class _Layout:
 
 
 def assemble(
-    problem: Mpcc, relaxation: Relaxation, compiled: Compile = "never", steering: Steering = "direct"
+    problem: Mpcc,
+    relaxation: Relaxation,
+    compiled: Compile = "never",
+    steering: Steering = "direct",
+    *,
+    few_evaluations: bool = False,
 ) -> RelaxedNlp:
     """Return the NLP in which every pair is replaced by the relaxation's rows, and G >= 0, H >= 0 if they ask for it.
 
     Rows G >= 0 or H >= 0 that already follow from the bounds on the variables are left out.
+
+    Args:
+        problem, relaxation: what is to be solved, and how.
+        compiled: whether its functions become machine code.
+        steering: where sigma comes from.
+        few_evaluations: that the functions are made faster than they run; they are not compiled then, unless always.
 
     Raises:
         CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
@@ -148,7 +159,7 @@ def assemble(
     slacks = slacks_of(problem, steering, relaxation.power)
     blocks = problem.blocks
     derivatives = [
-        differentiate(block, problem, relaxation, steering, len(own))
+        differentiate(block, problem, relaxation, steering, len(own), shared=not few_evaluations)
         for block, own in zip(blocks, slacks.index, strict=True)
     ]
     layout = _Layout(
@@ -162,7 +173,8 @@ def assemble(
         ).tolist(),
     )
     instructions = sum(d.instructions * block.copies for block, d in zip(blocks, derivatives, strict=True))
-    wanted = compiled == "always" or (compiled == "auto" and instructions >= COMPILE_THRESHOLD)
+    worthwhile = instructions >= COMPILE_THRESHOLD and not few_evaluations
+    wanted = compiled == "always" or (compiled == "auto" and worthwhile)
     functions = _compiled(layout, required=compiled == "always") if wanted else None
     functions = functions or _interpreted(layout)
     return RelaxedNlp(

@@ -44,7 +44,7 @@ class BlockDerivatives:
 
 
 def differentiate(
-    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int
+    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int, *, shared: bool = True
 ) -> BlockDerivatives:
     """Return a block's relaxed rows with G >= 0, H >= 0 where they ask for it, and all derivatives.
 
@@ -54,7 +54,10 @@ def differentiate(
         relaxation: what stands for a pair.
         steering: where sigma comes from.
         slacks: how many slack variables a copy reads.
+        shared: whether common parts are looked for, so that nothing is computed twice; for functions that are evaluated
+            a few times only, looking takes longer.
     """
+    function = _shared_function if shared else _plain_function
     w = ca.SX.sym("w", block.function.sparsity_in(0))
     p = ca.SX.sym("p", block.function.sparsity_in(1))
     sigma, slack = ca.SX.sym("sigma", 2), ca.SX.sym("slack", slacks)
@@ -68,17 +71,19 @@ def differentiate(
         if relaxation.signs and not implied
     ]
     relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))
-    f, rows = ca.cse([f, ca.vertcat(g, relaxed, *signs)])  # before differentiating: a third off the Hessian of Solo12
+    rows = ca.vertcat(g, relaxed, *signs)
+    if shared:
+        f, rows = ca.cse([f, rows])  # before differentiating: a third off the Hessian of Solo12
     multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
     gradient, jacobian = ca.gradient(f, w), ca.jacobian(rows, x)
     hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])
     arguments = [x, p, sigma]
     return BlockDerivatives(
-        cost=_function("cost", arguments, f),
-        rows=_function("rows", arguments, rows),
-        gradient=_function("gradient", arguments, _nonzeros(gradient)),
-        jacobian=_function("jacobian", arguments, _nonzeros(jacobian)),
-        hessian=_function("hessian", [*arguments, weight, multiplier], _nonzeros(hessian)),
+        cost=function("cost", arguments, f),
+        rows=function("rows", arguments, rows),
+        gradient=function("gradient", arguments, _nonzeros(gradient)),
+        jacobian=function("jacobian", arguments, _nonzeros(jacobian)),
+        hessian=function("hessian", [*arguments, weight, multiplier], _nonzeros(hessian)),
         gradient_sparsity=gradient.sparsity(),
         jacobian_sparsity=jacobian.sparsity(),
         hessian_sparsity=hessian.sparsity(),
@@ -89,9 +94,13 @@ def differentiate(
     )
 
 
-def _function(name: str, arguments: list[ca.SX], value: ca.SX) -> ca.Function:
+def _shared_function(name: str, arguments: list[ca.SX], value: ca.SX) -> ca.Function:
     """Return a function that computes nothing twice; CasADi's derivatives repeat common parts many times."""
-    return ca.Function(name, arguments, [ca.densify(ca.cse(value))])
+    return _plain_function(name, arguments, ca.cse(value))
+
+
+def _plain_function(name: str, arguments: list[ca.SX], value: ca.SX) -> ca.Function:
+    return ca.Function(name, arguments, [ca.densify(value)])
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:

@@ -15,8 +15,8 @@ from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, Poli
 from fesd_robot.mpcc.problem import Mpcc
 from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 
-CONTINUATION_ITERATIONS = 200
-"""IPOPT iterations on a branch that is known to be the right one."""
+CONTINUATION_ITERATIONS = 120
+"""IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
 
 
 def continue_on_branch(
@@ -49,7 +49,7 @@ def continue_on_branch(
         if progress:
             progress(reports[-1])
 
-    end = BranchNlp.of(polisher, options.compile).solve(
+    end = BranchNlp.of(polisher, options.compile, few_evaluations=True).solve(
         problem,
         start[0],
         options={**linear_solver_options(options.linear_solver), **options.ipopt},

@@ -129,9 +129,10 @@ class BranchNlp:
     nlp: RelaxedNlp
 
     @classmethod
-    def of(cls, polisher: Polisher, compiled: Compile) -> BranchNlp:
-        """Return the branch NLP with derivatives; they are made once for all branches."""
-        return cls(polisher, assemble(polisher.problem, relaxation_named("scholtes"), compiled))
+    def of(cls, polisher: Polisher, compiled: Compile, *, few_evaluations: bool = False) -> BranchNlp:
+        """Return the branch NLP with derivatives, see `assemble`; they are made once for all branches."""
+        scholtes = relaxation_named("scholtes")
+        return cls(polisher, assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations))
 
     def solve(
         self,

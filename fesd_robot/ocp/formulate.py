@@ -32,7 +32,7 @@ from fesd_robot.ocp.promises import with_promises, with_slipping
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_types import reference_of
 from fesd_robot.ocp.scene import friction_of, scene_of
-from fesd_robot.ocp.standing import with_configurations
+from fesd_robot.ocp.standing import GAP_TOLERANCE, touching_configuration, with_configurations
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.ocp.timing import TimeGrid, time_grid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, initial_configuration, limits_of
@@ -105,6 +105,7 @@ def formulate(task: Task) -> MotionProblem:
     endpoints = endpoints_of(task, robot)
     _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
+        endpoints = _touching_at_start(robot, contacts, dynamics, endpoints, limits)
         contacts = _closed_at_start(contacts, dynamics, endpoints)
     gap = _gap_function(dynamics, contacts)
     check_inertia(task, robot, endpoints.initial_configuration)
@@ -231,10 +232,34 @@ def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]
     return ca.Function("gap", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
 
 
+def _touching_at_start(
+    robot: Robot,
+    contacts: Sequence[PlanarContact],
+    dynamics: MultibodyDynamics,
+    endpoints: Endpoints,
+    limits: StateLimits,
+) -> Endpoints:
+    """Return the ends with a start in which contacts touch whose gaps are up to `TOUCHING`, if there is one nearby.
+
+    A ground that is lower for the plan by a few micrometres is another one for the foot that lands on it softly.
+    """
+    start = endpoints.initial_configuration
+    near = [
+        contact
+        for contact, gap in zip(contacts, np.asarray(_gap_function(dynamics, contacts)(start)).ravel(), strict=True)
+        if abs(gap) <= TOUCHING
+    ]
+    adjust = [name for name in robot.configuration_names if name in robot.velocity_names]
+    if not near or not adjust:
+        return endpoints
+    q, gaps = touching_configuration(robot, near, dynamics.configuration, adjust, start, limits)
+    return replace(endpoints, initial_configuration=q) if np.abs(gaps).max() <= GAP_TOLERANCE else endpoints
+
+
 def _closed_at_start(
     contacts: Sequence[PlanarContact], dynamics: MultibodyDynamics, endpoints: Endpoints
 ) -> list[PlanarContact]:
-    """Return the contacts with gaps that are exactly zero at the start where they are up to `TOUCHING`.
+    """Return the contacts with gaps that are exactly zero at the start where what is left of them is up to `TOUCHING`.
 
     A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
     a distance: no point fulfils such a complementarity exactly.

@@ -132,18 +132,36 @@ class Attempt(Record):
     message: str
 
 
+class Refinement(Record):
+    """How an exact motion was refined.
+
+    Attributes:
+        rounds, seconds: how often, and how long it took.
+        elements: finite elements of the refined motion.
+        largest_local_error: estimated error that an element of it makes, relative to one plus the largest value of each
+            state; the largest of all.
+    """
+
+    rounds: int
+    seconds: float
+    elements: int
+    largest_local_error: float
+
+
 class Statistics(Record):
     """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept.
 
     Attributes:
-        stages: of every element; more than `method.stages` where the audit found these too coarse; None in plans that
-            do not say it.
+        stages: of every element; more than `method.stages` where refinement added some; None in plans that do not say
+            it.
+        refinement: None if the motion is not exact, and in plans that do not say it.
     """
 
     variables: int
     constraints: int
     pairs: int
     stages: int | None = None
+    refinement: Refinement | None = None
     iterations: int
     build_seconds: float
     solve_seconds: float

@@ -112,7 +112,17 @@ def _effort(plan: Plan) -> str:
 
 
 def _stages(statistics: Statistics) -> str:
-    return "" if statistics.stages is None else f", {statistics.stages} stages an element"
+    if statistics.stages is None:
+        return ""
+    words = f", {statistics.stages} stages an element"
+    if statistics.refinement is None:
+        return words
+    refinement = statistics.refinement
+    return (
+        f"{words}, {refinement.elements} elements of which none makes an error above "
+        f"{refinement.largest_local_error:.1e} after {refinement.rounds} rounds of refinement in "
+        f"{refinement.seconds:.1f} s"
+    )
 
 
 def _attempts(plan: Plan) -> str:

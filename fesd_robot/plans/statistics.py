@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from fesd_robot.mpcc import Mpcc, MpccSolution, NlpReport
-from fesd_robot.plans.plan import HomotopyStep, Statistics
+from fesd_robot.plans.plan import HomotopyStep, Refinement, Statistics
 
 
 def statistics_of(
-    problem: Mpcc, solution: MpccSolution, cost_terms: Mapping[str, float], build_seconds: float, stages: int
+    problem: Mpcc,
+    solution: MpccSolution,
+    cost_terms: Mapping[str, float],
+    build_seconds: float,
+    stages: int,
+    refinement: Refinement | None,
 ) -> Statistics:
     """Return the statistics of a solve.
 
@@ -19,12 +24,14 @@ def statistics_of(
         cost_terms: name of a term -> its part of the objective.
         build_seconds: time that building the problem took, without that of its derivatives.
         stages: of every element of the problem.
+        refinement: how the solution was refined, None if it is not exact.
     """
     return Statistics(
         variables=problem.size,
         constraints=problem.constraints,
         pairs=problem.pairs,
         stages=stages,
+        refinement=refinement,
         iterations=solution.iterations,
         build_seconds=build_seconds + solution.build_seconds,
         solve_seconds=solution.solve_seconds,

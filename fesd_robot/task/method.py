@@ -20,6 +20,12 @@ def _read_auxiliary_force(value: Any) -> Any:
     raise expected("'auto' or a number greater than 0 (N)")
 
 
+def _read_accuracy(value: Any) -> Any:
+    if value == "none" or (is_number(value) and 0 < value < math.inf):
+        return value
+    raise expected("'none' or a number greater than 0")
+
+
 class Formulation(Section):
     """How contact becomes complementarity (time-freezing)."""
 
@@ -98,8 +104,7 @@ class Method(Section):
     scheme: Literal["radau_iia", "gauss_legendre"] = Field(default="radau_iia", description="Runge-Kutta scheme.")
     stages: Annotated[int, Field(strict=True, ge=1, le=9)] = Field(
         default=2,
-        description="Number of stages of the scheme, 1 to 9; up to two more where the audit finds an exact motion too "
-        "coarse.",
+        description="Number of stages of the scheme, 1 to 9, in the search for a motion; refinement may add some.",
     )
     elements: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
         default=3, description="Number of finite elements per control interval; an impact needs 3."
@@ -133,6 +138,16 @@ class Method(Section):
         "ten times the robot's weight.",
     )
 
+    accuracy: Annotated[
+        float | Literal["none"],
+        BeforeValidator(_read_accuracy),
+        WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "none"}]}),
+    ] = Field(
+        default=1e-7,
+        description="Largest error that an element of an exact motion may make, relative to one plus the largest value "
+        "of each state; where it is larger, the motion is refined: more stages, elements in parts, and bounds that "
+        "hold between the stages too. With none, a motion stays as it was found.",
+    )
     compile: Literal["auto", "never", "always"] = Field(
         default="auto",
         description="Whether the functions of the problem become machine code, which takes seconds once and is kept; "

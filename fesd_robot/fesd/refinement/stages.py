@@ -27,10 +27,10 @@ def with_stages(transcription: Transcription, w: np.ndarray, stages: int) -> tup
     old = transcription.options.tableau
     new = make_tableau(old.scheme, stages)
     refined = replace(transcription, options=replace(transcription.options, tableau=new))
-    return refined, refined.pack(_interpolated(transcription.unpack(w), old, new))
+    return refined, refined.pack(interpolated(transcription.unpack(w), old, new))
 
 
-def _interpolated(elements: Sequence[Element], old: Tableau, new: Tableau) -> list[Element]:
+def interpolated(elements: Sequence[Element], old: Tableau, new: Tableau) -> list[Element]:
     """Return the elements with the stages of another tableau."""
     at_stages = lagrange(old.c, new.c)
     end = [] if new.ends_at_stage else [1.0]

@@ -1,0 +1,148 @@
+"""Rows that a refined transcription has besides those of its problem: parts of an element, bounds between stages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import comb
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.complementarity import Label
+from fesd_robot.fesd.indices import TrajectoryIndices
+from fesd_robot.fesd.schemes import lagrange
+from fesd_robot.fesd.tableau import Tableau
+from fesd_robot.mpcc import Block
+
+PARTS = 4
+"""Parts of an element on each of which the coefficients of its polynomials keep a bound."""
+
+
+@dataclass(frozen=True)
+class StepRatio:
+    """The length of an element is `ratio` times that of another; both are numbers of elements in time order."""
+
+    element: int
+    other: int
+    ratio: float = 1.0
+
+    def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> StepRatio:
+        """Return the same for elements that are in parts, of which the first have the numbers `first`."""
+        ratio = self.ratio * parts[self.other] / parts[self.element]
+        return StepRatio(first[self.element], first[self.other], ratio)
+
+
+@dataclass(frozen=True)
+class BoundBetween:
+    """A bound that a variable keeps in all of an element, sign * value <= sign * limit, not at its stages only.
+
+    Attributes:
+        element: its number in time order.
+        variable: index into (x, z). The value of a state is that of the collocation polynomial, the value of an
+            algebraic variable that of the polynomial through its stages.
+        sign, limit: +1 for an upper bound, -1 for a lower one, and the bound.
+    """
+
+    element: int
+    variable: int
+    sign: int
+    limit: float
+
+    def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> list[BoundBetween]:
+        """Return the same for elements that are in parts, of which the first have the numbers `first`."""
+        start = first[self.element]
+        return [replace(self, element=start + i) for i in range(parts[self.element])]
+
+
+@dataclass(frozen=True)
+class AddedRows:
+    """The rows that refinement adds to a transcription; none at first."""
+
+    ratios: tuple[StepRatio, ...] = ()
+    bounds: tuple[BoundBetween, ...] = ()
+
+    def blocks(self, indices: TrajectoryIndices, tableau: Tableau) -> list[Block]:
+        """Return the blocks of the rows.
+
+        Args:
+            indices: where the variables of the trajectory sit.
+            tableau: a collocation scheme.
+        """
+        n_x = indices.layout(0).n_x
+        states = [one for one in self.bounds if one.variable < n_x]
+        algebraic = [one for one in self.bounds if one.variable >= n_x]
+        return [
+            *([_ratio_block(self.ratios, indices)] if self.ratios else []),
+            *([_bound_block("states_between_stages", states, indices, tableau.nodes)] if states else []),
+            *([_bound_block("multipliers_between_stages", algebraic, indices, tableau.c)] if algebraic else []),
+        ]
+
+
+NO_ROWS = AddedRows()
+"""What a transcription has before it is refined."""
+
+
+def _ratio_block(ratios: Sequence[StepRatio], indices: TrajectoryIndices) -> Block:
+    steps, ratio = ca.SX.sym("h", 2), ca.SX.sym("ratio")
+    return Block(
+        name="element_parts",
+        places=[indices.place(one.element) for one in ratios],
+        variables=steps,
+        parameters=ratio,
+        cost=ca.SX(0),
+        rows=steps[0] - ratio * steps[1],
+        lower=np.zeros(1),
+        upper=np.zeros(1),
+        constraints=[Label("parts of an element")],
+        index=np.array([[indices.step(one.element), indices.step(one.other)] for one in ratios]).T,
+        values=np.array([[one.ratio for one in ratios]]),
+    )
+
+
+def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryIndices, nodes: np.ndarray) -> Block:
+    """Hold the coefficients of the polynomials through the values at `nodes`, where 0 is the left boundary."""
+    coefficients = bernstein_coefficients(nodes)
+    values, sign, limit = ca.SX.sym("x", len(nodes)), ca.SX.sym("sign"), ca.SX.sym("limit")
+    rows = sign * (ca.mtimes(ca.DM(coefficients), values) - limit)
+    return Block(
+        name=name,
+        places=[indices.place(one.element) for one in bounds],
+        variables=values,
+        parameters=ca.vertcat(sign, limit),
+        cost=ca.SX(0),
+        rows=rows,
+        lower=np.full(rows.numel(), -np.inf),
+        upper=np.zeros(rows.numel()),
+        constraints=[Label("bound between stages", str(i)) for i in range(rows.numel())],
+        index=np.array([_at_nodes(one, indices, nodes) for one in bounds]).T,
+        values=np.array([[one.sign, one.limit] for one in bounds]).T,
+    )
+
+
+def _at_nodes(bound: BoundBetween, indices: TrajectoryIndices, nodes: np.ndarray) -> list[int]:
+    """Return the indices of a variable at the nodes of its element."""
+    left = [int(indices.left_state(bound.element)[bound.variable])] if nodes[0] == 0 else []
+    stages = range(len(nodes) - len(left))
+    return left + [int(indices.stage(bound.element, j)[bound.variable]) for j in stages]
+
+
+def bernstein_coefficients(nodes: np.ndarray) -> np.ndarray:
+    """Return what turns values at nodes in [0, 1] into Bernstein coefficients of their polynomial on parts of [0, 1].
+
+    A polynomial lies between the smallest and the largest of its coefficients; on m equal parts they come as near to it
+    as 1/m^2.
+
+    Args:
+        nodes: n different ones.
+
+    Returns:
+        (PARTS n, n).
+
+    Source: Farouki, The Bernstein polynomial basis: a centennial retrospective, CAGD 29 (2012).
+    """
+    degree = len(nodes) - 1
+    at = np.linspace(0, 1, degree + 1)
+    basis = np.array([comb(degree, k) * at**k * (1 - at) ** (degree - k) for k in range(degree + 1)]).T
+    parts = [np.linalg.solve(basis, lagrange(nodes, (i + at) / PARTS)) for i in range(PARTS)]
+    return np.vstack(parts)

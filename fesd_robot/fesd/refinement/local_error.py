@@ -1,0 +1,160 @@
+"""How far every element is from the motion of its own mode: its local error, estimated by one more stage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.element import (
+    CONTINUITY,
+    DYNAMICS,
+    ElementPoints,
+    SystemFunctions,
+    element_equations,
+    read_elements,
+)
+from fesd_robot.fesd.layout import IntervalLayout, layout_of
+from fesd_robot.fesd.options import FesdOptions
+from fesd_robot.fesd.polishing import ElementConditions
+from fesd_robot.fesd.refinement.stages import interpolated
+from fesd_robot.fesd.schemes import MAX_STAGES
+from fesd_robot.fesd.tableau import make_tableau
+from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.transcription import Transcription
+
+NEWTON_ITERATIONS = 12
+"""Most Newton iterations for an element; from the interpolated stages 2 to 4 are enough."""
+
+NEWTON_TOLERANCE = 1e-10
+"""Largest residual of the equations of a mode, in the units of their rows."""
+
+
+def local_errors(
+    transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch
+) -> np.ndarray:
+    """Return the estimated local error of every element, (number of elements).
+
+        e = max_i |x_i(n_s + 1) - x_i(n_s)| / (1 + max |x_i|)
+
+    Every element is integrated again from its own left state, in its own mode and with its own control, by the scheme
+    with one more stage, and the states at its right end are compared; max |x_i| is that of the whole trajectory. The
+    error of an element without length is zero, that of one whose equations have no solution nearby infinite.
+
+    Args:
+        transcription: of a collocation scheme with fewer than `MAX_STAGES` stages.
+        conditions: what can vanish in an element, `BranchTranscription.conditions`.
+        w: a point of it on a branch, (n).
+        branch: the branch.
+
+    Source: Hairer, Norsett & Wanner, Solving ODEs I, II.4 (the difference of two orders as an estimate).
+    """
+    elements, mode = transcription.unpack(w), _ModeEquations(transcription, conditions)
+    scale = 1 + np.max([np.abs(element.x).max(axis=0) for element in elements], axis=0)
+    starts = interpolated(elements, transcription.options.tableau, mode.options.tableau)
+    errors = np.zeros(len(elements))
+    for e, (element, start) in enumerate(zip(elements, starts, strict=True)):
+        if branch.without_length[e] or element.step <= 0:
+            continue
+        end = mode.end(start, branch.factors[e])
+        errors[e] = np.inf if end is None else (np.abs(end - element.x[-1]) / scale).max()
+    return errors
+
+
+@dataclass(frozen=True)
+class _ModeEquations:
+    """The equations of one element with one more stage than a transcription has, in a mode that is prescribed.
+
+    Unknowns are the states and algebraic variables at its points. Equations are the scheme's, and the active factor of
+    every condition at the stages; an invariant takes the place of the state that it is.
+    """
+
+    transcription: Transcription
+    conditions: ElementConditions
+
+    @cached_property
+    def options(self) -> FesdOptions:
+        """Of the scheme with one more stage."""
+        options = self.transcription.options
+        stages = options.tableau.stages + 1
+        assert stages <= MAX_STAGES
+        return replace(options, tableau=make_tableau(options.tableau.scheme, stages))
+
+    @cached_property
+    def _layout(self) -> IntervalLayout:
+        return layout_of(self.transcription.ocp.system, self.options, 1)
+
+    @cached_property
+    def _functions(self) -> tuple[ca.Function, list[tuple[str, str]], int]:
+        """(left, own, p) -> rows and their derivative by own; kind and subject of the scheme's rows; stages' rows."""
+        system, layout = self.transcription.ocp.system, self._layout
+        left, own = ca.SX.sym("left", layout.n_x), ca.SX.sym("own", layout.size)
+        p = ca.SX.sym("p", system.parameters.sparsity())
+        part: ElementPoints = read_elements(
+            layout, self.options.tableau, ca.vertcat(left, ca.SX.zeros(layout.n_z)), own
+        )[0]
+        scheme = element_equations(part, SystemFunctions.of(system), self.options, layout, own[: layout.n_u], p)
+        names = [(one.kind, label.subject) for one in scheme for label in one.labels]
+        at_stages = [ca.vertcat(self.conditions.values(x, z), z) for x, z in part.stages]
+        rows = ca.vertcat(*[one.expression for one in scheme], *at_stages)
+        function = ca.Function("rows", [left, own, p], [rows, ca.jacobian(rows, own)])
+        return function, names, at_stages[0].numel()
+
+    def end(self, start: Element, factors: Sequence[ActiveFactor]) -> np.ndarray | None:
+        """Return the state at the right end, (n_x), or None if Newton's method does not converge.
+
+        Args:
+            start: the element, with the points of this scheme to start from.
+            factors: the active factor of every condition.
+        """
+        function, _, _ = self._functions
+        layout, own = self._layout, np.zeros(self._layout.size)
+        self.transcription.pack_element(own, 0, start, layout)
+        unknown = np.arange(layout.step(0) + 1, layout.size)
+        chosen, p = self._equations(factors), self.transcription.ocp.parameters[:, start.interval]
+        for _ in range(NEWTON_ITERATIONS):
+            values, slope = (np.asarray(part) for part in function(start.x_left, own, p))
+            residual = values.ravel()[chosen]
+            if np.abs(residual).max() <= NEWTON_TOLERANCE:
+                return np.array(own[layout.state(0, layout.stages)])
+            own[unknown] -= np.linalg.lstsq(slope[np.ix_(chosen, unknown)], residual, rcond=1e-12)[0]
+        return None
+
+    def _equations(self, factors: Sequence[ActiveFactor]) -> np.ndarray:
+        """Return the indices of the rows that are zero in a mode."""
+        key = tuple(factors)
+        if key not in self._known:
+            _, names, width = self._functions
+            held, replaced = self._held(key)
+            scheme = [
+                i for i, (kind, name) in enumerate(names) if kind not in (DYNAMICS, CONTINUITY) or name not in replaced
+            ]
+            stages = range(self.options.tableau.stages)
+            self._known[key] = np.array([*scheme, *(len(names) + j * width + i for j in stages for i in sorted(held))])
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[tuple[ActiveFactor, ...], np.ndarray]:
+        return {}
+
+    def _held(self, factors: Sequence[ActiveFactor]) -> tuple[set[int], set[str]]:
+        """Return what is zero at the stages, quantities first and algebraic variables behind them, and which states
+        need no equation of their own."""
+        conditions, system = self.conditions, self.transcription.ocp.system
+        n_x, held, replaced = system.state.numel(), set(), set()
+        sides: set[tuple[int, int]] = set()
+        for member, factor in zip(conditions.members, factors, strict=True):
+            at = member.quantity(factor)
+            if factor is ActiveFactor.G and member.invariant_state is not None:
+                replaced.add(system.state_names[member.invariant_state])
+            elif factor is ActiveFactor.G and member.condition.vanishing:
+                sides.add((at, member.direction))
+                if (at, -member.direction) not in sides:
+                    continue
+            several = conditions.quantities[at].variables if len(conditions.quantities[at].variables) > 1 else ()
+            held |= {len(conditions.quantities) + i - n_x for i in several} or {at}
+        return held, replaced

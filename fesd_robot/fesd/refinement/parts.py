@@ -1,0 +1,91 @@
+"""The same trajectory with elements in several equal parts of the same mode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd.added_rows import AddedRows, StepRatio
+from fesd_robot.fesd.schemes import lagrange
+from fesd_robot.fesd.tableau import Tableau
+from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.transcription import Transcription
+
+
+def with_parts(
+    transcription: Transcription, w: np.ndarray, branch: Branch, parts: Sequence[int]
+) -> tuple[Transcription, np.ndarray, Branch]:
+    """Return the transcription with elements in equal parts, its point that interpolates another, and its branch.
+
+    All parts of an element are in its mode and of the same length, so that there is one length to choose as before. No
+    element becomes longer than it could be before.
+
+    Args:
+        transcription: of a collocation scheme.
+        w: a point of it, (n).
+        branch: on which it lies.
+        parts: number of parts of every element, (number of elements).
+    """
+    tableau, counts = transcription.options.tableau, transcription.elements
+    last = np.cumsum(counts)
+    intervals = [sum(parts[end - count : end]) for count, end in zip(counts, last, strict=True)]
+    growth = max(new / old for new, old in zip(intervals, counts, strict=True))
+    options = replace(
+        transcription.options,
+        elements=tuple(intervals),
+        step_freedom=(1 + transcription.options.gamma) * growth - 1,
+    )
+    first = np.concatenate([[0], np.cumsum(parts)[:-1]]).astype(int).tolist()
+    ratios = [one.in_parts(parts, first) for one in transcription.added.ratios]
+    ratios += [StepRatio(start + i, start) for start, count in zip(first, parts, strict=True) for i in range(1, count)]
+    added = AddedRows(
+        tuple(ratios), tuple(part for one in transcription.added.bounds for part in one.in_parts(parts, first))
+    )
+    refined = replace(transcription, options=options, added=added)
+    elements = [
+        part
+        for element, count in zip(transcription.unpack(w), parts, strict=True)
+        for part in _in_parts(element, count, tableau)
+    ]
+    repeated = np.repeat(np.arange(len(parts)), parts)
+    return (
+        refined,
+        refined.pack(elements),
+        replace(
+            branch,
+            factors=tuple(branch.factors[e] for e in repeated),
+            without_length=tuple(branch.without_length[e] for e in repeated),
+        ),
+    )
+
+
+def _in_parts(element: Element, count: int, tableau: Tableau) -> list[Element]:
+    """Return an element as several of equal length, whose points lie on its polynomials."""
+    if count == 1:
+        return [element]
+    values, z_left, parts = np.vstack([element.x_left, element.x[: tableau.stages]]), element.z_left, []
+    for i in range(count):
+        stages = (i + tableau.c) / count
+        ends = np.array([i, i + 1]) / count
+        at_stages = lagrange(tableau.c, stages)
+        points = stages if tableau.ends_at_stage else np.append(stages, ends[1])
+        z = at_stages @ element.z[: tableau.stages]
+        if len(element.z) > tableau.stages:
+            z = np.vstack([z, lagrange(tableau.c, ends[1:]) @ element.z[: tableau.stages]])
+        parts.append(
+            replace(
+                element,
+                start=element.start + ends[0] * element.step,
+                step=element.step / count,
+                x_left=tableau.interpolate(values, ends[:1])[0],
+                z_left=z_left,
+                x=tableau.interpolate(values, points),
+                z=z,
+                slopes=at_stages @ element.slopes,
+            )
+        )
+        z_left = z[-1]
+    return parts

@@ -1,0 +1,202 @@
+"""Refinement of an exact plan on its branch, until every element is the motion of its own mode."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fesd_robot.adapters import motion_audit, numeric_physics, physical_motion
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import (
+    local_errors,
+    violated_between_stages,
+    with_bounds_between,
+    with_parts,
+    with_stages,
+)
+from fesd_robot.fesd.schemes import MAX_STAGES
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, continue_on_branch
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.plan import Refinement
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+ROUNDS = 8
+"""Most refinements of a plan, one after the other."""
+
+MOST_PARTS = 4
+"""Most parts into which an element is divided at once."""
+
+RAISES_ORDER = 0.2
+"""Share of the elements with an error too large above which all get one more stage instead of these parts."""
+
+GAIN_OF_A_STAGE = 100.0
+"""Factor by which one more stage of all elements reduces their errors, roughly."""
+
+MOST_STAGES = 2
+"""Most stages that are added at once."""
+
+Finer = tuple[Transcription, np.ndarray, Branch]
+"""A finer transcription, a point of it to start from, and the branch of that."""
+
+
+@dataclass(frozen=True)
+class SolvedMotion:
+    """A solution, the motion that it is, and what the audit says about that.
+
+    Attributes:
+        motion: the formulated task, with the discretisation that was solved.
+        polisher: of the transcription that was solved.
+        solution, branch: the point and its branch.
+        rounds, seconds: of refinement, so far.
+    """
+
+    motion: MotionProblem
+    polisher: BranchTranscription
+    solution: MpccSolution
+    branch: Branch
+    rounds: int = 0
+    seconds: float = 0.0
+
+    @classmethod
+    def of(cls, motion: MotionProblem, polisher: BranchTranscription, solution: MpccSolution) -> SolvedMotion:
+        """Return the motion of a solution that was not refined."""
+        return cls(motion, polisher, solution, solution.branch or polisher.branch(solution.w))
+
+    @property
+    def transcription(self) -> Transcription:
+        """Of the problem that was solved."""
+        return self.polisher.transcription
+
+    @property
+    def stages(self) -> int:
+        """Of every element."""
+        return self.transcription.options.tableau.stages
+
+    @cached_property
+    def physics(self) -> NumericPhysics:
+        """Pinocchio's view of the robot."""
+        return numeric_physics(self.motion)
+
+    @cached_property
+    def physical(self) -> PhysicalMotion:
+        """The motion in physical time."""
+        motion = replace(self.motion, fesd=self.transcription.options)
+        return physical_motion(motion, self.transcription.unpack(self.solution.w), self.branch)
+
+    @cached_property
+    def audit(self) -> Audit:
+        """What the audit says."""
+        return motion_audit(self.motion, self.physical, self.physics)
+
+    @cached_property
+    def local_errors(self) -> np.ndarray:
+        """Estimated local error of every element, (number of elements); zeros where no scheme has one more stage."""
+        if self.stages == MAX_STAGES:
+            return np.zeros(sum(self.transcription.elements))
+        return local_errors(self.transcription, self.polisher.conditions, self.solution.w, self.branch)
+
+    @property
+    def refinement(self) -> Refinement | None:
+        """How it was refined, None if it is not exact."""
+        if not self.solution.exact:
+            return None
+        return Refinement(
+            rounds=self.rounds,
+            seconds=self.seconds,
+            elements=sum(self.transcription.elements),
+            largest_local_error=float(self.local_errors.max()),
+        )
+
+
+def refined(
+    solved: SolvedMotion,
+    options: HomotopyOptions,
+    accuracy: float,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> SolvedMotion:
+    """Return an exact solution refined on its branch until its local errors and its bounds between stages are right.
+
+    A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
+    else holds the bounds that are violated between stages, and solves the branch NLP again from the interpolated
+    point. A round that finds no solution ends it.
+
+    Args:
+        solved: of a collocation scheme; returned as it is if it is not exact.
+        options: of the homotopy.
+        accuracy: largest local error of an element, relative to one plus the largest value of each state.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
+    """
+    while solved.solution.exact and solved.rounds < ROUNDS:
+        following = None
+        for finer in _finer(solved, accuracy):
+            following = _continued(solved, finer, options, deadline, progress, stop)
+            if following is not None:
+                break
+        if following is None:
+            break
+        solved = following
+    return solved
+
+
+def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
+    """Yield finer transcriptions, the one to try first first; none if there is nothing to refine."""
+    transcription, branch, w, errors = solved.transcription, solved.branch, solved.solution.w, solved.local_errors
+    asking, whole = errors > accuracy, np.count_nonzero(~np.array(branch.without_length))
+    if asking.sum() > RAISES_ORDER * whole and solved.stages < MAX_STAGES - 1:
+        more = round(math.log(np.median(errors[asking]) / accuracy) / math.log(GAIN_OF_A_STAGE))
+        stages = solved.stages + int(np.clip(more, 1, MOST_STAGES))
+        yield (*with_stages(transcription, w, min(stages, MAX_STAGES - 1)), branch)
+    if asking.any():
+        order = 2 * solved.stages
+        wanted = np.ceil((errors[asking] / accuracy) ** (1 / order))
+        parts = np.ones(len(errors), dtype=int)
+        parts[asking] = np.clip(wanted, 2, MOST_PARTS)
+        ends = np.cumsum(transcription.elements)
+        for begin, end in zip(ends - transcription.elements, ends, strict=True):
+            parts[begin:end] = parts[begin:end].max()
+        yield with_parts(transcription, w, branch, parts.tolist())
+    elif bounds := violated_between_stages(transcription, solved.polisher.conditions, w, branch):
+        yield with_bounds_between(transcription, bounds), w, branch
+
+
+def _continued(
+    solved: SolvedMotion,
+    finer: Finer,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> SolvedMotion | None:
+    """Return the solution of a finer transcription on its branch, None if there is none."""
+    begin = time.perf_counter()
+    transcription, w, branch = finer
+    polisher = BranchTranscription(transcription)
+    solution = continue_on_branch(
+        transcription.problem,
+        polisher,
+        (w, branch),
+        solved.solution,
+        options,
+        seconds_left=lambda: None if math.isinf(deadline.left) else deadline.left,
+        progress=progress,
+        stop=stop,
+    )
+    if solution is None:
+        return None
+    seconds = solved.seconds + time.perf_counter() - begin
+    return replace(SolvedMotion.of(solved.motion, polisher, solution), rounds=solved.rounds + 1, seconds=seconds)
