@@ -22,7 +22,7 @@ from fesd_robot.fesd.refinement import (
     with_stages,
 )
 from fesd_robot.fesd.schemes import MAX_STAGES
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, continue_on_branch
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, NlpReport, continue_on_branch
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.plan import Refinement
@@ -31,7 +31,7 @@ from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
-ROUNDS = 8
+ROUNDS = 10
 """Most refinements of a plan, one after the other."""
 
 MOST_PARTS = 4
@@ -46,8 +46,9 @@ GAIN_OF_A_STAGE = 100.0
 MOST_STAGES = 2
 """Most stages that are added at once."""
 
-Finer = tuple[Transcription, np.ndarray, Branch]
-"""A finer transcription, a point of it to start from, and the branch of that."""
+
+Finer = tuple[Transcription, BranchPoint]
+"""A finer transcription, and a point of it to start from."""
 
 
 @dataclass(frozen=True)
@@ -130,8 +131,8 @@ def refined(
     """Return an exact solution refined on its branch until its local errors and its bounds between stages are right.
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
-    else holds the bounds that are violated between stages, and solves the branch NLP again from the interpolated
-    point. A round that finds no solution ends it.
+    else holds the bounds that are violated between stages, all of them or those that are violated least, and solves the
+    branch NLP again from the interpolated point. A round that finds no solution ends it.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact.
@@ -160,7 +161,8 @@ def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     if asking.sum() > RAISES_ORDER * whole and solved.stages < MAX_STAGES - 1:
         more = round(math.log(np.median(errors[asking]) / accuracy) / math.log(GAIN_OF_A_STAGE))
         stages = solved.stages + int(np.clip(more, 1, MOST_STAGES))
-        yield (*with_stages(transcription, w, min(stages, MAX_STAGES - 1)), branch)
+        finer, start = with_stages(transcription, w, min(stages, MAX_STAGES - 1))
+        yield finer, BranchPoint(start, branch)
     if asking.any():
         order = 2 * solved.stages
         wanted = np.ceil((errors[asking] / accuracy) ** (1 / order))
@@ -169,9 +171,13 @@ def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
         ends = np.cumsum(transcription.elements)
         for begin, end in zip(ends - transcription.elements, ends, strict=True):
             parts[begin:end] = parts[begin:end].max()
-        yield with_parts(transcription, w, branch, parts.tolist())
-    elif bounds := violated_between_stages(transcription, solved.polisher.conditions, w, branch):
-        yield with_bounds_between(transcription, bounds), w, branch
+        finer, start, repeated = with_parts(transcription, w, branch, parts.tolist())
+        yield finer, BranchPoint(start, repeated)
+    else:
+        bounds = violated_between_stages(transcription, solved.polisher.conditions, w, branch)
+        while bounds:
+            yield with_bounds_between(transcription, bounds), BranchPoint(w, branch, violates=True)
+            bounds = bounds[: len(bounds) // 2]
 
 
 def _continued(
@@ -184,12 +190,12 @@ def _continued(
 ) -> SolvedMotion | None:
     """Return the solution of a finer transcription on its branch, None if there is none."""
     begin = time.perf_counter()
-    transcription, w, branch = finer
+    transcription, start = finer
     polisher = BranchTranscription(transcription)
     solution = continue_on_branch(
         transcription.problem,
         polisher,
-        (w, branch),
+        start,
         solved.solution,
         options,
         seconds_left=lambda: None if math.isinf(deadline.left) else deadline.left,

@@ -18,6 +18,10 @@ from fesd_robot.mpcc import Block
 PARTS = 4
 """Parts of an element on each of which the coefficients of its polynomials keep a bound."""
 
+SLACK = 2e-7
+"""By how much the coefficients may pass a bound, in the unit of the variable. Without it there would be no interior
+where a variable begins at its bound without slope, as the gap of a foot that lifts off gently."""
+
 
 @dataclass(frozen=True)
 class StepRatio:
@@ -42,17 +46,20 @@ class BoundBetween:
         variable: index into (x, z). The value of a state is that of the collocation polynomial, the value of an
             algebraic variable that of the polynomial through its stages.
         sign, limit: +1 for an upper bound, -1 for a lower one, and the bound.
+        end_only: whether it holds at the last stage only.
     """
 
     element: int
     variable: int
     sign: int
     limit: float
+    end_only: bool = False
 
     def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> list[BoundBetween]:
         """Return the same for elements that are in parts, of which the first have the numbers `first`."""
-        start = first[self.element]
-        return [replace(self, element=start + i) for i in range(parts[self.element])]
+        after = first[self.element] + parts[self.element]
+        numbers = range(after - 1 if self.end_only else first[self.element], after)
+        return [replace(self, element=number) for number in numbers]
 
 
 @dataclass(frozen=True)
@@ -70,12 +77,14 @@ class AddedRows:
             tableau: a collocation scheme.
         """
         n_x = indices.layout(0).n_x
-        states = [one for one in self.bounds if one.variable < n_x]
-        algebraic = [one for one in self.bounds if one.variable >= n_x]
+        ends = [one for one in self.bounds if one.end_only]
+        states = [one for one in self.bounds if one.variable < n_x and not one.end_only]
+        algebraic = [one for one in self.bounds if one.variable >= n_x and not one.end_only]
         return [
             *([_ratio_block(self.ratios, indices)] if self.ratios else []),
             *([_bound_block("states_between_stages", states, indices, tableau.nodes)] if states else []),
             *([_bound_block("multipliers_between_stages", algebraic, indices, tableau.c)] if algebraic else []),
+            *([_bound_block("multipliers_at_the_end", ends, indices, tableau.c[-1:])] if ends else []),
         ]
 
 
@@ -113,7 +122,7 @@ def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryI
         cost=ca.SX(0),
         rows=rows,
         lower=np.full(rows.numel(), -np.inf),
-        upper=np.zeros(rows.numel()),
+        upper=np.full(rows.numel(), SLACK),
         constraints=[Label("bound between stages", str(i)) for i in range(rows.numel())],
         index=np.array([_at_nodes(one, indices, nodes) for one in bounds]).T,
         values=np.array([[one.sign, one.limit] for one in bounds]).T,
@@ -123,7 +132,8 @@ def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryI
 def _at_nodes(bound: BoundBetween, indices: TrajectoryIndices, nodes: np.ndarray) -> list[int]:
     """Return the indices of a variable at the nodes of its element."""
     left = [int(indices.left_state(bound.element)[bound.variable])] if nodes[0] == 0 else []
-    stages = range(len(nodes) - len(left))
+    last = indices.layout(0).stages
+    stages = range(last - len(nodes) + len(left), last)
     return left + [int(indices.stage(bound.element, j)[bound.variable]) for j in stages]
 
 

@@ -5,7 +5,7 @@ multiplier of a bound, a row or a side; Filippov multipliers are variables like 
 """
 
 from fesd_robot.mpcc.certificate import Certificate, certify
-from fesd_robot.mpcc.continuation import continue_on_branch
+from fesd_robot.mpcc.continuation import BranchPoint, continue_on_branch
 from fesd_robot.mpcc.homotopy import solve
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
@@ -18,6 +18,7 @@ __all__ = [
     "Block",
     "BranchBounds",
     "BranchNlp",
+    "BranchPoint",
     "Certificate",
     "HomotopyOptions",
     "Mpcc",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,11 +19,31 @@ from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 CONTINUATION_ITERATIONS = 120
 """IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
 
+FREER_START: dict[str, Any] = {
+    "mu_init": 1e-3,
+    **dict.fromkeys(("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"), 1e-4),
+}
+"""IPOPT's options for a start that violates constraints which are new; a warm start meets them slowly, or not."""
+
+
+class BranchPoint(NamedTuple):
+    """A point of a problem and its branch.
+
+    Attributes:
+        w: the point, (n).
+        branch: the branch.
+        violates: whether it violates constraints that the earlier problem did not have.
+    """
+
+    w: np.ndarray
+    branch: Branch
+    violates: bool = False
+
 
 def continue_on_branch(
     problem: Mpcc,
     polisher: Polisher,
-    start: tuple[np.ndarray, Branch],
+    start: BranchPoint,
     earlier: MpccSolution,
     options: HomotopyOptions,
     *,
@@ -35,7 +56,7 @@ def continue_on_branch(
     Args:
         problem: with the same conditions as the earlier one, discretised more finely.
         polisher: of the problem.
-        start: a point of the problem, (n), and its branch.
+        start: a point of the problem.
         earlier: the solution it continues; its NLPs are listed first in the result.
         options: of the homotopy.
         seconds_left: of the time limit, None for none.
@@ -51,8 +72,12 @@ def continue_on_branch(
 
     end = BranchNlp.of(polisher, options.compile, few_evaluations=True).solve(
         problem,
-        start[0],
-        options={**linear_solver_options(options.linear_solver), **options.ipopt},
+        start.w,
+        options={
+            **linear_solver_options(options.linear_solver),
+            **(FREER_START if start.violates else {}),
+            **options.ipopt,
+        },
         limits=PolishingLimits(
             options.feasibility,
             seconds_left,
@@ -60,7 +85,7 @@ def continue_on_branch(
             iterations=min(CONTINUATION_ITERATIONS, options.max_iterations),
             stop=stop,
         ),
-        branches=[start[1]],
+        branches=[start.branch],
     )
     if end is None:
         return None
