@@ -23,6 +23,7 @@ BELOW: dict[str, set[str]] = {
     "fesd": {"complementarity", "dcs", "mpcc"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
+    "replay": {"recovery"},
     "plans": {"contact", "mpcc", "recovery", "robot", "task"},
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},

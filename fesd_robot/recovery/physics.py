@@ -78,6 +78,16 @@ class NumericPhysics:
         """The displacement from one configuration to another, (n_v)."""
         return np.asarray(pin.difference(self._model, before, after))
 
+    def integrate(self, q: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+        """The configuration that a displacement, (n_v), leads to from q."""
+        return np.asarray(pin.integrate(self._model, q, displacement))
+
+    def displacement_rate(self, q: np.ndarray, displacement: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The rate of a displacement from the fixed q at which the robot moves with v where it leads to, (n_v)."""
+        if self._model.nq == self._model.nv:
+            return v
+        return np.linalg.solve(pin.dIntegrate(self._model, q, displacement, pin.ARG1), v)
+
     @property
     def mass(self) -> float:
         """Mass of all links, kg."""
