@@ -17,7 +17,7 @@ ZERO_TANGENTIAL_VELOCITY = 1e-5
 """Tangential velocity, m/s, up to which a closed contact may stick."""
 
 ADMISSIBLE = 1e-9
-"""By how much a condition of a mode may be violated, as a ratio of the largest force or acceleration of the contacts."""
+"""By how much a condition of a mode may be violated, as a ratio of the largest of the forces or accelerations."""
 
 _STEP = 3e-6
 """Step in s of the central difference for the derivative of the contact Jacobian along the motion."""
@@ -152,7 +152,7 @@ def force_margin(dynamics: ContactDynamics, modes: Modes) -> float:
 
 
 def rated_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotion]:
-    """Return every choice of modes for the closed contacts, the most plausible first: admissible, proper, then by margin.
+    """Return every choice of modes for the closed contacts: admissible ones first, then proper ones, then by margin.
 
     A contact with a tangential velocity can only slip along it or part; the others are in flight.
 
