@@ -9,8 +9,9 @@ import numpy as np
 
 from fesd_robot.recovery import PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
 from fesd_robot.replay.impacts import impact
-from fesd_robot.replay.integrator import CLOSED_GAP, Note, replay_motion
+from fesd_robot.replay.integrator import replay_motion
 
 SAME_TIME = 1e-9
 """Difference of two times, s, below which they are the same."""
@@ -30,7 +31,7 @@ class IntervalReplay:
         planned: those of the plan in the same time.
         event_difference: largest difference in time of an event of the replay and the same one of the plan, s.
         unmatched: events that only one of the two has.
-        gap_drift, velocity_drift: what was taken out at the start, m and m/s.
+        drift: what was taken out at the start.
         notes: what is not as it should be.
     """
 
@@ -44,8 +45,7 @@ class IntervalReplay:
     planned: tuple[SwitchRecord, ...]
     event_difference: float
     unmatched: int
-    gap_drift: float
-    velocity_drift: float
+    drift: Drift
     notes: frozenset[Note]
 
 
@@ -111,8 +111,7 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         planned=planned,
         event_difference=difference,
         unmatched=unmatched,
-        gap_drift=result.gap_drift,
-        velocity_drift=result.velocity_drift,
+        drift=result.drift,
         notes=result.notes,
     )
 
