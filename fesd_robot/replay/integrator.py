@@ -128,8 +128,7 @@ class _Segments:
             after = watched(stepper.y)
             crossing = (before >= 0) & (after < 0)
             if watch and crossing.any():
-                time, first = _first_root(stepper, watched, np.flatnonzero(crossing))
-                return time, stepper.dense_output()(time), first
+                return _first_root(stepper, watched, np.flatnonzero(crossing))
             before = after
         return float(stepper.t), stepper.y, None
 
@@ -170,12 +169,12 @@ class _Segments:
 
 def _first_root(
     stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: np.ndarray
-) -> tuple[float, int]:
-    """Return time and number of the value, of those that become negative in the last step, that does so first."""
+) -> tuple[float, np.ndarray, int]:
+    """Return time, state and number of the value, of those that become negative in the last step, that is first."""
     path = stepper.dense_output()
     roots = [
         float(brentq(lambda t, k=k: watched(path(t))[k], stepper.t_old, stepper.t, xtol=1e-14, rtol=1e-14))
         for k in crossing
     ]
     first = int(np.argmin(roots))
-    return roots[first], int(crossing[first])
+    return roots[first], path(roots[first]), int(crossing[first])

@@ -16,6 +16,9 @@ from fesd_robot.replay.integrator import replay_motion
 SAME_TIME = 1e-9
 """Difference of two times, s, below which they are the same."""
 
+NEARBY = 0.25
+"""Part of a control interval within which an event at the end of an interval is looked for."""
+
 
 @dataclass(frozen=True)
 class IntervalReplay:
@@ -127,8 +130,9 @@ def compare_events(
 ) -> tuple[float, int]:
     """Return the largest difference in time of equal events, s, and how many have no equal.
 
-    The first touchdown of a contact is compared with its first in the plan, and so on. Events of the plan at the very
-    ends of the span may belong to a neighbouring interval: without an equal they do not count.
+    The first touchdown of a contact is compared with its first in the plan, and so on. An event of the plan at the very
+    ends of the span may belong to a neighbouring interval: it counts only where the replay has it nearby, within
+    `NEARBY` of the span.
 
     Args:
         replayed, planned: in time order.
@@ -137,7 +141,12 @@ def compare_events(
     largest, unmatched = 0.0, 0
     for key in dict.fromkeys((event.contact, event.kind) for event in [*replayed, *planned]):
         ours, theirs = ([e.time for e in events if (e.contact, e.kind) == key] for events in (replayed, planned))
+        near = NEARBY * (span[1] - span[0])
+        theirs = [
+            time
+            for time in theirs
+            if min(time - span[0], span[1] - time) > SAME_TIME or any(abs(time - own) < near for own in ours)
+        ]
         largest = max([largest, *(abs(a - b) for a, b in zip(ours, theirs, strict=False))])
-        inside = [time for time in theirs if min(time - span[0], span[1] - time) > SAME_TIME]
-        unmatched += max(len(ours) - len(theirs), len(inside) - len(ours), 0)
+        unmatched += abs(len(ours) - len(theirs))
     return largest, unmatched
