@@ -79,12 +79,13 @@ class ContactLaw:
         """Return the contacts in a state, its velocity after impacts and without drift, and the drift.
 
         A contact within `CLOSED_GAP` whose normal velocity is within `CLOSED_VELOCITY` is closed, and its ground is
-        where it is. Others that approach with their gap closed have an impact at once.
+        where it is. Others that approach with their gap closed have an impact at once; those that rise from below the
+        ground land where they started.
         """
         gaps, normal = self._physics.gaps(q), normal_rows(self._physics.contact_jacobian(q) @ v)
         closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY)
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
-        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, np.where(closed, gaps, 0.0))
+        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, np.where(closed, gaps, np.minimum(gaps, 0.0)))
         hits = (gaps <= 0) & (normal < -CLOSED_VELOCITY)
         if hits.any():
             contacts, v = self.hit(contacts, hits, q, v)
