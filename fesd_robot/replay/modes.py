@@ -101,9 +101,10 @@ def force_margin(dynamics: ContactDynamics, modes: Modes) -> float:
 
 
 def rated_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotion]:
-    """Return every choice of modes for the closed contacts: admissible ones first, then proper ones, then by margin.
+    """Return every choice of modes for the closed contacts: admissible ones first, then proper ones.
 
-    A contact with a tangential velocity can only slip along it or part; the others are in flight.
+    Of them those with the fewest slips come first, then those that keep farthest from a bound. A contact with a
+    tangential velocity can only slip along it or part; contacts that are not closed are in flight.
 
     Args:
         dynamics: of the state.
@@ -127,9 +128,9 @@ def admissible_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[Mode
     return [choice for choice in rated_modes(dynamics, closed) if choice.admissible]
 
 
-def _plausibility(motion: ModeMotion) -> tuple[bool, bool, float]:
+def _plausibility(motion: ModeMotion) -> tuple[bool, bool, int, float]:
     distance = motion.margin if motion.admissible else min(motion.margin, motion.motion_margin)
-    return not motion.admissible, not motion.proper, -distance
+    return not motion.admissible, not motion.proper, sum(abs(mode.direction) for mode in motion.modes), -distance
 
 
 def _options(dynamics: ContactDynamics, closed: np.ndarray) -> Iterator[Sequence[Mode]]:

@@ -93,5 +93,3 @@ ROD_LENGTH = 1.2
 def rod(friction: float) -> NumericPhysics:
     """A slender rod of 1 kg, whose end at -x from its centre is the contact."""
     return body(1.0, ROD_LENGTH**2 / 12.0, {"tip": (-ROD_LENGTH / 2, 0.0)}, friction=friction)
-
-
