@@ -64,7 +64,8 @@ class NumericPhysics:
         """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        return np.array([row for geometry in self._geometries for row in self._rows(geometry)])
+        rows = [row for geometry in self._geometries for row in self._rows(geometry)]
+        return np.array(rows).reshape(-1, self._model.nv)
 
     def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """B(q) u, (n_v)."""

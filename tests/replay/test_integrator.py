@@ -59,7 +59,7 @@ def test_a_point_that_slides_up_a_slope_stops_and_comes_back() -> None:
 
 @pytest.mark.parametrize("speed", [0.3, 3.0])
 def test_a_point_falls_and_goes_on_along_the_ground(speed: float) -> None:
-    """It lands after sqrt(2 h / g) without bounce, and friction takes mu |v_n| of its velocity, then mu g of the rest."""
+    """It lands after sqrt(2 h / g) without bounce, and friction takes mu |v_n|, then mu g of its velocity."""
     height, mu, duration = 0.2, 0.4, 0.3
     result = replay_motion(point(mu), np.array([0, height]), np.array([speed, 0]), np.zeros(2), duration)
     landing = math.sqrt(2 * height / GRAVITY)
