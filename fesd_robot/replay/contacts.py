@@ -11,7 +11,7 @@ from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.impacts import impact
-from fesd_robot.replay.modes import ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, rated_modes
+from fesd_robot.replay.modes import ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, rated_modes, slips_are_proper
 
 CLOSED_GAP = 1e-3
 """Gap, m, up to which a contact that hardly moves is closed when a replay begins."""
@@ -124,6 +124,17 @@ class ContactLaw:
         modes = contacts.modes if stays else choices[0].modes
         closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in modes])
         return replace(contacts, modes=modes, closed=closed), v
+
+    def look(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> None:
+        """Note whether other modes than those that go on have become possible: only where some slip is improper."""
+        if not contacts.closed.any() or Note.NOT_UNIQUE in self.notes:
+            return
+        dynamics = contact_dynamics(self._physics, q, v, self._control)
+        if slips_are_proper(dynamics, contacts.closed):
+            return
+        choices = rated_modes(dynamics, contacts.closed)
+        going_on = [choice for choice in choices if choice.modes == contacts.modes]
+        self._judge([*going_on, *(choice for choice in choices if choice.modes != contacts.modes)])
 
     def _settled(self, closed: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the velocity, nearest in kinetic energy, at which closed contacts neither part nor creep."""

@@ -69,7 +69,8 @@ def replay_motion(
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5 (DOP853);
     Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996).
     """
-    law, segments, n_v = ContactLaw(physics, u), _Segments(physics, q, u), len(v)
+    law, n_v = ContactLaw(physics, u), len(v)
+    segments = _Segments(physics, q, u, law)
     contacts, v, drift = law.begin(q, v)
     time, y, count = 0.0, np.concatenate([np.zeros(n_v), v]), 0
     events: list[SwitchRecord] = []
@@ -99,6 +100,7 @@ class _Segments:
     physics: NumericPhysics
     base: np.ndarray
     control: np.ndarray
+    law: ContactLaw
 
     @property
     def forces(self) -> int:
@@ -129,6 +131,7 @@ class _Segments:
             crossing = (before >= 0) & (after < 0)
             if watch and crossing.any():
                 return _first_root(stepper, watched, np.flatnonzero(crossing))
+            self.law.look(contacts, *self.state(stepper.y))
             before = after
         return float(stepper.t), stepper.y, None
 

@@ -233,5 +233,17 @@ def is_proper(dynamics: ContactDynamics, modes: Modes) -> bool:
     )
 
 
+def slips_are_proper(dynamics: ContactDynamics, closed: np.ndarray) -> bool:
+    """Return whether all closed contacts may slip in any directions without a mode that is not proper.
+
+    Then the accelerations of a state are the only ones; else sticking and parting may both be possible.
+
+    Args:
+        dynamics, closed: as in `rated_modes`.
+    """
+    slips = (Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)
+    return all(is_proper(dynamics, modes) for modes in product(*(slips if on else (Mode.FLIGHT,) for on in closed)))
+
+
 def _scale(values: np.ndarray) -> float:
     return 1.0 + float(np.abs(values).max(initial=0.0))

@@ -57,12 +57,15 @@ def _gauss_seidel(
 
 
 def _alone(compliance: np.ndarray, velocity: np.ndarray, mu: float) -> np.ndarray:
-    """Return the impulse (normal, tangential) of one contact that approaches with `velocity`."""
-    if velocity[0] >= 0:
-        return np.zeros(2)
+    """Return the impulse (normal, tangential) of one contact whose velocity is `velocity` without it.
+
+    Where sticking and parting are both possible, it sticks.
+    """
     stick = -np.linalg.solve(compliance, velocity)
     if abs(stick[1]) <= mu * stick[0]:
         return stick
+    if velocity[0] >= 0:
+        return np.zeros(2)
     for sign in (1.0, -1.0):
         direction = np.array([1.0, -mu * sign])
         normal = -velocity[0] / (compliance[0] @ direction)

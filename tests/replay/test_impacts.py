@@ -67,7 +67,7 @@ def _in_small_steps(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, step:
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     while (normal := jacobian[0] @ v) < -1e-12:
         speed = jacobian[1] @ v
-        rate = response @ [1.0, -mu * speed / (abs(speed) + 20 * step)]
+        rate = response @ [1.0, -mu * speed / (abs(speed) + 6 * step)]
         v = v + min(step, -normal / max(jacobian[0] @ rate, 1e-3)) * rate
     return v
 
@@ -75,16 +75,16 @@ def _in_small_steps(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, step:
 def test_a_rod_that_sticks_or_reverses_within_the_impact() -> None:
     """Any friction below the paradox, angle and velocity: the law in small steps leads to the same velocity."""
     rng, stopped = np.random.default_rng(11), 0
-    for _ in range(12):
+    for _ in range(20):
         angle, friction = rng.uniform(0.2, 1.4), rng.uniform(0.1, 0.8)
         physics, q = rod(friction), np.array([0, ROD_LENGTH / 2 * math.sin(angle), -angle])
-        v = rng.normal(size=3)
+        v = rng.normal(size=3) * [0.2, 1.0, 1.0]
         if physics.contact_jacobian(q)[0] @ v >= 0:
             v = -v
         result = impact(physics, q, v, ONE)
         stopped += abs(physics.contact_jacobian(q)[1] @ result.velocity) < 1e-9
         np.testing.assert_allclose(result.velocity, _in_small_steps(physics, q, v, 3e-5), atol=5e-3)
-    assert 0 < stopped < 12
+    assert 0 < stopped < 20
 
 
 def test_two_corners_obey_the_law_and_lose_energy() -> None:
