@@ -34,6 +34,7 @@ class Note(str, Enum):
     NO_MODE = "no mode is admissible"
     UNFINISHED_IMPACT = "an impact does not end"
     MANY_EVENTS = "too many events"
+    FAILED = "the motion cannot be integrated"
 
 
 @dataclass(frozen=True)

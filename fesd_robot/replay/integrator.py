@@ -38,7 +38,7 @@ class Replay:
         configuration, velocity: at the end, (n_q) and (n_v).
         events: changes of the contacts' modes in time order, after the modes at the start.
         drift: what was taken out at the start.
-        notes: what is not as it should be.
+        notes: what is not as it should be; the state is NaN where it could not be integrated.
     """
 
     configuration: np.ndarray
@@ -69,6 +69,9 @@ def replay_motion(
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5 (DOP853);
     Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996).
     """
+    if not all(np.isfinite(part).all() for part in (q, v, u)):
+        nowhere = Drift(np.nan, np.nan)
+        return Replay(np.full_like(q, np.nan), np.full_like(v, np.nan), (), nowhere, frozenset({Note.FAILED}))
     law, n_v = ContactLaw(physics, u), len(v)
     segments = _Segments(physics, q, u, law)
     contacts, v, drift = law.begin(q, v)
@@ -133,7 +136,10 @@ class _Segments:
                 return _first_root(stepper, watched, np.flatnonzero(crossing))
             self.law.look(contacts, *self.state(stepper.y))
             before = after
-        return float(stepper.t), stepper.y, None
+        if stepper.status == "failed":
+            self.law.notes.add(Note.FAILED)
+            return end, np.full_like(y, np.nan), None
+        return end, stepper.y, None
 
     def _rate(self, contacts: Contacts) -> Callable[[float, np.ndarray], np.ndarray]:
         physics, half, touches = self.physics, len(self.physics.damping), bool(contacts.closed.any())

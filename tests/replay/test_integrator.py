@@ -132,6 +132,13 @@ def test_the_cap_on_events_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     assert Note.MANY_EVENTS in result.notes
 
 
+def test_a_state_that_is_no_number_is_reported() -> None:
+    """The replay of a state that is not finite is NaN, with a note, so that nothing passes by it."""
+    result = replay_motion(point(0.4), np.array([0.0, np.nan]), np.zeros(2), np.zeros(2), 0.1)
+    assert np.isnan(result.velocity).all()
+    assert result.notes == {Note.FAILED}
+
+
 def test_a_rod_in_paradox_is_reported() -> None:
     """A rod whose tip leads in a paradox has no mode: the replay says so, and ends."""
     angle = 1.1
