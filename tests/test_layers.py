@@ -24,7 +24,7 @@ BELOW: dict[str, set[str]] = {
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
     "replay": {"recovery"},
-    "plans": {"contact", "mpcc", "recovery", "robot", "task"},
+    "plans": {"contact", "mpcc", "recovery", "replay", "robot", "task"},
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "ocp", "plans", "robot", "task"},
