@@ -23,10 +23,12 @@ from fesd_robot.plans.full_model import full_model_of
 from fesd_robot.plans.goal_outcome import goal_entries
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
+from fesd_robot.plans.replay_record import replay_entries
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.recovery.full_model import FullModel
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
@@ -77,8 +79,10 @@ def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: 
     )
 
 
-def motion_audit(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Audit:
-    """Return what the audit says about a motion, held against its task's grid, limits and goals."""
+def motion_audit(
+    motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics, replay: MotionReplay
+) -> Audit:
+    """Return what the audit says about a motion, held against its task's grid, limits and goals, and its replay."""
     grid, limits, ends = motion.grid, motion.limits, motion.endpoints
     return audit(
         physical,
@@ -95,6 +99,7 @@ def motion_audit(motion: MotionProblem, physical: PhysicalMotion, physics: Numer
             (ends.initial_configuration, ends.initial_velocity),
             (ends.goal_configuration, ends.goal_velocity),
         ),
+        replay=replay_entries(replay, list(velocity_units(motion.robot).values())),
     )
 
 

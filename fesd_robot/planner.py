@@ -17,6 +17,7 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
+from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import statistics_of
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import SolvedMotion, refined
@@ -108,7 +109,7 @@ def attempt(
     status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
     cost_terms = transcription.cost_terms(w)
     statistics = statistics_of(problem, solution, cost_terms, build_seconds, solved.stages, solved.refinement)
-    return assembled_plan(
+    plan = assembled_plan(
         motion,
         solved.physical,
         physics,
@@ -118,6 +119,8 @@ def attempt(
         outcome=outcome,
         statistics=statistics,
     )
+    summary = replay_summary(solved.replay, motion.robot.velocity_names)
+    return plan.model_copy(update={"replay": summary})
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

@@ -28,6 +28,7 @@ from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.plan import Refinement
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.intervals import MotionReplay, replay_intervals
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
@@ -98,7 +99,12 @@ class SolvedMotion:
     @cached_property
     def audit(self) -> Audit:
         """What the audit says."""
-        return motion_audit(self.motion, self.physical, self.physics)
+        return motion_audit(self.motion, self.physical, self.physics, self.replay)
+
+    @cached_property
+    def replay(self) -> MotionReplay:
+        """The motion driven again, interval by interval."""
+        return replay_intervals(self.physical, self.physics)
 
     @cached_property
     def local_errors(self) -> np.ndarray:

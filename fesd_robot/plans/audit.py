@@ -24,6 +24,7 @@ def audit(
     velocity_limits: tuple[np.ndarray, np.ndarray],
     control_limits: tuple[np.ndarray, np.ndarray],
     requirements: Mapping[str, float] | None = None,
+    replay: Mapping[str, float] | None = None,
 ) -> Audit:
     """Return what Pinocchio's numeric algorithms say about a motion.
 
@@ -37,6 +38,7 @@ def audit(
         position_limits, velocity_limits, control_limits: (lower, upper).
         requirements: entries of the task's own requirements, from `requirements.requirements`; left unchecked if
             omitted.
+        replay: entries of the motion's replay, from `replay_record.replay_entries`; left unchecked if omitted.
     """
     values = {
         "min_gap": float(np.min([physics.gaps(q) for q in motion.configuration])),
@@ -51,6 +53,7 @@ def audit(
         "max_position_defect": _position_defect(motion, physics),
         "max_energy_error": _energy_error(motion, physics),
         **(requirements or {}),
+        **(replay or {}),
     }
     return Audit.of(values, lifting=physics.mass * STANDARD_GRAVITY)
 

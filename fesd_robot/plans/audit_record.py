@@ -134,6 +134,22 @@ class Audit(Record):
     max_waypoint_violation: Annotated[
         float | None, AuditEntry("the largest violation of the waypoints' hard targets", "m, rad or per s", 1e-6)
     ] = None
+    max_replay_position_error: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest error of a position at the end of a control interval, against rigid bodies with Coulomb "
+            "friction that start from the plan's state at its beginning with the plan's controls",
+            "m",
+            1e-4,
+        ),
+    ] = None
+    max_replay_angle_error: Annotated[float | None, AuditEntry("the same of an angle", "rad", 1e-3)] = None
+    max_replay_velocity_error: Annotated[
+        float | None, AuditEntry("the same of a velocity, also directly after an impact", "m/s", 1e-2)
+    ] = None
+    max_replay_angular_velocity_error: Annotated[
+        float | None, AuditEntry("the same of an angular velocity, also directly after an impact", "rad/s", 1e-1)
+    ] = None
     tolerances: dict[str, float]
     violations: list[str]
 

@@ -10,6 +10,7 @@ from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.full_model import FullModelMotion
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
+from fesd_robot.plans.replay_record import ReplaySummary
 
 SCHEMA_VERSION: Literal[1] = 1
 
@@ -207,6 +208,7 @@ class Plan(Record):
         full_model: the motion on all joints of the model file; None in plans that do not say it.
         outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
             earlier version wrote, which did not measure it.
+        replay: how far rigid bodies with the plan's controls come from it; None in plans that do not say it.
     """
 
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -224,3 +226,4 @@ class Plan(Record):
     task: dict[str, Any]
     full_model: FullModelMotion | None = None
     outcome: Outcome | None = None
+    replay: ReplaySummary | None = None

@@ -64,7 +64,8 @@ class NumericPhysics:
         """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        return np.array([row for geometry in self._geometries for row in self._rows(geometry)])
+        rows = [row for geometry in self._geometries for row in self._rows(geometry)]
+        return np.array(rows).reshape(-1, self._model.nv)
 
     def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """B(q) u, (n_v)."""
@@ -77,6 +78,16 @@ class NumericPhysics:
     def difference(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """The displacement from one configuration to another, (n_v)."""
         return np.asarray(pin.difference(self._model, before, after))
+
+    def integrate(self, q: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+        """The configuration that a displacement, (n_v), leads to from q."""
+        return np.asarray(pin.integrate(self._model, q, displacement))
+
+    def displacement_rate(self, q: np.ndarray, displacement: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The rate of a displacement from the fixed q at which the robot moves with v where it leads to, (n_v)."""
+        if self._model.nq == self._model.nv:
+            return v
+        return np.linalg.solve(pin.dIntegrate(self._model, q, displacement, pin.ARG1), v)
 
     @property
     def mass(self) -> float:

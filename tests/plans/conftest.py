@@ -12,8 +12,10 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.plan import HomotopyStep, Provenance, Statistics, Status, Units
+from fesd_robot.plans.replay_record import replay_entries, replay_summary
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.intervals import replay_intervals
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import load_task
 
@@ -38,6 +40,7 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
     """The drop as a plan, with numbers that are hard to write down."""
     motion, robot, names = drop(), hopper.robot, hopper.actuation.names
     infinity = np.full(4, np.inf)
+    replay = replay_intervals(motion, physics)
     found = audit(
         motion,
         physics,
@@ -53,6 +56,7 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
             (motion.configuration[0], motion.velocity[0]),
             (motion.configuration[-1], motion.velocity[-1]),
         ),
+        replay=replay_entries(replay, list(velocity_units(robot).values())),
     )
     status = Status(
         solved=True,
@@ -102,5 +106,6 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
         provenance=Provenance(versions={"python": "3"}, git="none", created="2024-01-01T00:00:00+00:00"),
         task=hopper.task.model_dump(mode="json"),
         outcome=motion_outcome(hopper, motion, physics),
+        replay=replay_summary(replay, robot.velocity_names),
     )
     return with_full_model(plan, hopper, physics)

@@ -37,6 +37,9 @@ MET = dict.fromkeys(
     0.0,
 )
 
+TRUE_REPLAY = dict.fromkeys((name for name in ENTRIES if name.startswith("max_replay")), 0.0)
+"""What the replay says about a motion in closed form, as `test_replay_record` shows."""
+
 
 def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> Audit:
     """Audit a motion; the clock is compared with itself and the hopper's limits hold unless others are given."""
@@ -46,6 +49,7 @@ def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> 
         "velocity_limits": (np.full(4, -10.0), np.full(4, 10.0)),
         "control_limits": (np.full(2, -50.0), np.full(2, 50.0)),
         "requirements": MET,
+        "replay": TRUE_REPLAY,
     }
     if not motion.clock.size:
         motion = replace(motion, clock=np.zeros(1))
@@ -232,6 +236,10 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
     **{
         f"{entry} of the task": (drop, {"requirements": {**MET, entry: missed}}, {entry}, missed)
         for entry, missed in ((entry, 2 * ENTRIES[entry].tolerance) for entry in MET)
+    },
+    **{
+        f"{entry} of the replay": (drop, {"replay": {**TRUE_REPLAY, entry: missed}}, {entry}, missed)
+        for entry, missed in ((entry, 2 * ENTRIES[entry].tolerance) for entry in TRUE_REPLAY)
     },
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
@@ -55,9 +56,16 @@ class Profile:
         return cls(np.array(polynomial.x), np.array(polynomial.c[::-1]))
 
     def numbers(self, x: float) -> tuple[float, float, float]:
-        """Return h, dh/dx and d2h/dx2 at x by scipy."""
-        height, slope, curvature = self.derivatives(np.array([x]))[:, 0].tolist()
-        return height, slope, curvature
+        """Return h, dh/dx and d2h/dx2 at x, as `derivatives` does, in a fraction of its time."""
+        edges, pieces = self._lists
+        inside = min(max(x, edges[0]), edges[-1])
+        piece = min(bisect.bisect_right(edges, inside), len(pieces)) - 1
+        step, height, slope, half_curvature = inside - edges[piece], 0.0, 0.0, 0.0
+        for coefficient in pieces[piece]:
+            half_curvature = half_curvature * step + slope
+            slope = slope * step + height
+            height = height * step + coefficient
+        return (height, slope, 2.0 * half_curvature) if inside == x else (height, 0.0, 0.0)
 
     def derivatives(self, x: np.ndarray) -> np.ndarray:
         """Return h, dh/dx and d2h/dx2 at many x, (3, n), by scipy."""
@@ -97,6 +105,11 @@ class Profile:
     def curvature(self) -> float:
         """Largest |d2h/dx2|, 1/m."""
         return float(np.abs(self.sampled(2)[1]).max())
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[list[float]]]:
+        """The breaks, and the coefficients of every piece from the highest power down."""
+        return self.breaks.tolist(), self.coefficients[::-1].T.tolist()
 
     @cached_property
     def _piecewise(self) -> PPoly:

@@ -1,0 +1,158 @@
+"""What the contacts do from an event on: which ones touch, and in which modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.dynamics import contact_dynamics
+from fesd_robot.replay.impacts import impact
+from fesd_robot.replay.modes import ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, rated_modes, slips_are_proper
+
+CLOSED_GAP = 1e-3
+"""Gap, m, up to which a contact that hardly moves is closed when a replay begins."""
+
+CLOSED_VELOCITY = 1e-2
+"""Normal velocity, m/s, up to which a contact within `CLOSED_GAP` is closed when a replay begins."""
+
+_PARTING = 1e-9
+"""Normal velocity after an impact, m/s, above which a contact that touches is open."""
+
+_SAME = 1e-6
+"""Difference of two accelerations relative to the larger up to which two choices of modes are the same motion."""
+
+
+class Note(str, Enum):
+    """What is not as it should be about a replay."""
+
+    NOT_UNIQUE = "several choices of modes are admissible"
+    IMPROPER = "all admissible modes are improper"
+    NO_MODE = "no mode is admissible"
+    UNFINISHED_IMPACT = "an impact does not end"
+    MANY_EVENTS = "too many events"
+    FAILED = "the motion cannot be integrated"
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts between two events.
+
+    Attributes:
+        modes: of every contact, (n_c).
+        closed: those that touch and do not part, (n_c) of bool.
+        ground: gap at which each contact touches, m, (n_c).
+    """
+
+    modes: Modes
+    closed: np.ndarray
+    ground: np.ndarray
+
+
+@dataclass(frozen=True)
+class Drift:
+    """What is taken out at the start: the largest gap, m, and normal velocity, m/s, of a closed contact."""
+
+    gap: float
+    velocity: float
+
+
+class ContactLaw:
+    """Impacts and changes of mode of one replay.
+
+    Args:
+        physics: of the robot and its contacts.
+        control: constant, (n_u).
+
+    Attributes:
+        notes: what has not been as it should be.
+    """
+
+    def __init__(self, physics: NumericPhysics, control: np.ndarray) -> None:
+        self._physics = physics
+        self._control = control
+        self.notes: set[Note] = set()
+
+    def begin(self, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, np.ndarray, Drift]:
+        """Return the contacts in a state, its velocity after impacts and without drift, and the drift.
+
+        A contact within `CLOSED_GAP` whose normal velocity is within `CLOSED_VELOCITY` is closed, and its ground is
+        where it is. Others that approach with their gap closed have an impact at once; those that rise from below the
+        ground land where they started.
+        """
+        gaps, normal = self._physics.gaps(q), normal_rows(self._physics.contact_jacobian(q) @ v)
+        closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY)
+        drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
+        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, np.where(closed, gaps, np.minimum(gaps, 0.0)))
+        hits = (gaps <= 0) & (normal < -CLOSED_VELOCITY)
+        if hits.any():
+            contacts, v = self.hit(contacts, hits, q, v)
+        contacts, v = self.choose(contacts, q, v)
+        return contacts, v, drift
+
+    def hit(self, contacts: Contacts, hits: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, np.ndarray]:
+        """Return the contacts and the velocity after contacts have met the ground; their modes are still to choose.
+
+        Args:
+            hits: contacts that have met it, (n_c) of bool.
+        """
+        touching = contacts.closed | hits
+        result = impact(self._physics, q, v, touching)
+        if not result.finished:
+            self.notes.add(Note.UNFINISHED_IMPACT)
+        closed = touching & (normal_rows(self._physics.contact_jacobian(q) @ result.velocity) <= _PARTING)
+        ground = np.where(closed & ~contacts.closed, self._physics.gaps(q), contacts.ground)
+        return replace(contacts, closed=closed, ground=ground), result.velocity
+
+    def choose(
+        self, contacts: Contacts, q: np.ndarray, v: np.ndarray, left: Modes | None = None
+    ) -> tuple[Contacts, np.ndarray]:
+        """Return the contacts in modes that the law allows, and the velocity that keeps to them exactly.
+
+        Args:
+            left: modes that have just ceased to be possible.
+        """
+        if not contacts.closed.any():
+            return replace(contacts, modes=(Mode.FLIGHT,) * len(contacts.modes)), v
+        v = self._settled(contacts.closed, q, v)
+        choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed)
+        choices = [choice for choice in choices if choice.modes != left] or choices
+        self._judge(choices)
+        stays = any(c.modes == contacts.modes and c.admissible and c.proper for c in choices)
+        modes = contacts.modes if stays else choices[0].modes
+        closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in modes])
+        return replace(contacts, modes=modes, closed=closed), v
+
+    def look(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> None:
+        """Note whether other modes than those that go on have become possible: only where some slip is improper."""
+        if not contacts.closed.any() or Note.NOT_UNIQUE in self.notes:
+            return
+        dynamics = contact_dynamics(self._physics, q, v, self._control)
+        if slips_are_proper(dynamics, contacts.closed):
+            return
+        choices = rated_modes(dynamics, contacts.closed)
+        going_on = [choice for choice in choices if choice.modes == contacts.modes]
+        self._judge([*going_on, *(choice for choice in choices if choice.modes != contacts.modes)])
+
+    def _settled(self, closed: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the velocity, nearest in kinetic energy, at which closed contacts neither part nor creep."""
+        jacobian = self._physics.contact_jacobian(q)
+        creeps = np.abs(tangential_rows(jacobian @ v)) <= ZERO_TANGENTIAL_VELOCITY
+        rows = np.column_stack([closed, closed & creeps & (self._physics.friction > 0)]).ravel()
+        response = np.linalg.solve(self._physics.mass_matrix(q), jacobian[rows].T)
+        impulse = np.linalg.lstsq(jacobian[rows] @ response, jacobian[rows] @ v, rcond=1e-10)[0]
+        return np.asarray(v - response @ impulse)
+
+    def _judge(self, choices: list[ModeMotion]) -> None:
+        best, others = choices[0], choices[1:]
+        if not best.admissible:
+            self.notes.add(Note.NO_MODE)
+            return
+        if not best.proper:
+            self.notes.add(Note.IMPROPER)
+        size = _SAME * (1.0 + np.abs(best.acceleration).max())
+        if any(o.admissible and np.abs(o.acceleration - best.acceleration).max() > size for o in others):
+            self.notes.add(Note.NOT_UNIQUE)

@@ -1,0 +1,189 @@
+"""Rigid-body motion through contact, event by event, with constant controls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from fesd_robot.recovery import SwitchRecord
+from fesd_robot.recovery.contact_rows import tangential_rows
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.changes import kinds_of_change
+from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
+from fesd_robot.replay.dynamics import contact_dynamics
+from fesd_robot.replay.modes import ADMISSIBLE, acceleration_in_modes, force_margin
+
+RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
+"""Of the integration, in rad, m and per s."""
+
+LONGEST_STEP = 0.025
+"""s, so that no touchdown is stepped over."""
+
+MOST_EVENTS = 50
+"""Events of one replay after which it no longer looks for more."""
+
+_BEYOND_GAP, _BEYOND_SLIP, _BEYOND_MARGIN = 1e-11, 1e-9, 2.0 * ADMISSIBLE
+"""How far below zero a gap, m, a velocity along the slip, m/s, and the margin of the forces are at their events."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Where a motion leads.
+
+    Attributes:
+        configuration, velocity: at the end, (n_q) and (n_v).
+        events: changes of the contacts' modes in time order, after the modes at the start.
+        drift: what was taken out at the start.
+        notes: what is not as it should be; the state is NaN where it could not be integrated.
+    """
+
+    configuration: np.ndarray
+    velocity: np.ndarray
+    events: tuple[SwitchRecord, ...]
+    drift: Drift
+    notes: frozenset[Note]
+
+
+def replay_motion(
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray, duration: float, start: float = 0.0
+) -> Replay:
+    """Return where rigid bodies with inelastic, unilateral contacts and Coulomb friction are led by constant controls.
+
+        M a + h + D v = B u + J^T f,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v)
+
+    Between events the contact modes are fixed, and the accelerations of `acceleration_in_modes` are integrated with
+    DOP853 in tangent coordinates about q. At an event, a gap, a force at the edge of its friction cone or a tangential
+    velocity reaching zero, the modes are chosen anew from `rated_modes`, after an `impact` where a contact approaches.
+    A contact that is closed at the start, as `ContactLaw.begin` says, touches where it is.
+
+    Args:
+        physics: of the robot and its contacts.
+        q, v, u: configuration (n_q), velocity (n_v), controls (n_u), SI units.
+        duration: s.
+        start: time of the start, s, to which the times of events are added.
+
+    Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5 (DOP853);
+    Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996).
+    """
+    if not all(np.isfinite(part).all() for part in (q, v, u)):
+        nowhere = Drift(np.nan, np.nan)
+        return Replay(np.full_like(q, np.nan), np.full_like(v, np.nan), (), nowhere, frozenset({Note.FAILED}))
+    law, n_v = ContactLaw(physics, u), len(v)
+    segments = _Segments(physics, q, u, law)
+    contacts, v, drift = law.begin(q, v)
+    time, y, count = 0.0, np.concatenate([np.zeros(n_v), v]), 0
+    events: list[SwitchRecord] = []
+    while time < duration:
+        time, y, fired = segments.until_event(contacts, time, y, duration, watch=count < MOST_EVENTS)
+        if fired is None:
+            break
+        count += 1
+        if count == MOST_EVENTS:
+            law.notes.add(Note.MANY_EVENTS)
+        here, v = segments.state(y)
+        before, left = contacts, contacts.modes if fired == segments.forces else None
+        hits = np.arange(len(before.modes)) == fired
+        if hits.any():
+            contacts, v = law.hit(contacts, hits, here, v)
+        contacts, v = law.choose(contacts, here, v, left)
+        y = np.concatenate([y[:n_v], v])
+        for i, (old, new) in enumerate(zip(before.modes, contacts.modes, strict=True)):
+            events += [SwitchRecord(start + time, i, kind) for kind in kinds_of_change(old, new, hit=bool(hits[i]))]
+    return Replay(*segments.state(y), tuple(events), drift, frozenset(law.notes))
+
+
+@dataclass(frozen=True)
+class _Segments:
+    """Motion between events, y = (displacement from `base`, v), with constant controls."""
+
+    physics: NumericPhysics
+    base: np.ndarray
+    control: np.ndarray
+    law: ContactLaw
+
+    @property
+    def forces(self) -> int:
+        """Number of the event at which a force leaves its friction cone, after those of the gaps and of the slips."""
+        return 2 * len(self.physics.friction)
+
+    def state(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return configuration and velocity."""
+        half = len(y) // 2
+        return self.physics.integrate(self.base, y[:half]), y[half:]
+
+    def until_event(
+        self, contacts: Contacts, time: float, y: np.ndarray, end: float, watch: bool
+    ) -> tuple[float, np.ndarray, int | None]:
+        """Return time and state at the first event, and its number; None at the end.
+
+        Args:
+            watch: whether to look for events.
+        """
+        stepper = DOP853(
+            self._rate(contacts), time, y, end, rtol=RELATIVE_TOLERANCE, atol=ABSOLUTE_TOLERANCE, max_step=LONGEST_STEP
+        )
+        watched = self._watched(contacts)
+        before = watched(y)
+        while stepper.status == "running":
+            stepper.step()
+            after = watched(stepper.y)
+            crossing = (before >= 0) & (after < 0)
+            if watch and crossing.any():
+                return _first_root(stepper, watched, np.flatnonzero(crossing))
+            self.law.look(contacts, *self.state(stepper.y))
+            before = after
+        if stepper.status == "failed":
+            self.law.notes.add(Note.FAILED)
+            return end, np.full_like(y, np.nan), None
+        return end, stepper.y, None
+
+    def _rate(self, contacts: Contacts) -> Callable[[float, np.ndarray], np.ndarray]:
+        physics, half, touches = self.physics, len(self.physics.damping), bool(contacts.closed.any())
+
+        def rate(_: float, y: np.ndarray) -> np.ndarray:
+            q, v = self.state(y)
+            if touches:
+                a = acceleration_in_modes(contact_dynamics(physics, q, v, self.control), contacts.modes)
+            else:
+                force = physics.required_force(q, v, np.zeros_like(v), self.control)
+                a = np.linalg.solve(physics.mass_matrix(q), -force)
+            return np.concatenate([physics.displacement_rate(self.base, y[:half], v), a])
+
+        return rate
+
+    def _watched(self, contacts: Contacts) -> Callable[[np.ndarray], np.ndarray]:
+        """Return what must stay positive: gap and slip of every contact, then the margin of all forces, (2 n_c + 1)."""
+        slip = np.array([mode.direction for mode in contacts.modes]) * (self.physics.friction > 0)
+        touches, count = bool(contacts.closed.any()), len(contacts.modes)
+
+        def values(y: np.ndarray) -> np.ndarray:
+            q, v = self.state(y)
+            result = np.full(2 * count + 1, np.inf)
+            if not contacts.closed.all():
+                gaps = self.physics.gaps(q) - contacts.ground + _BEYOND_GAP
+                result[:count] = np.where(contacts.closed, np.inf, gaps)
+            if touches:
+                dynamics = contact_dynamics(self.physics, q, v, self.control)
+                along = slip * tangential_rows(dynamics.velocity) + _BEYOND_SLIP
+                result[count:-1] = np.where(slip == 0, np.inf, along)
+                result[-1] = force_margin(dynamics, contacts.modes) + _BEYOND_MARGIN
+            return result
+
+        return values
+
+
+def _first_root(
+    stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: np.ndarray
+) -> tuple[float, np.ndarray, int]:
+    """Return time, state and number of the value, of those that become negative in the last step, that is first."""
+    path = stepper.dense_output()
+    roots = [
+        float(brentq(lambda t, k=k: watched(path(t))[k], stepper.t_old, stepper.t, xtol=1e-14, rtol=1e-14))
+        for k in crossing
+    ]
+    first = int(np.argmin(roots))
+    return roots[first], path(roots[first]), int(crossing[first])

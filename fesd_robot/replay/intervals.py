@@ -1,0 +1,152 @@
+"""A planned motion driven again, interval by interval, from its own states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.recovery import PhysicalMotion, SwitchRecord
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
+from fesd_robot.replay.impacts import impact
+from fesd_robot.replay.integrator import replay_motion
+
+SAME_TIME = 1e-9
+"""Difference of two times, s, below which they are the same."""
+
+NEARBY = 0.25
+"""Part of a control interval within which an event at the end of an interval is looked for."""
+
+
+@dataclass(frozen=True)
+class IntervalReplay:
+    """One control interval driven again.
+
+    Attributes:
+        interval: its number.
+        start, end: s.
+        position_error: planned minus replayed configuration at the end, in the tangent space, m and rad, (n_v).
+        velocity_error: the same of the velocity, m/s and rad/s, (n_v).
+        impact_error: velocity after an impact at the start, planned minus that of `impact`, (n_v); zeros without one.
+        events: changes of mode of the replay.
+        planned: those of the plan in the same time.
+        event_difference: largest difference in time of an event of the replay and the same one of the plan, s.
+        unmatched: events that only one of the two has.
+        drift: what was taken out at the start.
+        notes: what is not as it should be.
+    """
+
+    interval: int
+    start: float
+    end: float
+    position_error: np.ndarray
+    velocity_error: np.ndarray
+    impact_error: np.ndarray
+    events: tuple[SwitchRecord, ...]
+    planned: tuple[SwitchRecord, ...]
+    event_difference: float
+    unmatched: int
+    drift: Drift
+    notes: frozenset[Note]
+
+
+@dataclass(frozen=True)
+class MotionReplay:
+    """All control intervals driven again."""
+
+    intervals: tuple[IntervalReplay, ...]
+
+    @property
+    def position_errors(self) -> np.ndarray:
+        """Absolute errors of the configuration at the end of every interval, m and rad, (N, n_v)."""
+        return np.abs([interval.position_error for interval in self.intervals])
+
+    @property
+    def velocity_errors(self) -> np.ndarray:
+        """Absolute errors of the velocity, at the end of every interval or after an impact, m/s and rad/s, (N, n_v)."""
+        return np.abs([[i.velocity_error, i.impact_error] for i in self.intervals]).max(axis=1)
+
+
+def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionReplay:
+    """Return every control interval of a motion driven again from its own state at the interval's beginning.
+
+    An interval begins after an impact at its left end, which is compared by itself. Where an impact falls on its right
+    end, the nearer of the states before and after counts.
+
+    Args:
+        motion: in physical time, with controls that are constant on every interval.
+        physics: of its robot and contacts.
+    """
+    starts = np.flatnonzero(np.append(True, np.diff(motion.interval) > 0))
+    ends = np.append(starts[1:] - 1, len(motion.time) - 1)
+    return MotionReplay(
+        tuple(
+            _interval(motion, physics, max(int(first) - 1, 0), int(last))
+            for first, last in zip(starts, ends, strict=True)
+        )
+    )
+
+
+def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: int) -> IntervalReplay:
+    impact_error = np.zeros(motion.velocity.shape[1])
+    for hit in motion.impacts:
+        if hit.before == start and motion.time[hit.after] - motion.time[start] < SAME_TIME:
+            impact_error, start = _impact_error(motion, physics, hit.before, hit.after), hit.after
+    begin, finish = float(motion.time[start]), float(motion.time[end])
+    control = motion.control[end]
+    result = replay_motion(physics, motion.configuration[start], motion.velocity[start], control, finish - begin, begin)
+    sides = [end]
+    for hit in motion.impacts:
+        sides += [hit.after] if hit.before == end else [hit.before] if hit.after == end else []
+    errors = [motion.velocity[side] - result.velocity for side in sides]
+    planned = tuple(s for s in motion.switches if begin - SAME_TIME < s.time < finish + SAME_TIME)
+    difference, unmatched = compare_events(result.events, planned, (begin, finish))
+    return IntervalReplay(
+        interval=int(motion.interval[end]),
+        start=begin,
+        end=finish,
+        position_error=physics.difference(result.configuration, motion.configuration[end]),
+        velocity_error=min(errors, key=lambda error: np.abs(error).max()),
+        impact_error=impact_error,
+        events=result.events,
+        planned=planned,
+        event_difference=difference,
+        unmatched=unmatched,
+        drift=result.drift,
+        notes=result.notes,
+    )
+
+
+def _impact_error(motion: PhysicalMotion, physics: NumericPhysics, before: int, after: int) -> np.ndarray:
+    q = motion.configuration[before]
+    result = impact(physics, q, motion.velocity[before], physics.gaps(q) <= CLOSED_GAP)
+    return np.asarray(motion.velocity[after] - result.velocity)
+
+
+def compare_events(
+    replayed: Sequence[SwitchRecord], planned: Sequence[SwitchRecord], span: tuple[float, float]
+) -> tuple[float, int]:
+    """Return the largest difference in time of equal events, s, and how many have no equal.
+
+    The first touchdown of a contact is compared with its first in the plan, and so on. An event of the plan at the very
+    ends of the span may belong to a neighbouring interval: it counts only where the replay has it nearby, within
+    `NEARBY` of the span.
+
+    Args:
+        replayed, planned: in time order.
+        span: begin and end of the interval, s.
+    """
+    largest, unmatched = 0.0, 0
+    for key in dict.fromkeys((event.contact, event.kind) for event in [*replayed, *planned]):
+        ours, theirs = ([e.time for e in events if (e.contact, e.kind) == key] for events in (replayed, planned))
+        near = NEARBY * (span[1] - span[0])
+        theirs = [
+            time
+            for time in theirs
+            if min(time - span[0], span[1] - time) > SAME_TIME or any(abs(time - own) < near for own in ours)
+        ]
+        largest = max([largest, *(abs(a - b) for a, b in zip(ours, theirs, strict=False))])
+        unmatched += abs(len(ours) - len(theirs))
+    return largest, unmatched
