@@ -8,8 +8,16 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from fesd_robot.dcs import Model, StepFunctions, heaviside
-from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, initial_value_problem, make_tableau
-from fesd_robot.fesd.added_rows import PARTS, SLACK, bernstein_coefficients
+from fesd_robot.fesd import (
+    FesdOptions,
+    OptimalControlProblem,
+    TrajectoryConstraint,
+    Transcription,
+    initial_value_problem,
+    make_tableau,
+)
+from fesd_robot.fesd.added_rows import PARTS, SLACK, BoundBetween, bernstein_coefficients
+from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages, with_bounds_between, with_parts, with_stages
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
@@ -66,11 +74,21 @@ def test_coefficients_enclose_a_polynomial(stages: int) -> None:
         assert coefficients[[0, -1]] == pytest.approx(polynomial(np.array([0.0, 1.0])), abs=1e-9)
 
 
-def test_a_limit_holds_between_the_stages() -> None:
-    """A ball thrown up is caught after a second; its ceiling at 0.2 m holds at all times, not just at the stages."""
+def ball(*, path: bool) -> OptimalControlProblem:
+    """A ball that is thrown up and caught after a second, below a ceiling at 0.2 m: a limit, or a path constraint."""
     x, u, alpha = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("alpha")
     system = heaviside(Model(x, control=u), StepFunctions(alpha, x[0] + 10), ca.vertcat(x[1], u))
-    problem = OptimalControlProblem(
+    below = TrajectoryConstraint(
+        "ceiling",
+        "path",
+        ca.vertcat(system.state, system.control, system.algebraic),
+        range(2),
+        x[0],
+        np.array([-np.inf]),
+        np.array([0.2]),
+        ["height"],
+    )
+    return OptimalControlProblem(
         system,
         1.0,
         intervals=2,
@@ -78,26 +96,38 @@ def test_a_limit_holds_between_the_stages() -> None:
         initial_upper=np.array([0.0, 1.0]),
         terminal_lower=np.array([0.0, -np.inf]),
         terminal_upper=np.array([0.0, np.inf]),
-        state_upper=np.array([0.2, np.inf]),
+        state_upper=np.array([np.inf if path else 0.2, np.inf]),
         running_cost={"control": u**2},
+        constraints=[below] if path else [],
     )
-    transcription = Transcription(problem, FesdOptions(tableau=make_tableau("radau_iia", 2), elements=1))
+
+
+@pytest.mark.parametrize("path", [False, True])
+def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
+    """Held at the stages, the ball is millimetres above its ceiling; between them, too, it is below, and costs more."""
+    transcription = Transcription(ball(path=path), FesdOptions(tableau=make_tableau("radau_iia", 2), elements=1))
     polisher = BranchTranscription(transcription)
     coarse = solve(transcription.problem, OPTIONS, polisher=polisher)
     assert coarse.exact and coarse.branch is not None
-    highest = _highest(transcription, coarse.w)
-    assert highest > 0.2 + 1e-3
+    assert _highest(transcription, coarse.w) > 0.2 + 1e-3
     bounds = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
-    assert [(one.element, one.variable, one.sign, one.limit) for one in bounds] == [(0, 0, 1, 0.2)]
+    assert {one.element for one in bounds} == {0} and {type(one) for one in bounds} == {
+        PathBetween if path else BoundBetween
+    }
     held = with_bounds_between(transcription, bounds)
     start = BranchPoint(coarse.w, coarse.branch, violates=True)
     fine = continue_on_branch(
         held.problem, BranchTranscription(held), start, coarse, OPTIONS, seconds_left=lambda: None
     )
     assert fine is not None and fine.exact
-    assert 0.2 - 5e-3 <= _highest(held, fine.w) <= 0.2 + 2 * SLACK
-    assert violated_between_stages(held, polisher.conditions, fine.w, fine.branch) == []
+    assert 0.2 - 5e-3 <= _highest(held, fine.w) <= 0.2 + (2e-4 if path else 2 * SLACK)
     assert fine.residuals.objective > coarse.residuals.objective
+    finer, w, _ = with_parts(held, fine.w, fine.branch, [2, 1])
+    added = [block for block in finer.problem.blocks if "between" in block.name]
+    assert added, "bounds stay where they are when elements divide"
+    for block in added:
+        rows = np.asarray(block.evaluate(w)[1]).T
+        assert (rows <= block.upper + 1e-9).all() and (rows >= block.lower - 1e-9).all()
 
 
 def _highest(transcription: Transcription, w: np.ndarray) -> float:
