@@ -82,7 +82,8 @@ class AddedRows:
         ratios = [one.in_parts(parts, first) for one in self.ratios]
         ratios += [StepRatio(at + i, at) for at, count in zip(first, parts, strict=True) for i in range(1, count)]
         bounds = [part for one in self.bounds for part in one.in_parts(parts, first)]
-        return AddedRows(tuple(ratios), tuple(bounds), tuple(one.in_parts(parts, first) for one in self.paths))
+        paths = [part for one in self.paths for part in one.in_parts(parts, first)]
+        return AddedRows(tuple(ratios), tuple(bounds), tuple(paths))
 
     def blocks(
         self, indices: TrajectoryIndices, tableau: Tableau, constraints: Sequence[TrajectoryConstraint]

@@ -15,29 +15,28 @@ from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.mpcc import Block
 
-PATH_SLACK = 2e-7
-"""By how much a path constraint may be violated between the stages, in the unit of its rows."""
+PLACES = 8
+"""Equal parts of an element at whose inner ends a path constraint is held."""
 
 
 @dataclass(frozen=True)
 class PathBetween:
-    """A path constraint at one place of an element.
+    """A path constraint that is held between the stages of an element.
 
     Attributes:
         constraint: its number among those of the problem.
         element: number of the element in time order.
-        fraction: where in the element, 0 at its left boundary, 1 at its right end.
+        margin: by how much its bounds are stricter there, so that they hold between those places, too.
     """
 
     constraint: int
     element: int
-    fraction: float
+    margin: float = 0.0
 
-    def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> PathBetween:
+    def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> list[PathBetween]:
         """Return the same for elements that are in parts, of which the first have the numbers `first`."""
-        place = self.fraction * parts[self.element]
-        part = min(int(place), parts[self.element] - 1)
-        return replace(self, element=first[self.element] + part, fraction=place - part)
+        start = first[self.element]
+        return [replace(self, element=start + i) for i in range(parts[self.element])]
 
 
 def path_blocks(
@@ -67,30 +66,36 @@ def _block(
 ) -> Block:
     layout, s = indices.layout(0), tableau.stages
     x, z = ca.SX.sym("x", layout.n_x, s + 1), ca.SX.sym("z", layout.n_z, s)
-    u = ca.SX.sym("u", layout.n_u)
-    of_states, of_stages = ca.SX.sym("of_states", s + 1), ca.SX.sym("of_stages", s)
-    rows = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])
-    at = ca.vertcat(ca.mtimes(x, of_states), u, ca.mtimes(z, of_stages))
+    u, margin = ca.SX.sym("u", layout.n_u), ca.SX.sym("margin")
+    inner = np.arange(1, PLACES) / PLACES
+    states = ca.mtimes(x, ca.DM(lagrange(tableau.nodes, inner).T))
+    algebraic = ca.mtimes(z, ca.DM(lagrange(tableau.c, inner).T))
+    function = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])
+    values = [function(ca.vertcat(states[:, k], u, algebraic[:, k]), constraint.parameters) for k in range(len(inner))]
+    lower, upper = (np.flatnonzero(np.isfinite(side)).tolist() for side in (constraint.lower, constraint.upper))
+    rows = [value[i] - margin for value in values for i in lower] + [
+        value[i] + margin for value in values for i in upper
+    ]
+    least, most = (np.tile(side[at], len(inner)) for side, at in ((constraint.lower, lower), (constraint.upper, upper)))
+    names = [constraint.row_names[i] for at in (lower, upper) for _ in values for i in at]
     places = [indices.place(one.element) for one in paths]
-    fractions = np.array([one.fraction for one in paths])
-    at_states, at_stages = lagrange(tableau.nodes, fractions), lagrange(tableau.c, fractions)
     numbers = [place.interval for place in places if place.interval is not None]
     which = [list(constraint.intervals).index(number) for number in numbers]
     index = []
     for one, number in zip(paths, numbers, strict=True):
         points = np.array([indices.stage(one.element, j) for j in range(s)])
-        states = [indices.left_state(one.element), *points[:, : layout.n_x]]
-        index.append(np.concatenate([*states, indices.control(number), *points[:, layout.n_x :]]))
+        at_nodes = [indices.left_state(one.element), *points[:, : layout.n_x]]
+        index.append(np.concatenate([*at_nodes, indices.control(number), *points[:, layout.n_x :]]))
     return Block(
         name="path_between_stages",
         places=places,
         variables=ca.vertcat(ca.vec(x), u, ca.vec(z)),
-        parameters=ca.vertcat(of_states, of_stages, constraint.parameters),
+        parameters=ca.vertcat(margin, constraint.parameters),
         cost=ca.SX(0),
-        rows=rows(at, constraint.parameters),
-        lower=constraint.lower - PATH_SLACK,
-        upper=constraint.upper + PATH_SLACK,
-        constraints=[Label(f"{name} between stages") for name in constraint.row_names],
+        rows=ca.vertcat(*rows),
+        lower=np.append(least, np.full(len(most), -np.inf)),
+        upper=np.append(np.full(len(least), np.inf), most),
+        constraints=[Label(f"{name} between stages") for name in names],
         index=np.array(index).T,
-        values=np.vstack([at_states.T, at_stages.T, constraint.parameter_values[:, which]]),
+        values=np.vstack([[one.margin for one in paths], constraint.parameter_values[:, which]]),
     )

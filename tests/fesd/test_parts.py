@@ -111,23 +111,25 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     assert coarse.exact and coarse.branch is not None
     assert _highest(transcription, coarse.w) > 0.2 + 1e-3
     bounds = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
-    assert {one.element for one in bounds} == {0} and {type(one) for one in bounds} == {
-        PathBetween if path else BoundBetween
-    }
+    assert bounds == [PathBetween(0, 0) if path else BoundBetween(0, 0, 1, 0.2)]
     held = with_bounds_between(transcription, bounds)
     start = BranchPoint(coarse.w, coarse.branch, violates=True)
     fine = continue_on_branch(
         held.problem, BranchTranscription(held), start, coarse, OPTIONS, seconds_left=lambda: None
     )
     assert fine is not None and fine.exact
-    assert 0.2 - 5e-3 <= _highest(held, fine.w) <= 0.2 + (2e-4 if path else 2 * SLACK)
+    assert 0.2 - 5e-3 <= _highest(held, fine.w) <= 0.2 + (2e-3 if path else 2 * SLACK)
     assert fine.residuals.objective > coarse.residuals.objective
+    if path:
+        (stricter,) = violated_between_stages(held, polisher.conditions, fine.w, fine.branch)
+        assert 0 < stricter.margin <= 3e-3, "where it is held at places only, it becomes stricter"
     finer, w, _ = with_parts(held, fine.w, fine.branch, [2, 1])
     added = [block for block in finer.problem.blocks if "between" in block.name]
     assert added, "bounds stay where they are when elements divide"
     for block in added:
         rows = np.asarray(block.evaluate(w)[1]).T
-        assert (rows <= block.upper + 1e-9).all() and (rows >= block.lower - 1e-9).all()
+        slack = 2e-3 if path else 1e-9  # at other places than before
+        assert (rows <= block.upper + slack).all() and (rows >= block.lower - slack).all()
 
 
 def _highest(transcription: Transcription, w: np.ndarray) -> float:

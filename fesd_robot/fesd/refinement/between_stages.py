@@ -11,7 +11,6 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.added_rows import BoundBetween
-from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.schemes import lagrange
@@ -23,6 +22,9 @@ BETWEEN = 24
 
 VIOLATION = 5e-7
 """Violation of a bound between stages above which it is held there too, in the unit of the variable."""
+
+STRICTER = 1.5
+"""A path constraint that is held in an element and violated there becomes stricter by this times the violation."""
 
 Found = tuple[float, BoundBetween | PathBetween]
 """By how much a bound is violated, and the bound."""
@@ -56,7 +58,7 @@ def violated_between_stages(
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
     gaps = {member.invariant_state for member in conditions.members}
     elements = transcription.unpack(w)
-    paths = [_Path(i, constraint) for i, constraint in enumerate(ocp.constraints) if constraint.kind == "path"]
+    paths = [_Path(transcription, i) for i, one in enumerate(ocp.constraints) if one.kind == "path" and one.row_names]
     found: list[Found] = list(_ends_of_contact(conditions, elements, branch, n_x, tableau.stages))
     whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
     for e in whole:
@@ -66,7 +68,9 @@ def violated_between_stages(
             found += _violated((e, i), x[1:, i], (lower - PENETRATION / 2 if i in gaps else lower, upper))
         for i in multipliers:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf))
-        found += [one for path in paths for one in path.violated(e, elements[e], x, z)]
+        for path in paths:
+            path.look(elements[e], e, x, z)
+    found += [one for path in paths for one in path.found()]
     return [bound for _, bound in sorted(found, key=lambda one: one[0])]
 
 
@@ -74,35 +78,48 @@ def with_bounds_between(transcription: Transcription, bounds: Sequence[BoundBetw
     """Return the transcription with further bounds between stages; a point of one is a point of the other."""
     added = transcription.added
     new = [one for one in bounds if isinstance(one, BoundBetween) and one not in added.bounds]
-    paths = [one for one in bounds if isinstance(one, PathBetween) and one not in added.paths]
-    return replace(transcription, added=replace(added, bounds=(*added.bounds, *new), paths=(*added.paths, *paths)))
+    paths = {(one.constraint, one.element): one for one in [*added.paths, *bounds] if isinstance(one, PathBetween)}
+    return replace(transcription, added=replace(added, bounds=(*added.bounds, *new), paths=tuple(paths.values())))
 
 
 class _Path:
-    """A path constraint of a problem that can be looked at between stages."""
+    """A path constraint of a problem and where it is violated between stages.
 
-    def __init__(self, number: int, constraint: TrajectoryConstraint) -> None:
-        self._number, self._constraint = number, constraint
+    Where it is, it is to be held in all elements of the interval, for their lengths are free: a violation would else
+    move next door. Where it is held already, it becomes stricter.
+    """
+
+    def __init__(self, transcription: Transcription, number: int) -> None:
+        self._number, constraint = number, transcription.ocp.constraints[number]
+        self._constraint = constraint
         self._rows = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])
+        self._held = {one.element: one.margin for one in transcription.added.paths if one.constraint == number}
+        self._excess: dict[int, dict[int, float]] = {}
 
-    def violated(self, e: int, element: Element, x: np.ndarray, z: np.ndarray) -> Iterator[Found]:
-        """Yield where an element violates the constraint most, and the places beside that.
+    def look(self, element: Element, e: int, x: np.ndarray, z: np.ndarray) -> None:
+        """Note by how much an element violates the constraint.
 
         Args:
-            e, element: its number, and the element.
-            x, z: at `BETWEEN` + 1 equal distances, (BETWEEN + 1, n_x) and (BETWEEN + 1, n_z).
+            element, e: the element, and its number.
+            x, z: at equal distances, (n, n_x) and (n, n_z).
         """
         constraint = self._constraint
-        if element.interval not in constraint.intervals or not constraint.rows.numel():
+        if element.interval not in constraint.intervals:
             return
         p = constraint.parameter_values[:, list(constraint.intervals).index(element.interval)]
         u = np.tile(element.u, (len(x), 1))
         values = np.asarray(self._rows(np.hstack([x, u, z]).T, p).full())
-        excess = np.maximum(constraint.lower[:, None] - values, values - constraint.upper[:, None]).max(axis=0)
-        worst = int(excess[1:-1].argmax()) + 1
-        if excess[worst] > VIOLATION:
-            for place in range(max(worst - 1, 1), min(worst + 2, BETWEEN)):
-                yield float(excess[worst]), PathBetween(self._number, e, place / BETWEEN)
+        excess = np.maximum(constraint.lower[:, None] - values, values - constraint.upper[:, None])
+        self._excess.setdefault(element.interval, {})[e] = float(excess.max())
+
+    def found(self) -> Iterator[Found]:
+        """Yield where the constraint is to be held."""
+        for excess in self._excess.values():
+            worst = max(excess.values())
+            if worst > VIOLATION:
+                for e in excess:
+                    margin = self._held[e] + STRICTER * worst if e in self._held else 0.0
+                    yield worst, PathBetween(self._number, e, margin)
 
 
 def _ends_of_contact(
