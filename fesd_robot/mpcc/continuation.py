@@ -19,6 +19,9 @@ from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 CONTINUATION_ITERATIONS = 120
 """IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
 
+CONTINUATION_UPDATES = 2
+"""How often that happens."""
+
 FREER_START: dict[str, Any] = {
     "mu_init": 1e-3,
     **dict.fromkeys(("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"), 1e-4),
@@ -83,6 +86,7 @@ def continue_on_branch(
             seconds_left,
             report,
             iterations=min(CONTINUATION_ITERATIONS, options.max_iterations),
+            updates=CONTINUATION_UPDATES,
             stop=stop,
         ),
         branches=[start.branch],

@@ -34,7 +34,7 @@ WARM_START: dict[str, Any] = {
 }
 """IPOPT's options that leave the start of a branch NLP where it is; its defaults would push it off its bounds."""
 
-POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-10
+POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-12
 """Of IPOPT, for its scaled optimality and for the constraints."""
 
 
@@ -103,6 +103,7 @@ class PolishingLimits:
 
     Attributes:
         iterations: of IPOPT, for each NLP.
+        updates: how often a branch is updated, or continued.
         feasibility: largest constraint violation of an exact end.
         remaining: seconds left, None for no limit.
         report: called after every NLP.
@@ -113,6 +114,7 @@ class PolishingLimits:
     remaining: Callable[[], float | None]
     report: Callable[[PolishingReport], None]
     iterations: int = POLISHING_ITERATIONS
+    updates: int = BRANCH_UPDATES
     stop: Callable[[int, float], bool] | None = None
 
 
@@ -146,7 +148,7 @@ class BranchNlp:
         """Return the first exact end of a branch NLP, None if no branch on which w may lie leads to one.
 
         A branch whose NLP does not converge within the iterations is updated and continued from where it ended, at
-        most `BRANCH_UPDATES` times; then comes the next candidate of w.
+        most `limits.updates` times; then comes the next candidate of w.
 
         Args:
             problem: the problem with pairs, which every end is checked against.
@@ -157,7 +159,7 @@ class BranchNlp:
         """
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
             point = w
-            for _ in range(1 + BRANCH_UPDATES):
+            for _ in range(1 + limits.updates):
                 seconds = limits.remaining()
                 if seconds is not None and seconds <= 0:
                     return None
