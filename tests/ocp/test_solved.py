@@ -33,7 +33,7 @@ costs: {configuration: {}, velocity: {}, control: {x: 1}}
 
 def missed(motion: MotionProblem, physical: object) -> dict[str, float]:
     ends = motion.endpoints
-    return requirements(
+    found = requirements(
         motion.task,
         motion.robot,
         numeric_physics(motion),
@@ -41,6 +41,7 @@ def missed(motion: MotionProblem, physical: object) -> dict[str, float]:
         (ends.initial_configuration, ends.initial_velocity),
         (ends.goal_configuration, ends.goal_velocity),
     )
+    return {name: one.value for name, one in found.items()}
 
 
 def test_the_shortest_time_is_bang_bang(tmp_path: Path) -> None:

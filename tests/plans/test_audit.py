@@ -16,6 +16,7 @@ from fesd_robot.contact import Plane
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import ENTRIES, Audit
+from fesd_robot.plans.measured import Measured, Names
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 from fesd_robot.robot import kinetic_energy, load_robot, potential_energy
@@ -26,6 +27,13 @@ from .motions import FRICTION, MASS, STOP, collision, drop, jacobian, stance, tu
 
 ENDS = {"tumble": [0.1, 0.2], "drop": [0.15, 0.3], "stance": [0.05, 0.1]}
 
+NAMES = Names(
+    contacts=["foot"],
+    configuration={"root_x": "m", "root_z": "m", "root_pitch": "rad", "leg": "m"},
+    velocity={"root_x": "m/s", "root_z": "m/s", "root_pitch": "rad/s", "leg": "m/s"},
+    controls={"torque": "N m", "leg": "N"},
+)
+
 MET = dict.fromkeys(
     (
         "max_slip_violation",
@@ -34,10 +42,10 @@ MET = dict.fromkeys(
         "max_goal_violation",
         "max_waypoint_violation",
     ),
-    0.0,
+    Measured(0.0),
 )
 
-TRUE_REPLAY = dict.fromkeys((name for name in ENTRIES if name.startswith("max_replay")), 0.0)
+TRUE_REPLAY = dict.fromkeys((name for name in ENTRIES if name.startswith("max_replay")), Measured(0.0))
 """What the replay says about a motion in closed form, as `test_replay_record` shows."""
 
 
@@ -48,8 +56,8 @@ def audit_of(motion: PhysicalMotion, physics: NumericPhysics, **limits: Any) -> 
         "position_limits": (np.array([-1, 0, -3.15, 0.1]), np.array([5.1, 1.5, 3.15, 0.5])),
         "velocity_limits": (np.full(4, -10.0), np.full(4, 10.0)),
         "control_limits": (np.full(2, -50.0), np.full(2, 50.0)),
-        "requirements": MET,
-        "replay": TRUE_REPLAY,
+        "names": NAMES,
+        "others": {**MET, **TRUE_REPLAY},
     }
     if not motion.clock.size:
         motion = replace(motion, clock=np.zeros(1))
@@ -234,11 +242,11 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
         0.01,
     ),
     **{
-        f"{entry} of the task": (drop, {"requirements": {**MET, entry: missed}}, {entry}, missed)
+        f"{entry} of the task": (drop, {"others": {**MET, **TRUE_REPLAY, entry: Measured(missed)}}, {entry}, missed)
         for entry, missed in ((entry, 2 * ENTRIES[entry].tolerance) for entry in MET)
     },
     **{
-        f"{entry} of the replay": (drop, {"replay": {**TRUE_REPLAY, entry: missed}}, {entry}, missed)
+        f"{entry} of the replay": (drop, {"others": {**MET, **TRUE_REPLAY, entry: Measured(missed)}}, {entry}, missed)
         for entry, missed in ((entry, 2 * ENTRIES[entry].tolerance) for entry in TRUE_REPLAY)
     },
 }

@@ -25,7 +25,7 @@ def missed(hopper: MotionProblem, motion: PhysicalMotion, *overrides: str) -> di
     task = load_task(TASK, [*SAME, *overrides])
     start = (motion.configuration[0], motion.velocity[0])
     found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
-    return {key.removeprefix("max_").removesuffix("_violation"): value for key, value in found.items()}
+    return {key.removeprefix("max_").removesuffix("_violation"): one.value for key, one in found.items()}
 
 
 # The drop: the foot falls from 0.2 m to the ground in 0.2019 s; its body is 0.5 m above it until then.
@@ -100,7 +100,7 @@ def test_a_start_that_is_not_the_tasks(hopper: MotionProblem) -> None:
     motion, task = drop(), load_task(TASK, SAME)
     start = (motion.configuration[0] + [0, 0.25, 0, 0], motion.velocity[0])
     found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
-    assert found["max_goal_violation"] == pytest.approx(0.25)
+    assert found["max_goal_violation"].value == pytest.approx(0.25)
 
 
 def test_bounds_of_a_free_duration(hopper: MotionProblem) -> None:
