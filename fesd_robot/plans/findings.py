@@ -18,7 +18,7 @@ REPLAY = "replay"
 
 @dataclass(frozen=True)
 class _Words:
-    """A sentence ``WHAT: WHY; HELP would help``, with the fields {subject} and {value}.
+    """A sentence ``WHAT: WHY; HELP may help``, with the fields {subject} and {value}.
 
     `rank` is zero for what causes other violations, and two for what is mostly caused by others.
     """
@@ -30,7 +30,9 @@ class _Words:
 
 
 _EXACT = "a smaller method.accuracy"
-_SMOOTHER = "another initial guess (solver.starts), more horizon.intervals, or smaller limits of the controls"
+_SMOOTHER = (
+    f"{_EXACT}, another initial guess (solver.starts), more horizon.intervals, or smaller limits of the controls"
+)
 _SOLVED = "a smaller solver.tolerance, or another initial guess (solver.starts)"
 _POSTURE = "smaller friction, another posture there, or another initial guess (solver.starts)"
 _NOT_FOLLOWED = "rigid bodies with Coulomb friction do not follow the plan from its own state with its own controls"
@@ -177,4 +179,4 @@ def _finding(name: str, measured: Measured) -> Finding:
 
 
 def _said(words: _Words, what: str) -> str:
-    return f"{what}: {words.why}; {words.help} would help."
+    return f"{what}: {words.why}; {words.help} may help."

@@ -44,6 +44,18 @@ class Names:
     controls: Mapping[str, str]
 
 
+def cone_excess(force: np.ndarray, friction: float) -> tuple[float, str]:
+    """Return |f_t| - mu max(f_n, 0), N, and in words which coefficient the force needs.
+
+    Args:
+        force: normal and tangential, N, (2,).
+        friction: mu.
+    """
+    normal, tangential = float(force[0]), abs(float(force[1]))
+    needed = f"it would need a coefficient of {tangential / normal:.4g} where it has {friction:g}" if normal > 0 else ""
+    return tangential - friction * max(normal, 0.0), needed
+
+
 def largest(values: Iterable[Measured]) -> Measured:
     """Return the largest value, zero if none is larger; NaN if there is one, so that it does not pass."""
     worst = Measured(0.0)

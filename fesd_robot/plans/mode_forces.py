@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.contact import ContactMode
-from fesd_robot.plans.measured import Measured, Names, largest
+from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.elements import SLIP_VELOCITY
@@ -95,11 +95,7 @@ class ModeForces:
     def _cone(self) -> Iterator[Measured]:
         for point in self._points:
             for i in point.closed_contacts:
-                (normal, tangential), mu = point.force[i], float(self.physics.friction[i])
-                words = ""
-                if normal > 0:
-                    words = f"it would need a coefficient of {abs(tangential) / normal:.4g} where it has {mu:g}"
-                yield self._at(point, i, float(abs(tangential) - mu * max(normal, 0.0)), words)
+                yield self._at(point, i, *cone_excess(point.force[i], float(self.physics.friction[i])))
 
     def _openings(self) -> Iterator[Measured]:
         dense = self.motion.between

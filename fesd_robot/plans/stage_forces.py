@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fesd_robot.plans.measured import Measured, Names, largest
+from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
@@ -55,8 +55,9 @@ class StageForces:
         self._dynamics.append(Measured(float(np.abs(unexplained).max() / scale), *place))
         speeds = tangential_rows(jacobian @ v)
         for i in np.flatnonzero(closed).tolist():
-            (normal, tangential), speed, mu = force[i], speeds[i], physics.friction[i]
-            unused = mu * np.maximum(normal, 0.0) - np.abs(tangential)
-            slip = np.maximum(np.minimum(np.abs(speed), np.abs(unused)), speed * tangential)
-            for values, value in ((self._pulling, -normal), (self._cone, -unused), (self._slip, slip)):
-                values.append(Measured(float(value), *place, contacts[i]))
+            (normal, tangential), speed = force[i], speeds[i]
+            excess, needed = cone_excess(force[i], float(physics.friction[i]))
+            slip = np.maximum(np.minimum(np.abs(speed), np.abs(excess)), speed * tangential)
+            self._pulling.append(Measured(float(-normal), *place, contacts[i]))
+            self._cone.append(Measured(excess, *place, contacts[i], detail=needed))
+            self._slip.append(Measured(float(slip), *place, contacts[i]))
