@@ -41,11 +41,11 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
     motion, robot, names = drop(), hopper.robot, hopper.actuation.names
     infinity = np.full(4, np.inf)
     replay = replay_intervals(motion, physics)
-    names = names_of(hopper)
+    all_names = names_of(hopper)
     found = audit(
         motion,
         physics,
-        names=names,
+        names=all_names,
         interval_ends=motion.clock,
         position_limits=(-infinity, infinity),
         velocity_limits=(-infinity, infinity),
@@ -59,7 +59,7 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
                 (motion.configuration[0], motion.velocity[0]),
                 (motion.configuration[-1], motion.velocity[-1]),
             ),
-            **replay_entries(replay, motion, names),
+            **replay_entries(replay, motion, all_names),
         },
     )
     status = Status(

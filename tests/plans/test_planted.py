@@ -106,7 +106,7 @@ def test_a_slide_on_an_improper_branch() -> None:
 
 
 def test_a_proper_slide_is_none(physics: NumericPhysics) -> None:
-    """The hopper's foot slides in a proper mode, and opens at the end of an interval with any force."""
+    """The hopper's foot slides in a proper mode, as its friction says: nothing is found."""
     found = audited(stance(FRICTION, 0.6), physics, HOPPER)
     assert (found.violations, found.findings, found.max_improper_slide_time) == ([], [], 0)
 
