@@ -115,8 +115,8 @@ class ModeForces:
 
     def _nearest_division(self, point: _Point, following: _Point) -> np.ndarray:
         """Return forces with the effect of those at a point that are nearest to the ones that follow, N, (n_c, 2)."""
-        if point.dynamics is None:
-            return point.force
+        if point.dynamics is None or following.dynamics is None:
+            return np.full_like(point.force, np.nan)
         jacobian = point.dynamics.jacobian
         closed = np.array([mode is not Mode.FLIGHT for mode in point.modes])
         effect = jacobian.T @ stacked_rows(point.force)
