@@ -162,28 +162,41 @@ def refined(
 
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     """Yield finer transcriptions, the one to try first first; none if there is nothing to refine."""
-    transcription, branch, w, errors = solved.transcription, solved.branch, solved.solution.w, solved.local_errors
-    asking, whole = errors > accuracy, np.count_nonzero(~np.array(branch.without_length))
-    if asking.sum() > RAISES_ORDER * whole and solved.stages < MAX_STAGES - 1:
-        more = round(math.log(np.median(errors[asking]) / accuracy) / math.log(GAIN_OF_A_STAGE))
-        stages = solved.stages + int(np.clip(more, 1, MOST_STAGES))
-        finer, start = with_stages(transcription, w, min(stages, MAX_STAGES - 1))
-        yield finer, BranchPoint(start, branch)
+    asking = solved.local_errors > accuracy
     if asking.any():
-        order = 2 * solved.stages
-        wanted = np.ceil((errors[asking] / accuracy) ** (1 / order))
-        parts = np.ones(len(errors), dtype=int)
-        parts[asking] = np.clip(wanted, 2, MOST_PARTS)
-        ends = np.cumsum(transcription.elements)
-        for begin, end in zip(ends - transcription.elements, ends, strict=True):
-            parts[begin:end] = parts[begin:end].max()
-        finer, start, repeated = with_parts(transcription, w, branch, parts.tolist())
-        yield finer, BranchPoint(start, repeated)
-    else:
-        bounds = violated_between_stages(transcription, solved.polisher.conditions, w, branch)
-        while bounds:
-            yield with_bounds_between(transcription, bounds), BranchPoint(w, branch, violates=True)
-            bounds = bounds[: len(bounds) // 2]
+        if asking.sum() > RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length)):
+            yield from _with_more_stages(solved, accuracy)
+        yield _with_elements_in_parts(solved, accuracy)
+    yield from _with_more_bounds(solved)
+
+
+def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
+    """Yield it with as many stages more as the larger errors ask for, and with fewer."""
+    excess = np.minimum(solved.local_errors, 1.0) / accuracy
+    wanted = round(math.log(np.median(excess[excess > 1])) / math.log(GAIN_OF_A_STAGE))
+    for more in range(min(max(wanted, 1), MOST_STAGES, MAX_STAGES - 1 - solved.stages), 0, -1):
+        finer, w = with_stages(solved.transcription, solved.solution.w, solved.stages + more)
+        yield finer, BranchPoint(w, solved.branch)
+
+
+def _with_elements_in_parts(solved: SolvedMotion, accuracy: float) -> Finer:
+    """Return it with the elements divided whose errors are too large, and with them all of their intervals."""
+    order, counts = 2 * solved.stages, solved.transcription.elements
+    excess = np.maximum(solved.local_errors / accuracy, 1.0) ** (1 / order)
+    parts = np.where(excess > 1, np.clip(np.ceil(excess), 2, MOST_PARTS), 1).astype(int)
+    most = [own.max() for own in np.split(parts, np.cumsum(counts)[:-1])]
+    divided = np.repeat(most, counts).tolist()
+    finer, w, branch = with_parts(solved.transcription, solved.solution.w, solved.branch, divided)
+    return finer, BranchPoint(w, branch)
+
+
+def _with_more_bounds(solved: SolvedMotion) -> Iterator[Finer]:
+    """Yield it with all bounds that are violated between stages, and with those of them that are violated least."""
+    transcription, w, branch = solved.transcription, solved.solution.w, solved.branch
+    bounds = violated_between_stages(transcription, solved.polisher.conditions, w, branch)
+    while bounds:
+        yield with_bounds_between(transcription, bounds), BranchPoint(w, branch, violates=True)
+        bounds = bounds[: len(bounds) // 2]
 
 
 def _continued(

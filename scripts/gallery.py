@@ -53,8 +53,8 @@ LONG_SECONDS = 30.0
 
 SIZE, SHOT_SCALE = (320, 200), 3
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
-           "position missed by", "velocity missed by", "flights", "longest slide", "does what it says", "cost",
-           "complementarity", "stationarity", "status")  # fmt: skip
+           "position missed by", "velocity missed by", "flights", "longest slide", "does what it says",
+           "replay differs by", "refined to", "cost", "complementarity", "stationarity", "status")  # fmt: skip
 BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
            "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
 WITHOUT_CAPTION = "<style>#caption, #bar { display: none; }</style></head>"
@@ -128,11 +128,37 @@ def row(entry: Entry) -> list[str]:
         f"{seconds:.1f}" + (" long" if seconds > LONG_SECONDS else ""),
         *outcome_cells(plan.outcome),
         "; ".join(CLAIMS[entry.name].broken(plan)) or "yes",
+        replay_words(plan),
+        refinement_words(plan),
         f"{effort.objective:.5g}",
         f"{status.complementarity:.1e}",
         kind,
         f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
     ]
+
+
+def replay_words(plan: Plan) -> str:
+    """Return the largest error of the replay in each unit."""
+    if plan.replay is None:
+        return ""
+    largest: dict[str, float] = {}
+    for errors, per_second in ((plan.replay.position, False), (plan.replay.velocity, True)):
+        for name, error in errors.items():
+            unit = plan.units.velocity[name]
+            unit = unit if per_second else unit.removesuffix("/s")
+            largest[unit] = max(largest.get(unit, 0.0), error.largest)
+    return ", ".join(f"{value:.0e} {unit}" for unit, value in largest.items())
+
+
+def refinement_words(plan: Plan) -> str:
+    """Return stages, elements, largest local error and time of the refinement."""
+    refinement = plan.statistics.refinement
+    if refinement is None:
+        return ""
+    return (
+        f"{plan.statistics.stages} stages, {refinement.elements} elements, {refinement.largest_local_error:.0e}, "
+        f"{refinement.seconds:.1f} s"
+    )
 
 
 def outcome_cells(outcome: Outcome | None) -> list[str]:
@@ -160,7 +186,10 @@ def page(all_entries: Sequence[Entry], command: str) -> str:
             "building and certificate included, of all attempts of one run. The goal is missed by the largest "
             "difference of each unit; flights and the longest slide are those of all contacts. What a task says in its "
             "first line is held against its plan by `scripts/claims.py`. Tasks that take more "
-            f"than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out.",
+            f"than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out. The replay drives "
+            "every control interval again from the plan's state with an event-driven integrator; the largest "
+            "difference at the end of an interval is given for each unit. Refinement ends with a largest local error; "
+            "its seconds are part of the seconds.",
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",

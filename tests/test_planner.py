@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot import planner
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.planner import plan
@@ -100,8 +99,9 @@ def test_statistics_are_those_of_the_solve(short_planned: tuple[Plan, list[NlpRe
     last = statistics.homotopy[-1]
     assert short_plan.status.exact and last.sigma == last.velocity_level_sigma == 0
     assert sum(statistics.cost_terms.values()) == pytest.approx(statistics.objective, rel=1e-9)
-    # 10 states and 3 multipliers: the start, and twice 3 controls and 3 elements of a step and 2 points.
-    assert statistics.variables == 13 + 2 * (3 + 3 * (1 + 2 * 13))
+    # 10 states and 3 multipliers: the start, and for both intervals 3 controls; an element has a step and its stages.
+    assert statistics.refinement is not None and statistics.stages is not None
+    assert statistics.variables == 13 + 2 * 3 + statistics.refinement.elements * (1 + statistics.stages * 13)
     assert statistics.build_seconds > 0 and statistics.solve_seconds > 0
 
 
@@ -122,23 +122,40 @@ def test_an_interrupted_plan_is_whole_and_marked(short_task: Task) -> None:
     assert all(np.isfinite(values).all() for values in stopped.trajectory.configuration.values())
 
 
-def test_a_motion_that_is_too_coarse_gets_more_stages(
-    load_short: Callable[..., Task], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """With one stage an exact solution fails its audit; it is continued with one more, and the statistics say so."""
+def test_a_motion_that_is_too_coarse_is_refined(load_short: Callable[..., Task]) -> None:
+    """With one stage an exact solution fails its audit; refined, it passes with every error as small as was asked."""
     coarse = load_short("method.stages=1", "solver.retries=0")
-    refined = plan(coarse)
-    assert refined.status.solved and refined.status.exact, refined.status.message
-    assert (refined.statistics.stages, len(refined.statistics.attempts)) == (2, 1)
-    assert refined.task["method"]["stages"] == 1, "the task is what was asked for"
-    monkeypatch.setattr(planner, "ADDED_STAGES", 0)
-    alone = plan(coarse)
+    fine = plan(coarse)
+    assert fine.status.solved and fine.status.exact, fine.status.message
+    refinement = fine.statistics.refinement
+    assert refinement is not None and refinement.rounds > 0 and refinement.seconds > 0
+    assert refinement.largest_local_error <= coarse.method.accuracy
+    assert fine.statistics.stages > 1 and len(fine.statistics.attempts) == 1
+    assert fine.task["method"]["stages"] == 1, "the task is what was asked for"
+    alone = plan(load_short("method.stages=1", "solver.retries=0", "method.accuracy=none"))
     assert alone.status.exact and not alone.status.solved and alone.statistics.stages == 1
     assert alone.audit.violations and "physics audit failed" in alone.status.message
-    assert refined.statistics.iterations > alone.statistics.iterations
-    assert refined.statistics.variables > alone.statistics.variables
+    assert alone.statistics.refinement is not None and alone.statistics.refinement.rounds == 0
+    assert alone.statistics.refinement.largest_local_error > 1e-4
+    assert fine.statistics.iterations > alone.statistics.iterations
+    assert fine.statistics.variables > alone.statistics.variables
 
 
-def test_a_motion_that_is_fine_keeps_its_stages(short_plan: Plan) -> None:
-    """Where the audit passes nothing is refined."""
-    assert short_plan.statistics.stages == short_plan.task["method"]["stages"] == 2
+def test_accuracy_is_asked_for(load_short: Callable[..., Task]) -> None:
+    """A smaller accuracy gives smaller errors, and what is accurate enough is not refined."""
+    errors = []
+    for accuracy in ("1e-3", "1e-5", "1e-9"):
+        fine = plan(load_short(f"method.accuracy={accuracy}"))
+        assert fine.status.exact and fine.statistics.refinement is not None, fine.status.message
+        errors.append(fine.statistics.refinement.largest_local_error)
+        assert errors[-1] <= float(accuracy)
+    assert errors[2] < errors[1] < errors[0] or errors[2] < errors[0]
+
+
+def test_the_start_touches_the_ground(load_short: Callable[..., Task]) -> None:
+    """A start whose foot is 6 micrometres off the ground by rounding is moved by that much, so that it touches."""
+    lifted = plan(load_short("initial.configuration.root_z=0.500006"))
+    assert lifted.status.solved, lifted.status.message
+    assert abs(lifted.contacts["foot"].gap[0]) <= 1e-9
+    start = {name: values[0] for name, values in lifted.trajectory.configuration.items()}
+    assert start["root_z"] == pytest.approx(0.500006, abs=7e-6)

@@ -10,7 +10,9 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Label
+from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.indices import TrajectoryIndices
+from fesd_robot.fesd.path_between import PathBetween, path_blocks
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.mpcc import Block
@@ -68,13 +70,30 @@ class AddedRows:
 
     ratios: tuple[StepRatio, ...] = ()
     bounds: tuple[BoundBetween, ...] = ()
+    paths: tuple[PathBetween, ...] = ()
 
-    def blocks(self, indices: TrajectoryIndices, tableau: Tableau) -> list[Block]:
+    def in_parts(self, parts: Sequence[int]) -> AddedRows:
+        """Return the same rows for elements that are in parts, and those that keep parts of an element equal.
+
+        Args:
+            parts: of every element, (number of elements).
+        """
+        first = np.concatenate([[0], np.cumsum(parts)[:-1]]).astype(int).tolist()
+        ratios = [one.in_parts(parts, first) for one in self.ratios]
+        ratios += [StepRatio(at + i, at) for at, count in zip(first, parts, strict=True) for i in range(1, count)]
+        bounds = [part for one in self.bounds for part in one.in_parts(parts, first)]
+        paths = [part for one in self.paths for part in one.in_parts(parts, first)]
+        return AddedRows(tuple(ratios), tuple(bounds), tuple(paths))
+
+    def blocks(
+        self, indices: TrajectoryIndices, tableau: Tableau, constraints: Sequence[TrajectoryConstraint]
+    ) -> list[Block]:
         """Return the blocks of the rows.
 
         Args:
             indices: where the variables of the trajectory sit.
             tableau: a collocation scheme.
+            constraints: of the problem.
         """
         n_x = indices.layout(0).n_x
         ends = [one for one in self.bounds if one.end_only]
@@ -85,6 +104,7 @@ class AddedRows:
             *([_bound_block("states_between_stages", states, indices, tableau.nodes)] if states else []),
             *([_bound_block("multipliers_between_stages", algebraic, indices, tableau.c)] if algebraic else []),
             *([_bound_block("multipliers_at_the_end", ends, indices, tableau.c[-1:])] if ends else []),
+            *path_blocks(self.paths, constraints, indices, tableau),
         ]
 
 

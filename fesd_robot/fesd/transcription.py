@@ -76,7 +76,7 @@ class Transcription:
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
             blocks.append(interval.block([Place(interval=k) for k in where], index, self.ocp.parameters[:, where]))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
-        blocks += self.added.blocks(self.indices, self.options.tableau)
+        blocks += self.added.blocks(self.indices, self.options.tableau, self.ocp.constraints)
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=self._variable_labels())
 
     def _variable_labels(self) -> list[Label]:

@@ -15,7 +15,7 @@ from fesd_robot.fesd import (
     with_stages,
 )
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, continue_on_branch, solve
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, continue_on_branch, solve
 
 from .systems import leaving, scalar
 
@@ -84,7 +84,7 @@ def test_a_coarse_solution_is_continued_on_its_branch() -> None:
     fine = continue_on_branch(
         refined.problem,
         BranchTranscription(refined),
-        (w, coarse.branch),
+        BranchPoint(w, coarse.branch),
         coarse,
         OPTIONS,
         seconds_left=lambda: None,
@@ -100,6 +100,6 @@ def test_no_time_is_no_refinement() -> None:
     transcription, coarse = solved("radau_iia", 1, leaving(), [-0.5, 0.0])
     refined, w = with_stages(transcription, coarse.w, 2)
     assert coarse.branch is not None
-    start = (w, coarse.branch)
+    start = BranchPoint(w, coarse.branch)
     polisher = BranchTranscription(refined)
     assert continue_on_branch(refined.problem, polisher, start, coarse, OPTIONS, seconds_left=lambda: 0.0) is None

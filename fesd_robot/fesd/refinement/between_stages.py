@@ -6,10 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.fesd.added_rows import AddedRows, BoundBetween
+from fesd_robot.fesd.added_rows import BoundBetween
+from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.trajectory import Element
@@ -21,6 +23,12 @@ BETWEEN = 24
 VIOLATION = 5e-7
 """Violation of a bound between stages above which it is held there too, in the unit of the variable."""
 
+STRICTER = 1.5
+"""A path constraint that is held in an element and violated there becomes stricter by this times the violation."""
+
+Found = tuple[float, BoundBetween | PathBetween]
+"""By how much a bound is violated, and the bound."""
+
 PENETRATION = 4e-6
 """The same for gaps, m, of which half is left: a foot that lands without acceleration has a flat gap, all of which a
 stricter bound would touch."""
@@ -28,13 +36,14 @@ stricter bound would touch."""
 
 def violated_between_stages(
     transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch
-) -> list[BoundBetween]:
+) -> list[BoundBetween | PathBetween]:
     """Return the bounds that are violated between the stages of elements, the least violated first.
 
-    Looked at are the states with their limits, gaps among them, and the multipliers of the conditions, which are not
-    negative: at the left boundary, where controls jump, a negative one is a contact that pulls or leaves its cone. The
-    multipliers of a contact that opens inside a control interval have to be zero when it does: a force that ends
-    although neither state nor control jumps is that of a motion that is not the only one (Painleve).
+    Looked at are the states with their limits, gaps among them, the path constraints, and the multipliers of the
+    conditions, which are not negative: at the left boundary, where controls jump, a negative one is a contact that
+    pulls or leaves its cone. The multipliers of a contact that opens inside a control interval have to be zero when it
+    does: a force that ends although neither state nor control jumps is that of a motion that is not the only one
+    (Painleve).
 
     Args:
         transcription: of a collocation scheme.
@@ -44,22 +53,73 @@ def violated_between_stages(
     """
     ocp, tableau = transcription.ocp, transcription.options.tableau
     fractions = np.linspace(0, 1, BETWEEN + 1)
-    of_states, of_stages = lagrange(tableau.nodes, fractions[1:]), lagrange(tableau.c, fractions)
+    of_states, of_stages = lagrange(tableau.nodes, fractions), lagrange(tableau.c, fractions)
     n_x = ocp.system.state.numel()
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
     gaps = {member.invariant_state for member in conditions.members}
     elements = transcription.unpack(w)
-    found: list[tuple[float, BoundBetween]] = list(_ends_of_contact(conditions, elements, branch, n_x, tableau.stages))
-    for e, element in enumerate(elements):
-        if branch.without_length[e] or element.step <= 0:
-            continue
-        x = of_states @ np.vstack([element.x_left, element.x[: tableau.stages]])
-        z = of_stages @ element.z[: tableau.stages]
+    paths = [_Path(transcription, i) for i, one in enumerate(ocp.constraints) if one.kind == "path" and one.row_names]
+    found: list[Found] = list(_ends_of_contact(conditions, elements, branch, n_x, tableau.stages))
+    whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
+    for e in whole:
+        x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
+        z = of_stages @ elements[e].z[: tableau.stages]
         for i, (lower, upper) in enumerate(zip(ocp.state_lower, ocp.state_upper, strict=True)):
-            found += _violated((e, i), x[:, i], (lower - PENETRATION / 2 if i in gaps else lower, upper))
+            found += _violated((e, i), x[1:, i], (lower - PENETRATION / 2 if i in gaps else lower, upper))
         for i in multipliers:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf))
+        for path in paths:
+            path.look(elements[e], e, x, z)
+    found += [one for path in paths for one in path.found()]
     return [bound for _, bound in sorted(found, key=lambda one: one[0])]
+
+
+def with_bounds_between(transcription: Transcription, bounds: Sequence[BoundBetween | PathBetween]) -> Transcription:
+    """Return the transcription with further bounds between stages; a point of one is a point of the other."""
+    added = transcription.added
+    new = [one for one in bounds if isinstance(one, BoundBetween) and one not in added.bounds]
+    paths = {(one.constraint, one.element): one for one in [*added.paths, *bounds] if isinstance(one, PathBetween)}
+    return replace(transcription, added=replace(added, bounds=(*added.bounds, *new), paths=tuple(paths.values())))
+
+
+class _Path:
+    """A path constraint of a problem and where it is violated between stages.
+
+    Where it is, it is to be held in all elements of the interval, for their lengths are free: a violation would else
+    move next door. Where it is held already, it becomes stricter.
+    """
+
+    def __init__(self, transcription: Transcription, number: int) -> None:
+        self._number, constraint = number, transcription.ocp.constraints[number]
+        self._constraint = constraint
+        self._rows = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])
+        self._held = {one.element: one.margin for one in transcription.added.paths if one.constraint == number}
+        self._excess: dict[int, dict[int, float]] = {}
+
+    def look(self, element: Element, e: int, x: np.ndarray, z: np.ndarray) -> None:
+        """Note by how much an element violates the constraint.
+
+        Args:
+            element, e: the element, and its number.
+            x, z: at equal distances, (n, n_x) and (n, n_z).
+        """
+        constraint = self._constraint
+        if element.interval not in constraint.intervals:
+            return
+        p = constraint.parameter_values[:, list(constraint.intervals).index(element.interval)]
+        u = np.tile(element.u, (len(x), 1))
+        values = np.asarray(self._rows(np.hstack([x, u, z]).T, p).full())
+        excess = np.maximum(constraint.lower[:, None] - values, values - constraint.upper[:, None])
+        self._excess.setdefault(element.interval, {})[e] = float(excess.max())
+
+    def found(self) -> Iterator[Found]:
+        """Yield where the constraint is to be held."""
+        for excess in self._excess.values():
+            worst = max(excess.values())
+            if worst > VIOLATION:
+                for e in excess:
+                    margin = self._held[e] + STRICTER * worst if e in self._held else 0.0
+                    yield worst, PathBetween(self._number, e, margin)
 
 
 def _ends_of_contact(
@@ -78,13 +138,6 @@ def _ends_of_contact(
                 value = float(elements[e].z[stages - 1, variable - n_x])
                 if value > VIOLATION:
                     yield value, BoundBetween(e, variable, 1, 0.0, end_only=True)
-
-
-def with_bounds_between(transcription: Transcription, bounds: Sequence[BoundBetween]) -> Transcription:
-    """Return the transcription with further bounds between stages; a point of one is a point of the other."""
-    added = transcription.added
-    new = [one for one in bounds if one not in added.bounds]
-    return replace(transcription, added=AddedRows(added.ratios, (*added.bounds, *new)))
 
 
 def _violated(

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.added_rows import AddedRows, StepRatio
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
@@ -38,13 +37,7 @@ def with_parts(
         elements=tuple(intervals),
         step_freedom=(1 + transcription.options.gamma) * growth - 1,
     )
-    first = np.concatenate([[0], np.cumsum(parts)[:-1]]).astype(int).tolist()
-    ratios = [one.in_parts(parts, first) for one in transcription.added.ratios]
-    ratios += [StepRatio(start + i, start) for start, count in zip(first, parts, strict=True) for i in range(1, count)]
-    added = AddedRows(
-        tuple(ratios), tuple(part for one in transcription.added.bounds for part in one.in_parts(parts, first))
-    )
-    refined = replace(transcription, options=options, added=added)
+    refined = replace(transcription, options=options, added=transcription.added.in_parts(parts))
     elements = [
         part
         for element, count in zip(transcription.unpack(w), parts, strict=True)

@@ -1,0 +1,71 @@
+"""The estimated local error of elements against the true one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd import FesdOptions, Scheme, Transcription, initial_value_problem, make_tableau
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import local_errors, with_parts
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, continue_on_branch, solve
+
+from .systems import OMEGA, leaving, oscillator
+
+OPTIONS = HomotopyOptions(tolerance=1e-6)
+
+
+def solved(
+    system: ComplementaritySystem, initial: list[float], duration: float, scheme: Scheme, stages: int
+) -> tuple[Transcription, BranchTranscription, MpccSolution]:
+    """Solve an initial value problem exactly with three elements."""
+    options = FesdOptions(tableau=make_tableau(scheme, stages), elements=3)
+    transcription = Transcription(initial_value_problem(system, initial, duration), options)
+    polisher = BranchTranscription(transcription)
+    solution = solve(transcription.problem, OPTIONS, polisher=polisher)
+    assert solution.exact and solution.branch is not None
+    return transcription, polisher, solution
+
+
+@pytest.mark.parametrize(
+    ("scheme", "stages"), [("radau_iia", 1), ("radau_iia", 2), ("radau_iia", 3), ("gauss_legendre", 2)]
+)
+def test_it_is_the_error_against_an_independent_integrator(scheme: Scheme, stages: int) -> None:
+    """Inside the unit circle the oscillator is smooth: every element's error is that of DOP853 within a factor of 2."""
+    transcription, polisher, solution = solved(oscillator(), [0.3, 0.1], 0.12, scheme, stages)
+    estimated = local_errors(transcription, polisher.conditions, solution.w, solution.branch)
+    elements = transcription.unpack(solution.w)
+    inside = np.array([[1, -OMEGA], [OMEGA, 1]])
+    scale = 1 + np.max([np.abs(element.x).max(axis=0) for element in elements], axis=0)
+    for element, error in zip(elements, estimated, strict=True):
+        exact = solve_ivp(lambda t, x: inside @ x, (0, element.step), element.x_left, rtol=1e-12, atol=1e-13).y[:, -1]
+        true = (np.abs(exact - element.x[-1]) / scale).max()
+        assert 0.5 * true <= error <= 2 * true, (error, true)
+
+
+def test_what_a_scheme_integrates_exactly_has_no_error() -> None:
+    """Parabola and sliding mode are exact with two stages; with one, the parabola is not and the sliding mode is."""
+    for stages in (1, 2):
+        transcription, polisher, solution = solved(leaving(), [-0.5, 0.0], 0.9, "radau_iia", stages)
+        errors = local_errors(transcription, polisher.conditions, solution.w, solution.branch)
+        sliding = [
+            abs(element.x_left[0]) < 1e-9 and element.step > 1e-6 for element in transcription.unpack(solution.w)
+        ]
+        assert any(sliding) and errors[sliding].max() <= 1e-9
+        assert (errors.max() > 1e-3) if stages == 1 else (errors.max() <= 1e-9)
+
+
+def test_parts_reduce_it_by_the_order_of_the_scheme() -> None:
+    """In two parts an element of Radau IIA with two stages makes errors near a sixteenth of its own each."""
+    transcription, polisher, solution = solved(oscillator(), [0.3, 0.1], 0.12, "radau_iia", 2)
+    before = local_errors(transcription, polisher.conditions, solution.w, solution.branch)
+    finer, w, branch = with_parts(transcription, solution.w, solution.branch, [2, 2, 2])
+    polisher = BranchTranscription(finer)
+    again = continue_on_branch(
+        finer.problem, polisher, BranchPoint(w, branch), solution, OPTIONS, seconds_left=lambda: None
+    )
+    assert again is not None and again.exact
+    after = local_errors(finer, polisher.conditions, again.w, again.branch)
+    assert 1 / 24 <= after.max() / before.max() <= 1 / 10
