@@ -19,8 +19,10 @@ from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.columns import control_interval
 from fesd_robot.plans.contact_outcome import contact_outcomes
+from fesd_robot.plans.findings import findings_of_notes
 from fesd_robot.plans.full_model import full_model_of
 from fesd_robot.plans.goal_outcome import goal_entries
+from fesd_robot.plans.measured import Names
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
 from fesd_robot.plans.replay_record import replay_entries
@@ -84,22 +86,38 @@ def motion_audit(
 ) -> Audit:
     """Return what the audit says about a motion, held against its task's grid, limits and goals, and its replay."""
     grid, limits, ends = motion.grid, motion.limits, motion.endpoints
-    return audit(
+    names = names_of(motion)
+    found = audit(
         physical,
         physics,
+        names=names,
         interval_ends=grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals,
         position_limits=(limits.lower_position, limits.upper_position),
         velocity_limits=(limits.lower_velocity, limits.upper_velocity),
         control_limits=(motion.actuation.lower, motion.actuation.upper),
-        requirements=requirements(
-            motion.task,
-            motion.robot,
-            physics,
-            physical,
-            (ends.initial_configuration, ends.initial_velocity),
-            (ends.goal_configuration, ends.goal_velocity),
-        ),
-        replay=replay_entries(replay, list(velocity_units(motion.robot).values())),
+        others={
+            **requirements(
+                motion.task,
+                motion.robot,
+                physics,
+                physical,
+                (ends.initial_configuration, ends.initial_velocity),
+                (ends.goal_configuration, ends.goal_velocity),
+            ),
+            **replay_entries(replay, physical, names),
+        },
+    )
+    return found.model_copy(update={"findings": [*found.findings, *findings_of_notes(replay)]})
+
+
+def names_of(motion: MotionProblem) -> Names:
+    """Return the names of a task's contacts, coordinates and controls."""
+    drive = motion.actuation
+    return Names(
+        contacts=[contact.name for contact in motion.contacts],
+        configuration=configuration_units(motion.robot),
+        velocity=velocity_units(motion.robot),
+        controls=dict(zip(drive.names, drive.units, strict=True)),
     )
 
 

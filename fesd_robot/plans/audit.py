@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from fesd_robot.plans.audit_record import Audit, largest_violation
+from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.findings import findings_of
+from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
+from fesd_robot.plans.mode_forces import ModeForces
+from fesd_robot.plans.stage_forces import StageForces
 from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
+from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 
 STANDARD_GRAVITY = 9.81
@@ -19,87 +24,94 @@ def audit(
     motion: PhysicalMotion,
     physics: NumericPhysics,
     *,
+    names: Names,
     interval_ends: np.ndarray,
     position_limits: tuple[np.ndarray, np.ndarray],
     velocity_limits: tuple[np.ndarray, np.ndarray],
     control_limits: tuple[np.ndarray, np.ndarray],
-    requirements: Mapping[str, float] | None = None,
-    replay: Mapping[str, float] | None = None,
+    others: Mapping[str, Measured] | None = None,
 ) -> Audit:
-    """Return what Pinocchio's numeric algorithms say about a motion.
+    """Return what Pinocchio's numeric algorithms say about a motion, with a finding for every violated entry.
 
     At every stage the contact force is what M(q) a + h(q, v) - B u asks for, with the acceleration a taken from the
     trajectory; it is solved for in least squares, and everything the closed contacts cannot supply counts as an error
-    of the dynamics. Only where the motion leaves open how contacts divide a force, the motion's own forces decide.
+    of the dynamics. Only where the motion leaves open how contacts divide a force, the motion's own forces decide. At
+    the ends of elements and between their stages it is what the planned modes ask for (`ModeForces`).
 
     Args:
         motion: the trajectory in physical time.
+        names: of contacts, coordinates and controls, for the findings.
         interval_ends: kT/N, k = 1..N, s.
         position_limits, velocity_limits, control_limits: (lower, upper).
-        requirements: entries of the task's own requirements, from `requirements.requirements`; left unchecked if
-            omitted.
-        replay: entries of the motion's replay, from `replay_record.replay_entries`; left unchecked if omitted.
+        others: further entries: of the task's own requirements, from `requirements.requirements`, and of the motion's
+            replay, from `replay_record.replay_entries`; those that are omitted are left unchecked.
     """
-    values = {
-        "min_gap": float(np.min([physics.gaps(q) for q in motion.configuration])),
-        "max_gap_drift": _gap_drift(motion, physics),
-        "max_clock_error": float(np.abs(motion.clock - interval_ends).max()),
-        "max_theta_sum_error": motion.theta_sum_error,
-        **_forces(motion, physics),
-        "max_impact_law_error": _impact_error(motion, physics),
-        "max_position_limit_violation": _outside(motion.configuration, position_limits),
-        "max_velocity_limit_violation": _outside(motion.velocity, velocity_limits),
-        "max_control_limit_violation": _outside(motion.control, control_limits),
-        "max_position_defect": _position_defect(motion, physics),
-        "max_energy_error": _energy_error(motion, physics),
-        **(requirements or {}),
-        **(replay or {}),
+    states, modes, stages = motion.states, ModeForces(motion, physics, names), StageForces(motion, physics, names)
+    measured = {
+        "min_gap": _smallest_gap(motion, physics, names),
+        "max_gap_drift": _gap_drift(motion, physics, names),
+        "max_clock_error": _clock_error(motion, interval_ends),
+        "max_theta_sum_error": Measured(motion.theta_sum_error),
+        "max_friction_cone_violation": largest([stages.cone(), modes.cone()]),
+        "max_stick_slip_violation": stages.stick_slip(),
+        "max_normal_force_violation": largest([stages.pulling(), modes.pulling()]),
+        "max_dynamics_error": stages.dynamics(),
+        "max_impact_law_error": largest(_impact_errors(motion, physics, names)),
+        "max_position_limit_violation": _outside(
+            states.configuration, position_limits, names.configuration, states.time, states.interval
+        ),
+        "max_velocity_limit_violation": _outside(
+            states.velocity, velocity_limits, names.velocity, states.time, states.interval
+        ),
+        "max_control_limit_violation": _outside(
+            motion.control, control_limits, names.controls, motion.time, motion.interval
+        ),
+        "max_position_defect": largest(_position_defects(motion, physics, names)),
+        "max_energy_error": largest(_energy_errors(motion, physics)),
+        "max_improper_slide_time": modes.improper_slides(),
+        "max_force_at_opening": modes.openings(),
+        **(others or {}),
     }
-    return Audit.of(values, lifting=physics.mass * STANDARD_GRAVITY)
+    values = {name: one.value for name, one in measured.items()}
+    found = Audit.of(values, lifting=physics.mass * STANDARD_GRAVITY)
+    return found.model_copy(update={"findings": findings_of(found, measured)})
 
 
-def _outside(values: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> float:
+def _outside(
+    values: np.ndarray,
+    limits: tuple[np.ndarray, np.ndarray],
+    units: Mapping[str, str],
+    time: np.ndarray,
+    interval: np.ndarray,
+) -> Measured:
     lower, upper = limits
-    return largest_violation(np.maximum(lower - values, values - upper).ravel().tolist())
+    found = largest_entry(np.maximum(lower - values, values - upper), time, interval, list(units))
+    return replace(found, unit=units.get(found.subject, ""))
 
 
-def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics) -> float:
+def _smallest_gap(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:
+    states = motion.states
+    gaps = np.array([physics.gaps(q) for q in states.configuration])
+    row, contact = np.unravel_index(int(np.argmin(gaps)), gaps.shape)  # argmin finds the first NaN
+    place = float(states.time[row]), int(states.interval[row]), names.contacts[int(contact)]
+    return Measured(float(gaps[row, contact]), *place)
+
+
+def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:
     if motion.gap_state.shape[1] == 0:
-        return 0.0
+        return Measured(0.0)
     gaps = np.array([physics.gaps(q) for q in motion.configuration])
-    return float(np.abs(gaps - motion.gap_state).max())
+    return largest_entry(np.abs(gaps - motion.gap_state), motion.time, motion.interval, names.contacts)
 
 
-def _forces(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, float]:
-    cone: list[float] = []
-    pull: list[float] = []
-    slip: list[float] = []
-    dynamics: list[float] = []
-    for k in np.flatnonzero(motion.weight > 0):
-        q, v = motion.configuration[k], motion.velocity[k]
-        jacobian = physics.contact_jacobian(q)
-        required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
-        closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        force, unexplained = split_contact_force(required, jacobian, closed, physics.friction, motion.force[k])
-        scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
-        dynamics.append(np.abs(unexplained).max() / scale)
-        normal, tangential = force[closed].T
-        tangential_velocity = tangential_rows(jacobian @ v)[closed]
-        unused = physics.friction[closed] * np.maximum(normal, 0.0) - np.abs(tangential)
-        pull += list(-normal)
-        cone += list(-unused)
-        slip += [*np.minimum(np.abs(tangential_velocity), np.abs(unused)), *(tangential_velocity * tangential)]
-    return {
-        "max_friction_cone_violation": largest_violation(cone),
-        "max_stick_slip_violation": largest_violation(slip),
-        "max_normal_force_violation": largest_violation(pull),
-        "max_dynamics_error": largest_violation(dynamics),
-    }
+def _clock_error(motion: PhysicalMotion, interval_ends: np.ndarray) -> Measured:
+    errors = np.abs(motion.clock - interval_ends)
+    return largest_entry(errors[:, None], motion.clock, np.arange(len(errors)), ["the clock"])
 
 
-def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
-    errors: list[float] = []
+def _impact_errors(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Iterator[Measured]:
     for impact in motion.impacts:
+        place = float(motion.time[impact.after]), int(motion.interval[impact.after])
         q = motion.configuration[impact.after]
         jacobian = physics.contact_jacobian(q)
         jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
@@ -108,29 +120,29 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
         normal, tangential = impulse[hit].T
         before, after = (normal_rows(jacobian @ motion.velocity[k])[hit] for k in (impact.before, impact.after))
         excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
-        errors += [*np.abs(after) / np.maximum(np.abs(before), 1.0), *np.abs(unexplained), *excess, *-normal]
-    return largest_violation(errors)
+        left = np.abs(after) / np.maximum(np.abs(before), 1.0)
+        for i, *errors in zip(np.flatnonzero(hit).tolist(), left, excess, -normal, strict=True):
+            yield Measured(float(np.max(errors)), *place, names.contacts[i])
+        yield Measured(float(np.abs(unexplained).max()), *place, ", ".join(np.array(names.contacts)[hit]))
 
 
-def _position_defect(motion: PhysicalMotion, physics: NumericPhysics) -> float:
-    """Largest |change of configuration - integral of the velocity| of a control interval, m or rad."""
-    defects: list[float] = []
-    start = 0
+def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Iterator[Measured]:
+    """Yield the largest |change of configuration - integral of the velocity| of every control interval, m or rad."""
+    start, coordinates = 0, list(names.velocity)
     for interval in np.unique(motion.interval):
         end = int(np.flatnonzero(motion.interval == interval)[-1])
         inside = slice(start + 1, end + 1)
         travelled = motion.weight[inside] @ motion.velocity[inside]
-        moved = physics.difference(motion.configuration[start], motion.configuration[end])
-        defects.append(np.abs(moved - travelled).max())
+        defects = np.abs(physics.difference(motion.configuration[start], motion.configuration[end]) - travelled)
+        worst = int(np.argmax(defects))
+        yield Measured(float(defects[worst]), float(motion.time[end]), int(interval), coordinates[worst])
         start = end
-    return largest_violation(defects)
 
 
-def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
-    """Largest |change of energy - work - impact losses| of a control interval, J."""
+def _energy_errors(motion: PhysicalMotion, physics: NumericPhysics) -> Iterator[Measured]:
+    """Yield |change of energy - work - impact losses| of every control interval, J."""
     energy = np.array([physics.energy(q, v) for q, v in zip(motion.configuration, motion.velocity, strict=True)])
     jumps = {impact.after: energy[impact.after] - energy[impact.before] for impact in motion.impacts}
-    errors: list[float] = []
     balance = 0.0
     for k in range(1, len(energy)):
         balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
@@ -140,6 +152,5 @@ def _energy_error(motion: PhysicalMotion, physics: NumericPhysics) -> float:
             force = force + physics.contact_jacobian(q).T @ stacked_rows(motion.force[k])
             balance -= motion.weight[k] * float(force @ v)
         if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
-            errors.append(abs(balance))
+            yield Measured(abs(float(balance)), float(motion.time[k]), int(motion.interval[k]))
             balance = 0.0
-    return largest_violation(errors)

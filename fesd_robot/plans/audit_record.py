@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
+from pydantic import Field
 
 from fesd_robot.plans.record import Record
 
@@ -19,7 +19,8 @@ class AuditEntry:
         meaning: what is measured, in words.
         unit: of the value; empty for a pure number.
         tolerance: the largest value that passes; of a smallest value, how far below zero it may lie.
-        lifting_ratio: the tolerance is at least this times the work of lifting the robot by one metre.
+        lifting_ratio: the tolerance is at least this times the work of lifting the robot by one metre, J; of a force,
+            this times its weight, N.
         smallest: whether the value is the smallest of all, so that it passes down to minus its tolerance.
     """
 
@@ -30,7 +31,7 @@ class AuditEntry:
     smallest: bool = False
 
     def limit(self, lifting: float) -> float:
-        """Return the tolerance for a robot that takes `lifting`, J, to lift by one metre."""
+        """Return the tolerance for a robot that takes `lifting`, J, to lift by one metre: its weight in N."""
         return max(self.tolerance, self.lifting_ratio * lifting)
 
     def passes(self, value: float, limit: float) -> bool:
@@ -40,6 +41,26 @@ class AuditEntry:
     def bound(self, limit: float) -> str:
         """Return the limit as an inequality in words, e.g. ``<= 0.001``."""
         return f">= -{limit:g}" if self.smallest else f"<= {limit:g}"
+
+
+class Finding(Record):
+    """One thing that is not as it should be, in words.
+
+    Attributes:
+        entry: of the audit, or ``replay`` for what the replay notes, which is no violation by itself.
+        time: s; None if it has no place in time.
+        interval: number of the control interval.
+        subject: name of a contact, a coordinate, a control or a constraint.
+        value: of the entry; None of a note.
+        sentence: where, when, what, why that is impossible, and what would help.
+    """
+
+    entry: str
+    time: float | None = None
+    interval: int | None = None
+    subject: str = ""
+    value: float | None = None
+    sentence: str
 
 
 class Audit(Record):
@@ -52,10 +73,13 @@ class Audit(Record):
     Attributes:
         tolerances: the limit each entry was compared with.
         violations: names of the entries beyond their limit.
+        findings: one for every violation, causes before consequences and the worst first, and what the replay notes;
+            empty in plans that do not say it.
     """
 
     min_gap: Annotated[
-        float, AuditEntry("the smallest true gap over all contacts and samples", "m", 1e-3, smallest=True)
+        float,
+        AuditEntry("the smallest true gap over all contacts, at stages and between them", "m", 1e-3, smallest=True),
     ]
     max_gap_drift: Annotated[
         float, AuditEntry("the largest difference between the true gap and the integrated one", "m", 5e-3)
@@ -63,7 +87,13 @@ class Audit(Record):
     max_clock_error: Annotated[float, AuditEntry("the largest |t(k) - kT/N| over the control grid", "s", 1e-6)]
     max_theta_sum_error: Annotated[float, AuditEntry("the largest |sum of the multipliers - 1|", "", 1e-6)]
     max_friction_cone_violation: Annotated[
-        float, AuditEntry("the largest excess of a tangential force over mu times the normal force", "N", 1e-2)
+        float,
+        AuditEntry(
+            "the largest excess of a tangential force over mu times the normal force, at stages and, in the planned "
+            "modes, at the ends of elements and between stages",
+            "N",
+            1e-2,
+        ),
     ]
     max_stick_slip_violation: Annotated[
         float,
@@ -84,15 +114,23 @@ class Audit(Record):
             1e-3,
         ),
     ]
-    max_normal_force_violation: Annotated[float, AuditEntry("the largest pulling (negative) normal force", "N", 1e-2)]
+    max_normal_force_violation: Annotated[
+        float,
+        AuditEntry(
+            "the largest pulling (negative) normal force, at stages and, in the planned modes, at the ends of elements "
+            "and between stages",
+            "N",
+            1e-2,
+        ),
+    ]
     max_dynamics_error: Annotated[
         float, AuditEntry("the largest part of M a + h - B u that closed contacts cannot supply", "relative", 1e-3)
     ]
     max_position_limit_violation: Annotated[
-        float, AuditEntry("the largest excess over a position limit", "m or rad", 1e-6)
+        float, AuditEntry("the largest excess over a position limit, at stages and between them", "m or rad", 1e-6)
     ]
     max_velocity_limit_violation: Annotated[
-        float, AuditEntry("the largest excess over a velocity limit", "m/s or rad/s", 1e-6)
+        float, AuditEntry("the largest excess over a velocity limit, at stages and between them", "m/s or rad/s", 1e-6)
     ]
     max_control_limit_violation: Annotated[
         float, AuditEntry("the largest excess over a limit of the controls", "N or N m", 1e-6)
@@ -121,7 +159,8 @@ class Audit(Record):
         AuditEntry("the largest excess of what a contact slips in all over the distance that it may slip", "m", 1e-6),
     ] = None
     max_constraint_violation: Annotated[
-        float | None, AuditEntry("the largest violation of the task's constraints", "m", 1e-6)
+        float | None,
+        AuditEntry("the largest violation of the task's constraints, at stages and between them", "m", 1e-6),
     ] = None
     max_goal_violation: Annotated[
         float | None,
@@ -150,8 +189,28 @@ class Audit(Record):
     max_replay_angular_velocity_error: Annotated[
         float | None, AuditEntry("the same of an angular velocity, also directly after an impact", "rad/s", 1e-1)
     ] = None
+    max_improper_slide_time: Annotated[
+        float | None,
+        AuditEntry(
+            "the time in which a contact slides although a larger normal force would press it into the ground "
+            "(Painleve's paradox)",
+            "s",
+            1e-6,
+        ),
+    ] = None
+    max_force_at_opening: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest normal force that a contact still carries when it opens inside a control interval without an "
+            "impact",
+            "N",
+            1e-1,
+            lifting_ratio=1e-3,
+        ),
+    ] = None
     tolerances: dict[str, float]
     violations: list[str]
+    findings: list[Finding] = Field(default_factory=list)
 
     @classmethod
     def of(cls, values: Mapping[str, float], lifting: float) -> Audit:
@@ -170,8 +229,3 @@ ENTRIES: dict[str, AuditEntry] = {
     name: note for name, field in Audit.model_fields.items() for note in field.metadata if isinstance(note, AuditEntry)
 }
 """Name of an entry of an audit -> what it measures and how large it may be."""
-
-
-def largest_violation(values: Iterable[float]) -> float:
-    """Return the largest value, at least zero; NaN if there is one, so that no number passes by not being one."""
-    return float(np.max(list(values), initial=0.0))

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fesd_robot.plans.measured import Measured, Names, largest
 from fesd_robot.plans.record import Record
-from fesd_robot.replay.intervals import MotionReplay
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.replay.intervals import IntervalReplay, MotionReplay
 
 
 class ReplayError(Record):
@@ -77,17 +79,55 @@ def replay_summary(replay: MotionReplay, velocity_names: Sequence[str]) -> Repla
     )
 
 
-def replay_entries(replay: MotionReplay, velocity_units: Sequence[str]) -> dict[str, float]:
-    """Return the audit's entries of a replay.
+def replay_entries(replay: MotionReplay, motion: PhysicalMotion, names: Names) -> dict[str, Measured]:
+    """Return the audit's entries of a replay, each with its place and both numbers.
 
     Args:
-        velocity_units: ``m/s`` or ``rad/s`` of every velocity coordinate, (n_v).
+        motion: that was replayed.
+        names: of its coordinates.
     """
-    turns = np.array([unit == "rad/s" for unit in velocity_units])
-    position, velocity = replay.position_errors, replay.velocity_errors
+    turns = [unit == "rad/s" for unit in names.velocity.values()]
+    positions = [_positions(one, motion, names) for one in replay.intervals]
+    velocities = [_velocities(one, motion, names) for one in replay.intervals]
+
+    def worst(intervals: list[list[Measured]], turning: bool) -> Measured:
+        return largest(one for each in intervals for one, turn in zip(each, turns, strict=True) if turn == turning)
+
     return {
-        "max_replay_position_error": float(position[:, ~turns].max(initial=0.0)),
-        "max_replay_angle_error": float(position[:, turns].max(initial=0.0)),
-        "max_replay_velocity_error": float(velocity[:, ~turns].max(initial=0.0)),
-        "max_replay_angular_velocity_error": float(velocity[:, turns].max(initial=0.0)),
+        "max_replay_position_error": worst(positions, False),
+        "max_replay_angle_error": worst(positions, True),
+        "max_replay_velocity_error": worst(velocities, False),
+        "max_replay_angular_velocity_error": worst(velocities, True),
     }
+
+
+def _positions(one: IntervalReplay, motion: PhysicalMotion, names: Names) -> list[Measured]:
+    """Return the error of every coordinate at the end of an interval, with both numbers where it has a name in q."""
+    planned = dict(zip(names.configuration, motion.configuration[one.last], strict=True))
+    return [
+        Measured(
+            float(abs(error)),
+            one.end,
+            one.interval,
+            name,
+            detail=_both(planned[name], planned[name] - error, names.configuration[name]) if name in planned else "",
+        )
+        for name, error in zip(names.velocity, one.position_error, strict=True)
+    ]
+
+
+def _velocities(one: IntervalReplay, motion: PhysicalMotion, names: Names) -> list[Measured]:
+    """Return the error of every velocity, at the end of an interval or after the impact at its start."""
+    found = []
+    for i, (name, unit) in enumerate(names.velocity.items()):
+        errors = one.velocity_error[i], one.impact_error[i]
+        early = int(np.argmax(np.abs(errors)))  # finds the first NaN
+        sample, error = (one.first if early else one.last), errors[early]
+        planned = float(motion.velocity[sample, i])
+        words = _both(planned, planned - error, unit)
+        found.append(Measured(float(abs(error)), one.start if early else one.end, one.interval, name, detail=words))
+    return found
+
+
+def _both(planned: float, replayed: float, unit: str) -> str:
+    return f"{planned:.5g} {unit} in the plan, {replayed:.5g} {unit} in its replay"

@@ -72,7 +72,9 @@ def _audit(plan: Plan) -> str:
     text = "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n"
     text += markdown_table(["entry", "value", "limit", "unit", "passed"], rows)
     failed = [f"- `{name}` is {ENTRIES[name].meaning}.\n" for name in plan.audit.violations]
-    return text + "".join(["\n", *failed] if failed else [])
+    text += "".join(["\n", *failed] if failed else [])
+    found = [f"- {finding.sentence}\n" for finding in plan.audit.findings]
+    return text + "".join(["\n### Findings\n\n", *found] if found else [])
 
 
 def _cost(plan: Plan) -> str:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import singledispatch
 
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Ground
+from fesd_robot.contact import ContactMode, Ground
 from fesd_robot.errors import ModelError
-from fesd_robot.plans.audit_record import largest_violation
 from fesd_robot.plans.contact_outcome import contact_outcomes
+from fesd_robot.plans.measured import Measured, largest
 from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import tangential_rows
@@ -55,7 +56,7 @@ def requirements(
     motion: PhysicalMotion,
     initial: tuple[np.ndarray, np.ndarray],
     goal: tuple[np.ndarray, np.ndarray],
-) -> dict[str, float]:
+) -> dict[str, Measured]:
     """Return how far a motion misses its constraints, its goal and its waypoints, each the largest violation.
 
     Everything is computed with Pinocchio's numeric algorithms from configurations, velocities, forces and times.
@@ -69,15 +70,16 @@ def requirements(
 
     Returns:
         ``max_slip_violation`` in m/s, ``max_slip_distance_violation`` in m, ``max_constraint_violation``,
-        ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero if nothing is violated.
+        ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero if nothing is violated, each
+        with its place.
     """
     checks = _Checks(task, robot, physics, motion)
     return {
-        "max_slip_violation": largest_violation(checks.slip()),
-        "max_slip_distance_violation": largest_violation(checks.slip_distance()),
-        "max_constraint_violation": largest_violation(checks.constraints()),
-        "max_goal_violation": largest_violation(checks.goal(initial, goal)),
-        "max_waypoint_violation": largest_violation(checks.waypoints()),
+        "max_slip_violation": largest(checks.slip()),
+        "max_slip_distance_violation": largest(checks.slip_distance()),
+        "max_constraint_violation": largest(checks.constraints()),
+        "max_goal_violation": largest(checks.goal(initial, goal)),
+        "max_waypoint_violation": largest(checks.waypoints()),
     }
 
 
@@ -130,11 +132,12 @@ class _Checks:
 
     def __init__(self, task: Task, robot: Robot, physics: NumericPhysics, motion: PhysicalMotion) -> None:
         self._task, self._robot, self._physics, self._motion = task, robot, physics, motion
+        self._states = motion.states
         self._ground = physics.scene.surfaces[GROUND]
         self._data = robot.model.createData()
         self._names = list(task.contacts)
 
-    def slip(self) -> Iterator[float]:
+    def slip(self) -> Iterator[Measured]:
         """Yield the tangential velocity, m/s, of every contact that may not slip, at every stage where it touches."""
         bound = [i for i, contact in enumerate(self._task.contacts.values()) if contact.slipping == "forbidden"]
         for k in np.flatnonzero(self._motion.weight > 0) if bound else ():
@@ -142,69 +145,82 @@ class _Checks:
             tangential = tangential_rows(self._physics.contact_jacobian(self._motion.configuration[k]) @ velocity)
             for i in bound:
                 if self._motion.force[k, i, 0] > _TOUCHING_FORCE:
-                    yield float(abs(tangential[i]))
+                    yield self._at(int(k), float(abs(tangential[i])), self._names[i])
 
-    def slip_distance(self) -> Iterator[float]:
+    def slip_distance(self) -> Iterator[Measured]:
         """Yield by how much the slides of every contact with a limit, all together, are longer than that, m."""
         limits = {name: c.slipping for name, c in self._task.contacts.items() if isinstance(c.slipping, float)}
         outcomes = contact_outcomes(self._motion, self._physics, self._names) if limits else {}
         for name, limit in limits.items():
-            yield outcomes[name].slide_distance - limit
+            yield Measured(outcomes[name].slide_distance - limit, subject=name)
 
-    def constraints(self) -> Iterator[float]:
-        """Yield the violation of every constraint at every sample it holds at."""
-        for constraint in self._task.constraints.values():
+    def constraints(self) -> Iterator[Measured]:
+        """Yield the violation of every constraint at every state it holds at, stages and states between them."""
+        for name, constraint in self._task.constraints.items():
             if isinstance(constraint, BodyPoint):
-                for q in self._motion.configuration:
-                    point = self._position(q, constraint.frame, constraint.offset)
-                    yield from violations(constraint, point, self._ground)
+                found = self._point(constraint)
             elif isinstance(constraint, ForbiddenZone):
-                yield from self._zone(constraint)
+                found = self._zone(constraint)
             elif isinstance(constraint, ContactWindow):
-                yield from self._window(constraint)
+                found = self._window(constraint)
+            else:
+                continue
+            for one in found:
+                yield replace(one, subject=name)
 
-    def _zone(self, zone: ForbiddenZone) -> Iterator[float]:
+    def _point(self, constraint: BodyPoint) -> Iterator[Measured]:
+        for k, q in enumerate(self._states.configuration):
+            point = self._position(q, constraint.frame, constraint.offset)
+            for value in violations(constraint, point, self._ground):
+                yield self._at(k, value)
+
+    def _zone(self, zone: ForbiddenZone) -> Iterator[Measured]:
         i, motion = self._names.index(zone.contact), self._motion
         frame = self._task.contacts[zone.contact].frame
         touching = set(np.flatnonzero(motion.force[:, i, 0] > _TOUCHING_FORCE).tolist())
         touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _TOUCHING_IMPULSE}
+        dense = motion.between
+        closed = [mode is not ContactMode.FLIGHT for mode in dense.mode[:, i]]
+        touching |= set((len(motion.time) + np.flatnonzero(np.repeat(closed, dense.time.shape[1]))).tolist())
         for k in sorted(touching):
-            x = float(self._position(motion.configuration[k], frame)[0])
-            yield min(x - zone.x[0], zone.x[1] - x) - _ZONE_TOLERANCE
+            x = float(self._position(self._states.configuration[k], frame)[0])
+            yield self._at(k, min(x - zone.x[0], zone.x[1] - x) - _ZONE_TOLERANCE)
 
-    def _window(self, window: ContactWindow) -> Iterator[float]:
-        motion, (first, last) = self._motion, window.times
+    def _window(self, window: ContactWindow) -> Iterator[Measured]:
+        motion, states, (first, last) = self._motion, self._states, window.times
         i = self._names.index(window.contact)
         if window.touch == "forbidden":
-            inside = (motion.time > first + _SAME_TIME) & (motion.time <= last + _SAME_TIME)
-            for q in motion.configuration[inside]:
-                yield window.clearance - float(self._physics.gaps(q)[i])
+            for k in np.flatnonzero((states.time > first + _SAME_TIME) & (states.time <= last + _SAME_TIME)):
+                yield self._at(int(k), window.clearance - float(self._physics.gaps(states.configuration[k])[i]))
             return
         for time in motion.clock[(motion.clock >= first - _SAME_TIME) & (motion.clock <= last + _SAME_TIME)]:
-            q = motion.configuration[self._samples(float(time))[-1]]
-            yield float(self._physics.gaps(q)[i]) - window.tolerance
+            last = self._samples(float(time))[-1]
+            yield self._at(last, float(self._physics.gaps(motion.configuration[last])[i]) - window.tolerance)
 
-    def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[float]:
+    def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[Measured]:
         """Yield the violations of hard goals, of a period, and of the bounds of a free duration."""
         asked, duration = self._task.goal, self._task.horizon.duration
+        names, velocities = self._robot.configuration_names, self._robot.velocity_names
         q, v = self._motion.configuration[-1], self._motion.velocity[-1]
+        q0, v0, end = self._motion.configuration[0], self._motion.velocity[0], len(self._motion.time) - 1
         if isinstance(duration, FreeDuration):
-            yield duration.lower - float(self._motion.clock[-1])
-            yield float(self._motion.clock[-1]) - duration.upper
+            reached = float(self._motion.clock[-1])
+            yield self._at(end, max(duration.lower - reached, reached - duration.upper), "the duration")
         if asked.periodic is not None:
-            q0, v0 = self._motion.configuration[0], self._motion.velocity[0]
-            stride = [asked.periodic.stride.get(name, 0.0) for name in self._robot.configuration_names]
-            yield from np.abs(q - q0 - stride)
-            yield from np.abs(v - v0)
-            for i, name in enumerate(self._robot.configuration_names):
+            stride = [asked.periodic.stride.get(name, 0.0) for name in names]
+            for found, subjects in ((q - q0 - stride, names), (v - v0, velocities)):
+                for name, value in zip(subjects, found, strict=True):
+                    yield self._at(end, float(abs(value)), name)
+            for i, name in enumerate(names):
                 if name in asked.periodic.stride:
-                    yield float(abs(q0[i] - initial[0][i]))
+                    yield self._at(0, float(abs(q0[i] - initial[0][i])), name)
         else:
-            yield from np.abs(self._motion.configuration[0] - initial[0])
-            yield from self._coordinates(asked, goal, q, v)
-        yield from self._points(asked, q, v)
+            for name, value in zip(names, q0 - initial[0], strict=True):
+                yield self._at(0, float(abs(value)), name)
+            yield from self._coordinates(asked, goal, end)
+        yield from self._points(asked, end)
 
-    def waypoints(self) -> Iterator[float]:
+    def waypoints(self) -> Iterator[Measured]:
         """Yield the violations of hard targets of waypoints."""
         intervals, count = len(self._motion.clock), len(self._task.waypoints)
         names, velocities = self._robot.configuration_names, self._robot.velocity_names
@@ -216,17 +232,20 @@ class _Checks:
                 np.array([waypoint.configuration.get(name, np.nan) for name in names]),
                 np.array([waypoint.velocity.get(name, np.nan) for name in velocities]),
             )
-            yield min(self._missing(waypoint, wanted, sample) for sample in self._samples(time))
+            missed = [
+                largest(itertools.chain(self._coordinates(waypoint, wanted, k), self._points(waypoint, k)))
+                for k in self._samples(time)
+            ]
+            yield min(missed, key=lambda one: one.value)
 
-    def _missing(self, waypoint: Waypoint, wanted: tuple[np.ndarray, np.ndarray], sample: int) -> float:
-        q, v = self._motion.configuration[sample], self._motion.velocity[sample]
-        return largest_violation(
-            itertools.chain(self._coordinates(waypoint, wanted, q, v), self._points(waypoint, q, v))
-        )
+    def _at(self, k: int, value: float, subject: str = "") -> Measured:
+        """Return a value at a state, a sample or one of those between stages behind them."""
+        return Measured(value, float(self._states.time[k]), int(self._states.interval[k]), subject)
 
     def _coordinates(
-        self, asked: Goal | Waypoint, wanted: tuple[np.ndarray, np.ndarray], q: np.ndarray, v: np.ndarray
-    ) -> Iterator[float]:
+        self, asked: Goal | Waypoint, wanted: tuple[np.ndarray, np.ndarray], sample: int
+    ) -> Iterator[Measured]:
+        q, v = self._motion.configuration[sample], self._motion.velocity[sample]
         groups: list[tuple[Mapping[str, float], Sequence[str], np.ndarray, np.ndarray]] = [
             (asked.tolerance.configuration, self._robot.configuration_names, q, wanted[0]),
             (asked.tolerance.velocity, self._robot.velocity_names, v, wanted[1]),
@@ -234,13 +253,16 @@ class _Checks:
         for widths, names, reached, goal in groups:
             for name, width in widths.items():
                 i = names.index(name)
-                yield float(abs(reached[i] - goal[i])) - width
+                yield self._at(sample, float(abs(reached[i] - goal[i])) - width, name)
 
-    def _points(self, asked: Goal | Waypoint, q: np.ndarray, v: np.ndarray) -> Iterator[float]:
+    def _points(self, asked: Goal | Waypoint, sample: int) -> Iterator[Measured]:
+        q, v = self._motion.configuration[sample], self._motion.velocity[sample]
         for name, target in asked.frames.items():
-            yield from _missed(target, *point_motion(self._robot, q, v, name))
+            for value in _missed(target, *point_motion(self._robot, q, v, name)):
+                yield self._at(sample, value, name)
         if asked.center_of_mass is not None:
-            yield from _missed(asked.center_of_mass, *point_motion(self._robot, q, v, None))
+            for value in _missed(asked.center_of_mass, *point_motion(self._robot, q, v, None)):
+                yield self._at(sample, value, "the centre of mass")
 
     def _position(self, q: np.ndarray, frame: str, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         pin.framesForwardKinematics(self._robot.model, self._data, q)

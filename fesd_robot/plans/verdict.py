@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
-from fesd_robot.plans.audit_record import ENTRIES, Audit
+from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Status
 
@@ -51,6 +51,9 @@ def status_of(
             f"Not solved: the goal is missed, {missed}; try more time or higher limits, a larger goal.tolerance, or "
             "goal.soft: true if it is only a wish."
         )
+    elif solution.solved and (finding := _worst_finding(audit)):
+        several = f" in {len(audit.violations)} entries" if len(audit.violations) > 1 else ""
+        message = f"Not solved: the numbers converged but the physics audit failed{several}. {finding.sentence}"
     elif solution.solved:
         worst = ", ".join(_measured(audit, name) for name in audit.violations)
         message = (
@@ -82,6 +85,11 @@ def status_of(
         audit_passed=audit_passed,
         message=message,
     )
+
+
+def _worst_finding(audit: Audit) -> Finding | None:
+    """Return the first finding about a violated entry, None if there is none."""
+    return next((finding for finding in audit.findings if finding.entry in audit.violations), None)
 
 
 def _measured(audit: Audit, name: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import ContactMode, ContactSystem, MultibodyDynamics, PlanarContact, contact_modes
 from fesd_robot.fesd import Element, Tableau
+from fesd_robot.recovery.between import FRACTIONS, DenseElement
 
 FROZEN_MULTIPLIER = 1e-2
 """An element whose free-flow multiplier theta_ODE stays below this is an impact: its clock stands still."""
@@ -31,7 +32,8 @@ class ElementPhysics:
         force: normal and tangential force of every contact at the points, N, (points, n_c, 2).
         impulse: their integral over a frozen element, N s, (n_c, 2).
         rate: theta_ODE s = dt/dtau at the points, (points,).
-        modes: of every contact; empty if frozen.
+        modes: that every contact shows, `SLIP_VELOCITY`; empty if frozen.
+        branch_modes: of the branch, also where a contact that could slip does not; empty if frozen.
         theta_error: largest deviation of the multipliers from their definition.
     """
 
@@ -40,6 +42,7 @@ class ElementPhysics:
     impulse: np.ndarray
     rate: np.ndarray
     modes: list[ContactMode]
+    branch_modes: list[ContactMode]
     theta_error: float
 
 
@@ -107,21 +110,42 @@ class ElementReader:
         rate = theta * element.u[-1]
         advance = self.clock(element.x[-1]) - self.clock(element.x_left)
         frozen = bool(theta[:stages].max() < FROZEN_MULTIPLIER or advance < SHORTEST_ADVANCE)
+        modes, branch_modes = ([], []) if frozen else self._modes(number, element)
         return ElementPhysics(
             frozen=frozen,
             force=push / np.maximum(rate, 1e-300)[:, None, None],
             impulse=element.step * np.tensordot(self.tableau.b, push[:stages], axes=1),
             rate=rate,
-            modes=[] if frozen else self._modes(number, element),
+            modes=modes,
+            branch_modes=branch_modes,
             theta_error=max(float(value[2]) for value in values),
         )
 
-    def _modes(self, number: int, element: Element) -> list[ContactMode]:
-        """Return the modes of the branch; the velocity at the stages decides what it leaves open."""
+    def between(self, element: Element, physics: ElementPhysics) -> DenseElement:
+        """Return the states of an element at `FRACTIONS` of it, from its collocation polynomial."""
+        x = self.tableau.interpolate(np.vstack([element.x_left, element.x[: self.tableau.stages]]), FRACTIONS)
+        n = self.n_q + self.n_v
+        return DenseElement(
+            time=x[:, n],
+            configuration=x[:, : self.n_q],
+            velocity=x[:, self.n_q : n],
+            interval=element.interval,
+            control=element.u[:-1],
+            mode=physics.branch_modes,
+        )
+
+    def _modes(self, number: int, element: Element) -> tuple[list[ContactMode], list[ContactMode]]:
+        """Return the modes that contacts show and those of the branch, with a direction of slip if there is friction.
+
+        The velocity at the stages decides what the branch leaves open.
+        """
         stages = [self.split(x)[:2] for x in element.x[: self.tableau.stages]]
         velocity = np.array([np.asarray(self._tangential_velocities(q, v)).ravel() for q, v in stages])
         modes = contact_modes(self._branch, number)
-        return [_observed(modes[name], velocity[:, i]) for i, name in enumerate(self._names)]
+        planned = [modes[name] for name in self._names]
+        shown = [_observed(mode, velocity[:, i]) for i, mode in enumerate(planned)]
+        closed = [s if p is ContactMode.IMPACT else p for p, s in zip(planned, shown, strict=True)]
+        return shown, closed
 
 
 def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:

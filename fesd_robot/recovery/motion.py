@@ -10,6 +10,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact.model import ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.fesd import Element, Tableau
+from fesd_robot.recovery.between import DenseSamples, stacked_elements
 from fesd_robot.recovery.elements import ElementReader
 from fesd_robot.recovery.samples import ImpactRecord, Samples
 from fesd_robot.recovery.switches import SwitchRecord, switches_between
@@ -32,6 +33,7 @@ class PhysicalMotion:
         impacts, switches: in time order.
         clock: physical time at the end of every control interval, (N,).
         theta_sum_error: largest deviation of the multipliers from their definition and their sum from one.
+        between: states between the stages, which are no samples.
     """
 
     time: np.ndarray
@@ -48,6 +50,36 @@ class PhysicalMotion:
     switches: list[SwitchRecord]
     clock: np.ndarray
     theta_sum_error: float
+    between: DenseSamples
+
+    @property
+    def states(self) -> States:
+        """All samples, and behind them the states between stages."""
+        dense = self.between
+        count, points = dense.time.shape
+        return States(
+            time=np.concatenate([self.time, dense.time.ravel()]),
+            interval=np.concatenate([self.interval, np.repeat(dense.interval, points)]),
+            configuration=np.vstack(
+                [self.configuration, dense.configuration.reshape(count * points, self.configuration.shape[1])]
+            ),
+            velocity=np.vstack([self.velocity, dense.velocity.reshape(count * points, self.velocity.shape[1])]),
+        )
+
+
+@dataclass(frozen=True)
+class States:
+    """States of a motion in no order.
+
+    Attributes:
+        time, interval: s and number of the control interval, (n,).
+        configuration, velocity: (n, n_q), (n, n_v).
+    """
+
+    time: np.ndarray
+    interval: np.ndarray
+    configuration: np.ndarray
+    velocity: np.ndarray
 
 
 def recover(
@@ -90,6 +122,7 @@ def recover(
     samples.close(elements[-1])
     return PhysicalMotion(
         **samples.stacked(),
+        between=stacked_elements(samples.between, (reader.n_q, reader.n_v, len(elements[0].u) - 1, reader.n_c)),
         impacts=samples.impacts,
         switches=switches_between(samples.phases),
         clock=np.array(clock),

@@ -8,6 +8,7 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Element
+from fesd_robot.recovery.between import DenseElement
 from fesd_robot.recovery.elements import ElementPhysics, ElementReader
 from fesd_robot.recovery.switches import ContactPhase
 
@@ -34,13 +35,14 @@ class ImpactRecord:
 
 
 class Samples:
-    """Collects samples, impacts and phases in time order."""
+    """Collects samples, those between stages, impacts and phases in time order."""
 
     def __init__(self, reader: ElementReader) -> None:
         self._reader = reader
         self._rows: list[dict[str, object]] = []
         self._pending = np.zeros((reader.n_c, 2))
         self._provisional = False
+        self.between: list[DenseElement] = []
         self.impacts: list[ImpactRecord] = []
         self.phases: list[ContactPhase] = []
 
@@ -61,6 +63,7 @@ class Samples:
             self._append(element.x_left, element, physics.force[0], physics.modes)
         self._pending[:] = 0.0
         self.phases.append(ContactPhase(self._reader.clock(element.x_left), physics.modes))
+        self.between.append(self._reader.between(element, physics))
         n_q, n_v, tableau = self._reader.n_q, self._reader.n_v, self._reader.tableau
         slope = tableau.derivative @ np.vstack([element.x_left, element.x[: tableau.stages]])
         for j, x in enumerate(element.x):

@@ -27,6 +27,7 @@ class IntervalReplay:
     Attributes:
         interval: its number.
         start, end: s.
+        first, last: the plan's samples that it starts from and that its end is compared with.
         position_error: planned minus replayed configuration at the end, in the tangent space, m and rad, (n_v).
         velocity_error: the same of the velocity, m/s and rad/s, (n_v).
         impact_error: velocity after an impact at the start, planned minus that of `impact`, (n_v); zeros without one.
@@ -41,6 +42,8 @@ class IntervalReplay:
     interval: int
     start: float
     end: float
+    first: int
+    last: int
     position_error: np.ndarray
     velocity_error: np.ndarray
     impact_error: np.ndarray
@@ -100,15 +103,18 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
     sides = [end]
     for hit in motion.impacts:
         sides += [hit.after] if hit.before == end else [hit.before] if hit.after == end else []
-    errors = [motion.velocity[side] - result.velocity for side in sides]
+    errors = {side: motion.velocity[side] - result.velocity for side in sides}
+    last = min(errors, key=lambda side: float(np.abs(errors[side]).max()))
     planned = tuple(s for s in motion.switches if begin - SAME_TIME < s.time < finish + SAME_TIME)
     difference, unmatched = compare_events(result.events, planned, (begin, finish))
     return IntervalReplay(
         interval=int(motion.interval[end]),
         start=begin,
         end=finish,
+        first=start,
+        last=last,
         position_error=physics.difference(result.configuration, motion.configuration[end]),
-        velocity_error=min(errors, key=lambda error: np.abs(error).max()),
+        velocity_error=errors[last],
         impact_error=impact_error,
         events=result.events,
         planned=planned,

@@ -67,6 +67,24 @@ def test_accelerations_are_physical(options: ContactOptions) -> None:
 
 
 @each_form
+def test_states_between_stages_are_those_of_the_motion(options: ContactOptions) -> None:
+    """From the left to the right end of every element in which the clock runs: the fall, then the slide."""
+    recovered = _recover(landing(options))
+    dense = recovered.between
+    assert dense.time.shape == (2, 9) and dense.interval.shape == (2,)
+    assert [mode.value for mode in dense.mode[:, 0]] == ["flight", "slip+"]
+    assert dense.time[:, [0, -1]] == pytest.approx(recovered.time[[[0, 2], [3, 5]]], abs=1e-14)
+    steps = np.diff(dense.time, axis=1)
+    assert steps == pytest.approx(np.repeat(steps.mean(axis=1, keepdims=True), 8, axis=1))
+    fall, slide = dense.time[0] - dense.time[0, 0], dense.time[1] - dense.time[1, 0]
+    assert dense.velocity[0, :, 1] == pytest.approx(-GRAVITY * fall, abs=1e-12)
+    drop = dense.configuration[0, :, 1] - dense.configuration[0, 0, 1]
+    assert drop == pytest.approx(-0.5 * GRAVITY * fall**2, abs=1e-12)
+    assert dense.velocity[1, :, 0] - dense.velocity[1, 0, 0] == pytest.approx(-FRICTION * GRAVITY * slide, abs=1e-12)
+    assert len(recovered.states.time) == len(recovered.time) + 2 * 9
+
+
+@each_form
 def test_weights_integrate_physical_time(options: ContactOptions) -> None:
     """Quadrature weights sit at the stages and add up to the time that passed."""
     recovered = _recover(landing(options))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import motion_outcome, numeric_physics, with_full_model
+from fesd_robot.adapters import motion_outcome, names_of, numeric_physics, with_full_model
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import audit
@@ -41,22 +41,26 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
     motion, robot, names = drop(), hopper.robot, hopper.actuation.names
     infinity = np.full(4, np.inf)
     replay = replay_intervals(motion, physics)
+    all_names = names_of(hopper)
     found = audit(
         motion,
         physics,
+        names=all_names,
         interval_ends=motion.clock,
         position_limits=(-infinity, infinity),
         velocity_limits=(-infinity, infinity),
         control_limits=(hopper.actuation.lower, hopper.actuation.upper),
-        requirements=requirements(
-            hopper.task,
-            hopper.robot,
-            numeric_physics(hopper),
-            motion,
-            (motion.configuration[0], motion.velocity[0]),
-            (motion.configuration[-1], motion.velocity[-1]),
-        ),
-        replay=replay_entries(replay, list(velocity_units(robot).values())),
+        others={
+            **requirements(
+                hopper.task,
+                hopper.robot,
+                numeric_physics(hopper),
+                motion,
+                (motion.configuration[0], motion.velocity[0]),
+                (motion.configuration[-1], motion.velocity[-1]),
+            ),
+            **replay_entries(replay, motion, all_names),
+        },
     )
     status = Status(
         solved=True,

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
+from fesd_robot.recovery.between import FRACTIONS, DenseElement, stacked_elements
 
 GRAVITY, FRICTION = 9.81, 0.45
 MASS = np.array([1.1, 1.1, 0.275, 0.1])
@@ -46,10 +48,27 @@ class Hit:
     kick: float = 0.0
 
 
+def between(segment: Segment, time: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> DenseElement:
+    """The states of a segment between its ends; a slip has the direction of its velocity."""
+    s = (FRACTIONS * segment.duration)[:, None]
+    mode = ContactMode(segment.mode)
+    if mode is ContactMode.SLIP:
+        mode = ContactMode.SLIP_FORWARDS if v[0] > 0 else ContactMode.SLIP_BACKWARDS
+    return DenseElement(
+        time=time + s[:, 0],
+        configuration=q + s * v + 0.5 * s * s * a,
+        velocity=v + s * a,
+        interval=segment.interval,
+        control=segment.control(q),
+        mode=[mode],
+    )
+
+
 def motion_of(q: np.ndarray, v: np.ndarray, parts: Sequence[Segment | Hit]) -> PhysicalMotion:
     """Sample a row of segments and hits at the left end and the Radau nodes of every segment."""
     rows: list[tuple] = []
     impacts: list[ImpactRecord] = []
+    dense: list[DenseElement] = []
     clock: dict[int, float] = {}
     time, interval, fresh = 0.0, 0, True
     q, v = np.array(q, dtype=float), np.array(v, dtype=float)
@@ -78,6 +97,7 @@ def motion_of(q: np.ndarray, v: np.ndarray, parts: Sequence[Segment | Hit]) -> P
             add(part, np.full(4, np.nan), 0.0)
             fresh = False
         start, q0, v0, a = time, q, v, np.asarray(part.acceleration, dtype=float)
+        dense.append(between(part, time, q, v, a))
         for node, weight in zip(NODES, WEIGHTS, strict=True):
             s = node * part.duration
             time, q, v = start + s, q0 + s * v0 + 0.5 * s * s * a, v0 + s * a
@@ -86,7 +106,8 @@ def motion_of(q: np.ndarray, v: np.ndarray, parts: Sequence[Segment | Hit]) -> P
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     modes = np.array([row[-1] for row in rows], dtype=object)
     switches = [SwitchRecord(float(columns[0][impact.after]), 0, "touchdown") for impact in impacts]
-    return PhysicalMotion(*columns[:-1], modes, impacts, switches, np.array(list(clock.values())), 0.0)
+    elements = stacked_elements(dense, (4, 4, 2, 1))
+    return PhysicalMotion(*columns[:-1], modes, impacts, switches, np.array(list(clock.values())), 0.0, elements)
 
 
 def tumble() -> PhysicalMotion:

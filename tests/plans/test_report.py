@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fesd_robot.plans import Plan, report
-from fesd_robot.plans.audit_record import ENTRIES
+from fesd_robot.plans.audit_record import ENTRIES, Finding
 
 
 def test_the_verdict_comes_first(plan: Plan) -> None:
@@ -31,6 +31,15 @@ def test_a_failed_entry_is_marked(plan: Plan) -> None:
     assert [line for line in lines if line.startswith("- `")] == [
         f"- `max_energy_error` is {ENTRIES['max_energy_error'].meaning}."
     ]
+
+
+def test_findings_are_listed(plan: Plan) -> None:
+    """What the audit has found stands below its table, one sentence a line; without any there is no such section."""
+    assert "### Findings" not in report(plan)
+    sentences = ["At t = 0.2 s (interval 1) contact 'foot' pulls.", "From t = 0 s on (interval 0) there are two."]
+    findings = [Finding(entry="max_normal_force_violation", sentence=sentence) for sentence in sentences]
+    text = report(plan.model_copy(update={"audit": plan.audit.model_copy(update={"findings": findings})}))
+    assert "### Findings\n\n" + "".join(f"- {sentence}\n" for sentence in sentences) in text
 
 
 def test_contacts_costs_and_effort(plan: Plan) -> None:

@@ -9,6 +9,7 @@ from fesd_robot.complementarity import Label, Place
 from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport, NlpStatus
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
+from fesd_robot.plans.audit_record import Finding
 from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome
 from fesd_robot.plans.plan import Audit
 from fesd_robot.plans.verdict import status_of
@@ -67,6 +68,20 @@ def test_converged_but_not_physical(dirty: Audit) -> None:
     assert status.message.startswith("Not solved: the numbers converged but the physics audit failed")
     assert "(min_gap = -2.00e-02 m)" in status.message and "max_energy_error" not in status.message
     assert "method.stages" in status.message
+
+
+def test_the_worst_finding_is_the_message(dirty: Audit) -> None:
+    """Where the audit has a finding about a violated entry, its sentence says what is wrong; notes alone do not."""
+    note, pull, gap = (
+        Finding(entry=entry, sentence=f"At t = 1 s {entry} is wrong.") for entry in ("replay", "pull", "min_gap")
+    )
+    found = dirty.model_copy(update={"findings": [note, gap, pull], "violations": ["pull", "min_gap"]})
+    message = status_of(solution("converged", solved=True), found, REACHED, 1e-8).message
+    assert message == (
+        "Not solved: the numbers converged but the physics audit failed in 2 entries. At t = 1 s min_gap is wrong."
+    )
+    noted = dirty.model_copy(update={"findings": [note]})
+    assert "(min_gap = -2.00e-02 m)" in status_of(solution("converged", solved=True), noted, REACHED, 1e-8).message
 
 
 @pytest.mark.parametrize(("height", "solved"), [(5e-4, False), (0.1, True)])

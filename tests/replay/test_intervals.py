@@ -12,6 +12,7 @@ from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
+from fesd_robot.recovery.between import stacked_elements
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.replay.intervals import compare_events, replay_intervals
 from fesd_robot.task import Task
@@ -57,6 +58,7 @@ def sliding_landing(step: float = STEP) -> PhysicalMotion:
         switches=[SwitchRecord(LANDING, 0, "touchdown")],
         clock=step * np.arange(1, 5),
         theta_sum_error=0.0,
+        between=stacked_elements([], (2, 2, 2, 1)),
     )
 
 

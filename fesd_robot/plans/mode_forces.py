@@ -1,0 +1,178 @@
+"""Forces of the planned contact modes along the elements of a motion: at their ends and between their stages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from fesd_robot.contact import ContactMode
+from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
+from fesd_robot.recovery.elements import SLIP_VELOCITY
+from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
+from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.modes import Mode, Modes, is_proper, motion_in_modes
+
+EVERY = 2
+"""Of the points of an element every second one is looked at: the left end, the middle, the right end among them."""
+
+_SAME_TIME = 1e-9
+"""s; an impact this near to the left end of an element is before it."""
+
+_MODES = {
+    ContactMode.FLIGHT: Mode.FLIGHT,
+    ContactMode.STICK: Mode.STICK,
+    ContactMode.SLIP: Mode.SLIP_FORWARDS,
+    ContactMode.SLIP_FORWARDS: Mode.SLIP_FORWARDS,
+    ContactMode.SLIP_BACKWARDS: Mode.SLIP_BACKWARDS,
+}
+
+
+@dataclass(frozen=True)
+class ModeForces:
+    """What the modes that a plan has chosen ask of the contacts, by Newton's and Coulomb's laws alone.
+
+        M a + h + D v = B u + J^T f,   J_n a + (dJ_n/dt) v = 0 of closed contacts,   J_t a + (dJ_t/dt) v = 0 of sticking
+        ones,   f_t = -mu s f_n of sliding ones
+
+    is solved at states of every element, its left end included, where a control jumps and no stage is. The planner's
+    own multipliers and accelerations take no part in it.
+
+    Args:
+        motion: in physical time.
+        physics: of its robot and contacts.
+        names: of its contacts.
+    """
+
+    motion: PhysicalMotion
+    physics: NumericPhysics
+    names: Names
+
+    def pulling(self) -> Measured:
+        """Return the largest pulling (negative) normal force, N."""
+        return largest(
+            self._at(point, i, -float(point.force[i, 0])) for point in self._points for i in point.closed_contacts
+        )
+
+    def cone(self) -> Measured:
+        """Return the largest excess of a tangential force over mu times the normal force, N."""
+        return largest(self._cone())
+
+    def improper_slides(self) -> Measured:
+        """Return the time in which a planned slide is in a mode that is not proper, s, and where that begins.
+
+        In such a mode, W_nn - mu s W_nt < 0 for a single contact (Painleve), a larger normal force presses the contact
+        into the ground: the force of the mode is not one that the approach of two bodies builds up. Slower slides than
+        `SLIP_VELOCITY` are not looked at. The time is the trapezoidal sum over the points of every element.
+
+        Source: Genot and Brogliato, New results on Painleve paradoxes, European Journal of Mechanics A 18 (1999).
+        """
+        total, first = 0.0, None
+        for left, right in pairwise(self._points):
+            if left.element == right.element:
+                total += 0.5 * (right.time - left.time) * (float(left.improper) + float(right.improper))
+                first = first or (left if left.improper else right if right.improper else None)
+        if first is None:
+            return Measured(total)
+        sliding = next(i for i, mode in enumerate(first.modes) if mode.direction)
+        return self._at(first, sliding, total)
+
+    def openings(self) -> Measured:
+        """Return the largest normal force, N, that a contact carries in its closed mode at the moment it opens.
+
+        Inside a control interval neither state nor control jumps, so that the force of a contact that opens has fallen
+        to zero by itself. Where several contacts share a force in more than one way, the division nearest to the forces
+        after the opening counts. An opening directly after an impact, or where two control intervals meet, may begin
+        with any force before it and is left out.
+        """
+        return largest(self._openings())
+
+    def _cone(self) -> Iterator[Measured]:
+        for point in self._points:
+            for i in point.closed_contacts:
+                yield self._at(point, i, *cone_excess(point.force[i], float(self.physics.friction[i])))
+
+    def _openings(self) -> Iterator[Measured]:
+        dense = self.motion.between
+        impacts = np.array([self.motion.time[impact.after] for impact in self.motion.impacts])
+        for e in range(1, len(dense.time)):
+            before, after = (self._modes(k) for k in (e - 1, e))
+            opens = [i for i, (old, new) in enumerate(zip(before, after, strict=True)) if _opens(old, new)]
+            time = float(dense.time[e, 0])
+            if not opens or dense.interval[e] != dense.interval[e - 1]:
+                continue
+            if impacts.size and np.abs(impacts - time).min() < _SAME_TIME:
+                continue
+            last, next_one = self._point(e - 1, -1), self._point(e, 0)
+            force = self._nearest_division(last, next_one)
+            for i in opens:
+                yield self._at(last, i, float(force[i, 0]))
+
+    def _nearest_division(self, point: _Point, following: _Point) -> np.ndarray:
+        """Return forces with the effect of those at a point that are nearest to the ones that follow, N, (n_c, 2)."""
+        if point.dynamics is None or following.dynamics is None:
+            return np.full_like(point.force, np.nan)
+        jacobian = point.dynamics.jacobian
+        closed = np.array([mode is not Mode.FLIGHT for mode in point.modes])
+        effect = jacobian.T @ stacked_rows(point.force)
+        return split_contact_force(effect, jacobian, closed, self.physics.friction, following.force)[0]
+
+    def _at(self, point: _Point, contact: int, value: float, detail: str = "") -> Measured:
+        return Measured(
+            value,
+            point.time,
+            int(self.motion.between.interval[point.element]),
+            self.names.contacts[contact],
+            detail=detail,
+        )
+
+    @cached_property
+    def _points(self) -> list[_Point]:
+        """Points of all elements in which a contact is closed, in time order."""
+        dense = self.motion.between
+        touching = [e for e in range(len(dense.time)) if any(mode is not Mode.FLIGHT for mode in self._modes(e))]
+        return [self._point(e, j) for e in touching for j in range(0, dense.time.shape[1], EVERY)]
+
+    def _modes(self, element: int) -> Modes:
+        return tuple(_MODES[mode] for mode in self.motion.between.mode[element])
+
+    def _point(self, element: int, j: int) -> _Point:
+        dense, modes = self.motion.between, self._modes(element)
+        q, v, u = dense.configuration[element, j], dense.velocity[element, j], dense.control[element]
+        time = float(dense.time[element, j])
+        if not all(np.isfinite(part).all() for part in (q, v, u)):
+            return _Point(element, time, modes, np.full((len(modes), 2), np.nan), None)
+        dynamics = contact_dynamics(self.physics, q, v, u)
+        return _Point(element, time, modes, motion_in_modes(dynamics, modes)[1], dynamics)
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Forces, (n_c, 2), of the planned modes at one point of an element; without dynamics the state is no number."""
+
+    element: int
+    time: float
+    modes: Modes
+    force: np.ndarray
+    dynamics: ContactDynamics | None
+
+    @property
+    def closed_contacts(self) -> list[int]:
+        return [i for i, mode in enumerate(self.modes) if mode is not Mode.FLIGHT]
+
+    @cached_property
+    def improper(self) -> bool:
+        """Whether a contact slides and the modes are not proper."""
+        if self.dynamics is None or is_proper(self.dynamics, self.modes):
+            return False
+        slides = np.abs(tangential_rows(self.dynamics.velocity)) > SLIP_VELOCITY
+        return any(mode.direction and slides[i] for i, mode in enumerate(self.modes))
+
+
+def _opens(before: Mode, after: Mode) -> bool:
+    return before is not Mode.FLIGHT and after is Mode.FLIGHT

@@ -1,0 +1,63 @@
+"""Contact forces at the stages of a motion, from its accelerations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.contact_rows import tangential_rows
+from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
+
+
+class StageForces:
+    """Forces at the stages, from the accelerations there: M a + h + D v - B u = J^T f in least squares.
+
+    Args:
+        motion: in physical time.
+        physics: of its robot and contacts.
+        names: of its contacts.
+    """
+
+    def __init__(self, motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> None:
+        self._cone: list[Measured] = []
+        self._pulling: list[Measured] = []
+        self._slip: list[Measured] = []
+        self._dynamics: list[Measured] = []
+        for k in np.flatnonzero(motion.weight > 0):
+            self._look(motion, physics, int(k), names.contacts)
+
+    def cone(self) -> Measured:
+        """Return the largest excess of a tangential force over mu times the normal force, N."""
+        return largest(self._cone)
+
+    def pulling(self) -> Measured:
+        """Return the largest pulling normal force, N."""
+        return largest(self._pulling)
+
+    def stick_slip(self) -> Measured:
+        """Return the largest min(tangential speed, unused friction), and power that friction adds, m/s, N or W."""
+        return largest(self._slip)
+
+    def dynamics(self) -> Measured:
+        """Return the largest part of the required force that closed contacts cannot supply, relative."""
+        return largest(self._dynamics)
+
+    def _look(self, motion: PhysicalMotion, physics: NumericPhysics, k: int, contacts: Sequence[str]) -> None:
+        q, v, place = motion.configuration[k], motion.velocity[k], (float(motion.time[k]), int(motion.interval[k]))
+        jacobian = physics.contact_jacobian(q)
+        required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
+        closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
+        force, unexplained = split_contact_force(required, jacobian, closed, physics.friction, motion.force[k])
+        scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
+        self._dynamics.append(Measured(float(np.abs(unexplained).max() / scale), *place))
+        speeds = tangential_rows(jacobian @ v)
+        for i in np.flatnonzero(closed).tolist():
+            (normal, tangential), speed = force[i], speeds[i]
+            excess, needed = cone_excess(force[i], float(physics.friction[i]))
+            slip = np.maximum(np.minimum(np.abs(speed), np.abs(excess)), speed * tangential)
+            self._pulling.append(Measured(float(-normal), *place, contacts[i]))
+            self._cone.append(Measured(excess, *place, contacts[i], detail=needed))
+            self._slip.append(Measured(float(slip), *place, contacts[i]))
