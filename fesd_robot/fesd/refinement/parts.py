@@ -41,7 +41,7 @@ def with_parts(
     elements = [
         part
         for element, count in zip(transcription.unpack(w), parts, strict=True)
-        for part in _in_parts(element, count, tableau)
+        for part in element_in_parts(element, count, tableau)
     ]
     repeated = np.repeat(np.arange(len(parts)), parts)
     return (
@@ -55,8 +55,14 @@ def with_parts(
     )
 
 
-def _in_parts(element: Element, count: int, tableau: Tableau) -> list[Element]:
-    """Return an element as several of equal length, whose points lie on its polynomials."""
+def element_in_parts(element: Element, count: int, tableau: Tableau) -> list[Element]:
+    """Return an element as several of equal length, whose points lie on its polynomials.
+
+    Args:
+        element: of a collocation scheme.
+        count: number of parts.
+        tableau: the scheme.
+    """
     if count == 1:
         return [element]
     values, z_left, parts = np.vstack([element.x_left, element.x[: tableau.stages]]), element.z_left, []
