@@ -22,11 +22,15 @@ CONTINUATION_ITERATIONS = 120
 CONTINUATION_UPDATES = 2
 """How often that happens."""
 
-FREER_START: dict[str, Any] = {
-    "mu_init": 1e-3,
-    **dict.fromkeys(("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"), 1e-4),
-}
-"""IPOPT's options for a start that violates constraints which are new; a warm start meets them slowly, or not."""
+
+def _starting_at(mu: float, push: float) -> dict[str, Any]:
+    pushes = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
+    return {"mu_init": mu, **dict.fromkeys(pushes, push)}
+
+
+FREER_STARTS = _starting_at(1e-3, 1e-4), _starting_at(1e-1, 1e-2)
+"""IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
+solution; a warm start meets such constraints slowly, or not."""
 
 
 class BranchPoint(NamedTuple):
@@ -73,24 +77,22 @@ def continue_on_branch(
         if progress:
             progress(reports[-1])
 
-    end = BranchNlp.of(polisher, options.compile, few_evaluations=True).solve(
-        problem,
-        start.w,
-        options={
-            **linear_solver_options(options.linear_solver),
-            **(FREER_START if start.violates else {}),
-            **options.ipopt,
-        },
-        limits=PolishingLimits(
-            options.feasibility,
-            seconds_left,
-            report,
-            iterations=min(CONTINUATION_ITERATIONS, options.max_iterations),
-            updates=CONTINUATION_UPDATES,
-            stop=stop,
-        ),
-        branches=[start.branch],
-    )
+    nlp, end = BranchNlp.of(polisher, options.compile, few_evaluations=True), None
+    for starting in FREER_STARTS if start.violates else ({},):
+        end = end or nlp.solve(
+            problem,
+            start.w,
+            options={**linear_solver_options(options.linear_solver), **starting, **options.ipopt},
+            limits=PolishingLimits(
+                options.feasibility,
+                seconds_left,
+                report,
+                iterations=min(CONTINUATION_ITERATIONS, options.max_iterations),
+                updates=CONTINUATION_UPDATES,
+                stop=stop,
+            ),
+            branches=[start.branch],
+        )
     if end is None:
         return None
     return replace(

@@ -92,9 +92,9 @@ class PolishingReport:
 
     @property
     def nearly_feasible(self) -> bool:
-        """Whether only iterations were missing: the branch fits, for its constraints nearly hold."""
-        limit = self.status is NlpStatus.ITERATION_LIMIT
-        return limit and self.residuals.constraint_violation <= NEARLY_FEASIBLE
+        """Whether only iterations were missing, or digits: the branch fits, for its constraints nearly hold."""
+        stopped = self.status in (NlpStatus.ITERATION_LIMIT, NlpStatus.CONVERGED)
+        return stopped and self.residuals.constraint_violation <= NEARLY_FEASIBLE
 
 
 @dataclass(frozen=True)

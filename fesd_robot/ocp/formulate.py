@@ -43,6 +43,7 @@ from fesd_robot.robot import (
     mass_matrix,
     nonlinear_effects,
 )
+from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.task import GROUND, CircleCircleContact, Task
 from fesd_robot.task.costs import COST_TERMS
 
@@ -241,6 +242,7 @@ def _touching_at_start(
 ) -> Endpoints:
     """Return the ends with a start in which contacts touch whose gaps are up to `TOUCHING`, if there is one nearby.
 
+    The robot's height is adjusted if that is enough, else all coordinates that are lengths or angles.
     A ground that is lower for the plan by a few micrometres is another one for the foot that lands on it softly.
     """
     start = endpoints.initial_configuration
@@ -249,11 +251,13 @@ def _touching_at_start(
         for contact, gap in zip(contacts, np.asarray(_gap_function(dynamics, contacts)(start)).ravel(), strict=True)
         if abs(gap) <= TOUCHING
     ]
-    adjust = [name for name in robot.configuration_names if name in robot.velocity_names]
-    if not near or not adjust:
-        return endpoints
-    q, gaps = touching_configuration(robot, near, dynamics.configuration, adjust, start, limits)
-    return replace(endpoints, initial_configuration=q) if np.abs(gaps).max() <= GAP_TOLERANCE else endpoints
+    lengths_and_angles = [name for name in robot.configuration_names if name in robot.velocity_names]
+    for adjust in ([name for name in lengths_and_angles if name == ROOT_HEIGHT], lengths_and_angles):
+        if near and adjust:
+            q, gaps = touching_configuration(robot, near, dynamics.configuration, adjust, start, limits)
+            if np.abs(gaps).max() <= GAP_TOLERANCE:
+                return replace(endpoints, initial_configuration=q)
+    return endpoints
 
 
 def _closed_at_start(
