@@ -163,10 +163,13 @@ def refined(
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     """Yield finer transcriptions, the one to try first first; none if there is nothing to refine."""
     asking = solved.local_errors > accuracy
+    many = asking.sum() > RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
+    if many:
+        yield from _with_more_stages(solved, accuracy)
     if asking.any():
-        if asking.sum() > RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length)):
-            yield from _with_more_stages(solved, accuracy)
         yield _with_elements_in_parts(solved, accuracy)
+        if not many:
+            yield from _with_more_stages(solved, accuracy)
     yield from _with_more_bounds(solved)
 
 

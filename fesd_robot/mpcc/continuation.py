@@ -19,7 +19,7 @@ from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 CONTINUATION_ITERATIONS = 120
 """IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
 
-CONTINUATION_UPDATES = 2
+CONTINUATION_UPDATES = 1
 """How often that happens."""
 
 

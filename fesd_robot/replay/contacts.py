@@ -13,10 +13,10 @@ from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.modes import ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, rated_modes, slips_are_proper
 
-CLOSED_GAP = 1e-3
+CLOSED_GAP = 1e-5
 """Gap, m, up to which a contact that hardly moves is closed when a replay begins."""
 
-CLOSED_VELOCITY = 1e-2
+CLOSED_VELOCITY = 1e-3
 """Normal velocity, m/s, up to which a contact within `CLOSED_GAP` is closed when a replay begins."""
 
 _PARTING = 1e-9

@@ -7,6 +7,9 @@ from typing import Any
 
 from fesd_robot.task import Task
 
+MAX_STAGES = 9
+"""Most stages that a task can ask for."""
+
 Overrides = dict[str, Any]
 """``section.key`` of the task -> value."""
 
@@ -17,6 +20,7 @@ def _other_loose_iterations(iterations: int) -> int:
 
 
 FALLBACKS: tuple[Callable[[Task], Overrides], ...] = (
+    lambda task: {"method.stages": min(task.method.stages + 1, MAX_STAGES)},
     lambda task: {"solver.loose_iterations": _other_loose_iterations(task.solver.loose_iterations)},
     lambda task: {"solver.sigma_factor": round(task.solver.sigma_factor**0.5, 3)},
     lambda task: {"solver.velocity_level_ratio": max(1.0, task.solver.velocity_level_ratio / 10)},
@@ -27,10 +31,11 @@ FALLBACKS: tuple[Callable[[Task], Overrides], ...] = (
 )
 """Settings to try one after the other, each a function of the task.
 
-In order: another number of iterations of the loose homotopy, a sigma that falls more slowly, a smaller ratio between
-velocity and position level, longer elements, another relaxation, a larger first sigma, more elements. Goal, limits,
-costs and tolerances stay as they are. Which local optimum a homotopy through a nonconvex problem ends in depends on
-such settings, so that a small change often leads to another one.
+In order: one more stage, for motions that are found too coarse to be refined, another number of iterations of the loose
+homotopy, a sigma that falls more slowly, a smaller ratio between velocity and position level, longer elements, another
+relaxation, a larger first sigma, more elements. Goal, limits, costs and tolerances stay as they are. Which local optimum
+a homotopy through a nonconvex problem ends in depends on such settings, so that a small change often leads to another
+one.
 """
 
 SOFT_GOAL: Overrides = {"goal.soft": True}

@@ -110,11 +110,11 @@ def test_a_push_lifts_a_closed_contact_at_once() -> None:
 
 
 def test_drift_is_taken_out_and_reported() -> None:
-    """A block that hovers 0.5 mm high, sinking at 5 mm/s, slides there as on the ground."""
-    result = replay_motion(block(0.4), np.array([0, 0.1005, 0.0]), np.array([1.0, -5e-3, 0]), NOTHING, 0.1)
-    assert result.drift.gap == pytest.approx(5e-4, abs=1e-12)
-    assert result.drift.velocity == pytest.approx(5e-3, abs=1e-12)
-    assert result.configuration[1] == pytest.approx(0.1005, abs=1e-10)
+    """A block that hovers 5 micrometres high, sinking at 0.5 mm/s, slides there as on the ground."""
+    result = replay_motion(block(0.4), np.array([0, 0.100005, 0.0]), np.array([1.0, -5e-4, 0]), NOTHING, 0.1)
+    assert result.drift.gap == pytest.approx(5e-6, abs=1e-12)
+    assert result.drift.velocity == pytest.approx(5e-4, abs=1e-12)
+    assert result.configuration[1] == pytest.approx(0.100005, abs=1e-10)
     assert result.events == ()
 
 

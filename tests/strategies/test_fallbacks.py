@@ -17,7 +17,7 @@ from fesd_robot.task import Task
 
 def test_fallbacks_change_settings_only(short_task: Task) -> None:
     """Each fallback differs from the task in a key of its solver or method, and keeps what is asked for."""
-    assert len(FALLBACKS) == 7
+    assert len(FALLBACKS) == 8
     for fallback in FALLBACKS:
         overrides = fallback(short_task)
         other = with_overrides(short_task, overrides)
@@ -156,5 +156,5 @@ def test_attempts_are_written_down(
     write_plan(planned, tmp_path / "run")
     assert read_plan(tmp_path / "run").statistics.attempts == planned.statistics.attempts
     text = report(planned)
-    assert "### Attempts" in text and "solver.loose_iterations = 66" in text and "infeasible 1" in text
+    assert "### Attempts" in text and "method.stages = 3" in text and "infeasible 1" in text
     assert "### Attempts" not in report(short_plan)
