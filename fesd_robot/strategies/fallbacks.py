@@ -33,9 +33,9 @@ FALLBACKS: tuple[Callable[[Task], Overrides], ...] = (
 
 In order: one more stage, for motions that are found too coarse to be refined, another number of iterations of the loose
 homotopy, a sigma that falls more slowly, a smaller ratio between velocity and position level, longer elements, another
-relaxation, a larger first sigma, more elements. Goal, limits, costs and tolerances stay as they are. Which local optimum
-a homotopy through a nonconvex problem ends in depends on such settings, so that a small change often leads to another
-one.
+relaxation, a larger first sigma, more elements. Goal, limits, costs and tolerances stay as they are. Which local
+optimum a homotopy through a nonconvex problem ends in depends on such settings, so that a small change often leads to
+another one.
 """
 
 SOFT_GOAL: Overrides = {"goal.soft": True}
