@@ -232,7 +232,8 @@ class Solver(Section):
         description="How many fallback settings are tried when a task is not solved, 0 to 8: one more of "
         "method.stages, a third or three times loose_iterations, gentler sigma_factor, smaller "
         "velocity_level_ratio, larger method.step_freedom, relaxation fischer_burmeister, larger sigma_start, one more "
-        "of method.elements. If all fail, one more attempt with a soft goal shows how near the motion gets; with 0 there is none.",
+        "of method.elements. If all fail, one more attempt with a soft goal shows how near the motion gets; with 0 "
+        "there is none.",
     )
     linear_solver: Literal["auto", "fesd", "mumps"] = Field(
         default="auto",
