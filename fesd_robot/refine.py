@@ -60,7 +60,7 @@ class SolvedMotion:
         motion: the formulated task, with the discretisation that was solved.
         polisher: of the transcription that was solved.
         solution, branch: the point and its branch.
-        rounds, seconds: of refinement, so far.
+        rounds, seconds: of refinement, rounds that found no solution included in the seconds.
     """
 
     motion: MotionProblem
@@ -148,6 +148,7 @@ def refined(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
     """
+    begin = time.perf_counter()
     while solved.solution.exact and solved.rounds < ROUNDS:
         following = None
         for finer in _finer(solved, accuracy):
@@ -157,7 +158,7 @@ def refined(
         if following is None:
             break
         solved = following
-    return solved
+    return replace(solved, seconds=time.perf_counter() - begin)
 
 
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
@@ -211,7 +212,6 @@ def _continued(
     stop: Stop | None,
 ) -> SolvedMotion | None:
     """Return the solution of a finer transcription on its branch, None if there is none."""
-    begin = time.perf_counter()
     transcription, start = finer
     polisher = BranchTranscription(transcription)
     solution = continue_on_branch(
@@ -226,5 +226,4 @@ def _continued(
     )
     if solution is None:
         return None
-    seconds = solved.seconds + time.perf_counter() - begin
-    return replace(SolvedMotion.of(solved.motion, polisher, solution), rounds=solved.rounds + 1, seconds=seconds)
+    return replace(SolvedMotion.of(solved.motion, polisher, solution), rounds=solved.rounds + 1)
