@@ -35,6 +35,10 @@ from fesd_robot.strategies.deadline import Deadline
 ROUNDS = 10
 """Most refinements of a plan, one after the other."""
 
+MOST_FAILURES = 6
+"""How many finer transcriptions may be found without solution, in all rounds together; each costs hundreds of IPOPT
+iterations."""
+
 MOST_PARTS = 4
 """Most parts into which an element is divided at once."""
 
@@ -138,7 +142,7 @@ def refined(
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
     else holds the bounds that are violated between stages, all of them or those that are violated least, and solves the
-    branch NLP again from the interpolated point. A round that finds no solution ends it.
+    branch NLP again from the interpolated point. A round that finds no solution ends it, and so do `MOST_FAILURES`.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact.
@@ -148,12 +152,13 @@ def refined(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
     """
-    begin = time.perf_counter()
+    begin, failures = time.perf_counter(), 0
     while solved.solution.exact and solved.rounds < ROUNDS:
         following = None
         for finer in _finer(solved, accuracy):
             following = _continued(solved, finer, options, deadline, progress, stop)
-            if following is not None:
+            failures += following is None
+            if following is not None or failures >= MOST_FAILURES:
                 break
         if following is None:
             break
