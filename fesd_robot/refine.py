@@ -170,22 +170,22 @@ def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     """Yield finer transcriptions, the one to try first first; none if there is nothing to refine."""
     asking = solved.local_errors > accuracy
     many = asking.sum() > RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
-    if many:
-        yield from _with_more_stages(solved, accuracy)
-    if asking.any():
+    if asking.any() and not many:  # many elements in parts make a large problem, which is slow to solve
         yield _with_elements_in_parts(solved, accuracy)
-        if not many:
-            yield from _with_more_stages(solved, accuracy)
+    if asking.any():
+        yield from _with_more_stages(solved, accuracy)
     yield from _with_more_bounds(solved)
 
 
 def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
-    """Yield it with as many stages more as the larger errors ask for, and with fewer."""
+    """Yield it with as many stages more as the larger errors ask for, with fewer, and with one from a freer start."""
     excess = np.minimum(solved.local_errors, 1.0) / accuracy
     wanted = round(math.log(np.median(excess[excess > 1])) / math.log(GAIN_OF_A_STAGE))
     for more in range(min(max(wanted, 1), MOST_STAGES, MAX_STAGES - 1 - solved.stages), 0, -1):
         finer, w = with_stages(solved.transcription, solved.solution.w, solved.stages + more)
         yield finer, BranchPoint(w, solved.branch)
+        if more == 1:
+            yield finer, BranchPoint(w, solved.branch, violates=True)
 
 
 def _with_elements_in_parts(solved: SolvedMotion, accuracy: float) -> Finer:
