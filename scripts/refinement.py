@@ -1,6 +1,7 @@
 """Motions that begin inexact, before and after their refinement: audit, local errors and what it took.
 
-    scripts/run scripts/refinement.py
+    scripts/run scripts/refinement.py                     # all
+    scripts/run scripts/refinement.py hopper_one_jump     # these only
 
 Every task is solved once; its exact motion is audited as it was found, and after refinement. The estimate of local
 errors is held against a four times finer integration of every element. The table goes to docs/results/refinement.md.
@@ -104,9 +105,12 @@ def measure(name: str) -> list[str]:
 
 
 def main() -> int:
-    """Measure all tasks and write the table."""
+    """Measure the tasks of the command line, or all, and write the table."""
+    chosen = sys.argv[1:] or list(TASKS)
+    if unknown := sorted(set(chosen) - set(TASKS)):
+        sys.exit(f"found '{unknown[0]}', expected one of {', '.join(TASKS)}")
     with ProcessPoolExecutor(int(os.environ.get("JOBS", "2"))) as pool:
-        rows = list(pool.map(measure, TASKS))
+        rows = list(pool.map(measure, chosen))
     words = (
         "Every task is solved once, from two stages. *Before* is its exact motion as polishing left it, *after* is "
         "that motion refined on the same branch to `method.accuracy` = 1e-7. The worst entry of an audit is given in "
