@@ -185,7 +185,7 @@ def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
         finer, w = with_stages(solved.transcription, solved.solution.w, solved.stages + more)
         yield finer, BranchPoint(w, solved.branch)
         if more == 1:
-            yield finer, BranchPoint(w, solved.branch, violates=True)
+            yield finer, BranchPoint(w, solved.branch, freer=True)
 
 
 def _with_elements_in_parts(solved: SolvedMotion, accuracy: float) -> Finer:
@@ -204,7 +204,7 @@ def _with_more_bounds(solved: SolvedMotion) -> Iterator[Finer]:
     transcription, w, branch = solved.transcription, solved.solution.w, solved.branch
     bounds = violated_between_stages(transcription, solved.polisher.conditions, w, branch)
     while bounds:
-        yield with_bounds_between(transcription, bounds), BranchPoint(w, branch, violates=True)
+        yield with_bounds_between(transcription, bounds), BranchPoint(w, branch, freer=True)
         bounds = bounds[: len(bounds) // 2]
 
 

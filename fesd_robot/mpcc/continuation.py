@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.mpcc.ipopt_settings import linear_solver_options
+from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc
@@ -23,12 +23,7 @@ CONTINUATION_UPDATES = 1
 """How often that happens."""
 
 
-def _starting_at(mu: float, push: float) -> dict[str, Any]:
-    pushes = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
-    return {"mu_init": mu, **dict.fromkeys(pushes, push)}
-
-
-FREER_STARTS = _starting_at(1e-3, 1e-4), _starting_at(1e-1, 1e-2)
+FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
 """IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
 
@@ -39,12 +34,13 @@ class BranchPoint(NamedTuple):
     Attributes:
         w: the point, (n).
         branch: the branch.
-        violates: whether it violates constraints that the earlier problem did not have.
+        freer: whether IPOPT starts further from it, as where it violates constraints that the earlier problem did not
+            have.
     """
 
     w: np.ndarray
     branch: Branch
-    violates: bool = False
+    freer: bool = False
 
 
 def continue_on_branch(
@@ -78,7 +74,7 @@ def continue_on_branch(
             progress(reports[-1])
 
     nlp, end = BranchNlp.of(polisher, options.compile, few_evaluations=True), None
-    for starting in FREER_STARTS if start.violates else ({},):
+    for starting in FREER_STARTS if start.freer else ({},):
         end = end or nlp.solve(
             problem,
             start.w,

@@ -83,3 +83,9 @@ def nlp_options(
     if remaining is not None:
         settings["max_wall_time"] = remaining
     return {**settings, **options.ipopt}
+
+
+def starting_at(mu: float, push: float) -> dict[str, Any]:
+    """Return IPOPT's options for a start at a barrier parameter, at least `push` away from every bound."""
+    pushes = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
+    return {"mu_init": mu, **dict.fromkeys(pushes, push)}

@@ -12,6 +12,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
+from fesd_robot.mpcc.ipopt_settings import starting_at
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.status import NlpStatus
@@ -28,10 +29,7 @@ EXACT_PRODUCT = 1e-12
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
 
-WARM_START: dict[str, Any] = {
-    "mu_init": 1e-6,
-    **dict.fromkeys(("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"), 1e-8),
-}
+WARM_START = starting_at(1e-6, 1e-8)
 """IPOPT's options that leave the start of a branch NLP where it is; its defaults would push it off its bounds."""
 
 POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-12

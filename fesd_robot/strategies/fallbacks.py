@@ -6,9 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from fesd_robot.task import Task
-
-MAX_STAGES = 9
-"""Most stages that a task can ask for."""
+from fesd_robot.task.method import MAX_STAGES
 
 Overrides = dict[str, Any]
 """``section.key`` of the task -> value."""

@@ -9,6 +9,9 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fesd_robot.task.fields import Count, NonNegative, Positive, Section, conflict, expected, is_number
 
+MAX_STAGES = 9
+"""Most stages of a scheme that a task can ask for."""
+
 
 def _read_gap(value: Any) -> Any:
     return "true" if value is True else value  # unquoted, YAML reads `gap: true` as a boolean
@@ -102,7 +105,7 @@ class Method(Section):
     """The discretisation: finite elements with switch detection."""
 
     scheme: Literal["radau_iia", "gauss_legendre"] = Field(default="radau_iia", description="Runge-Kutta scheme.")
-    stages: Annotated[int, Field(strict=True, ge=1, le=9)] = Field(
+    stages: Annotated[int, Field(strict=True, ge=1, le=MAX_STAGES)] = Field(
         default=2,
         description="Number of stages of the scheme, 1 to 9, in the search for a motion; refinement may add some.",
     )

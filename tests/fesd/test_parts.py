@@ -113,7 +113,7 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     bounds = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
     assert bounds == [PathBetween(0, 0) if path else BoundBetween(0, 0, 1, 0.2)]
     held = with_bounds_between(transcription, bounds)
-    start = BranchPoint(coarse.w, coarse.branch, violates=True)
+    start = BranchPoint(coarse.w, coarse.branch, freer=True)
     fine = continue_on_branch(
         held.problem, BranchTranscription(held), start, coarse, OPTIONS, seconds_left=lambda: None
     )

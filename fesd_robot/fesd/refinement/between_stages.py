@@ -23,15 +23,15 @@ BETWEEN = 24
 VIOLATION = 5e-7
 """Violation of a bound between stages above which it is held there too, in the unit of the variable."""
 
+PENETRATION = 4e-6
+"""Twice what a gap may be negative between stages, m: a foot that lands without acceleration has a flat gap, all of
+which a stricter bound would touch."""
+
 STRICTER = 1.5
 """A path constraint that is held in an element and violated there becomes stricter by this times the violation."""
 
 Found = tuple[float, BoundBetween | PathBetween]
 """By how much a bound is violated, and the bound."""
-
-PENETRATION = 4e-6
-"""The same for gaps, m, of which half is left: a foot that lands without acceleration has a flat gap, all of which a
-stricter bound would touch."""
 
 
 def violated_between_stages(
@@ -59,8 +59,8 @@ def violated_between_stages(
     gaps = {member.invariant_state for member in conditions.members}
     elements = transcription.unpack(w)
     paths = [_Path(transcription, i) for i, one in enumerate(ocp.constraints) if one.kind == "path" and one.row_names]
-    found: list[Found] = list(_ends_of_contact(conditions, elements, branch, n_x, tableau.stages))
     whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
+    found: list[Found] = list(_ends_of_contact(conditions, elements, branch, whole, n_x))
     for e in whole:
         x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
         z = of_stages @ elements[e].z[: tableau.stages]
@@ -123,10 +123,13 @@ class _Path:
 
 
 def _ends_of_contact(
-    conditions: ElementConditions, elements: Sequence[Element], branch: Branch, n_x: int, stages: int
+    conditions: ElementConditions, elements: Sequence[Element], branch: Branch, whole: Sequence[int], n_x: int
 ) -> Iterator[tuple[float, BoundBetween]]:
-    """Yield the multipliers of contacts that end at once inside a control interval, and their upper bound."""
-    whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
+    """Yield the multipliers of contacts that end at once inside a control interval, and their upper bound.
+
+    Args:
+        whole: numbers of the elements with a length.
+    """
     for e, following in pairwise(whole):
         if elements[e].interval != elements[following].interval:
             continue
@@ -135,7 +138,7 @@ def _ends_of_contact(
             if member.invariant_state is None or before is not ActiveFactor.G or after is not ActiveFactor.H:
                 continue
             for variable in conditions.variables(member.H):
-                value = float(elements[e].z[stages - 1, variable - n_x])
+                value = float(elements[e].z[len(elements[e].slopes) - 1, variable - n_x])
                 if value > VIOLATION:
                     yield value, BoundBetween(e, variable, 1, 0.0, end_only=True)
 
