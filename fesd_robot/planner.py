@@ -14,13 +14,15 @@ from fesd_robot.adapters import (
 )
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.local_search import searched
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
 from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import statistics_of
 from fesd_robot.plans.verdict import status_of
-from fesd_robot.refine import SolvedMotion, refined
+from fesd_robot.refine import refined
+from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
@@ -97,6 +99,8 @@ def attempt(
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)
+    if task.solver.local_search:
+        solved = searched(solved, options, deadline, progress, stop)
     if task.method.accuracy != "none":
         solved = refined(solved, options, task.method.accuracy, deadline, progress, stop)
 
@@ -108,7 +112,9 @@ def attempt(
     jumps = isinstance(task.reference, Jumps)
     status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
     cost_terms = transcription.cost_terms(w)
-    statistics = statistics_of(problem, solution, cost_terms, build_seconds, solved.stages, solved.refinement)
+    statistics = statistics_of(
+        problem, solution, cost_terms, build_seconds, solved.stages, solved.search, solved.refinement
+    )
     plan = assembled_plan(
         motion,
         solved.physical,

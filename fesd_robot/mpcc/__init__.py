@@ -5,7 +5,7 @@ multiplier of a bound, a row or a side; Filippov multipliers are variables like 
 """
 
 from fesd_robot.mpcc.certificate import Certificate, certify
-from fesd_robot.mpcc.continuation import BranchPoint, continue_on_branch
+from fesd_robot.mpcc.continuation import TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
 from fesd_robot.mpcc.homotopy import solve
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
@@ -15,10 +15,12 @@ from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 from fesd_robot.mpcc.status import NlpStatus
 
 __all__ = [
+    "TRIALS",
     "Block",
     "BranchBounds",
     "BranchNlp",
     "BranchPoint",
+    "BranchSolver",
     "Certificate",
     "HomotopyOptions",
     "Mpcc",
@@ -30,6 +32,7 @@ __all__ = [
     "PolishingLimits",
     "PolishingReport",
     "Residuals",
+    "Trial",
     "certify",
     "continue_on_branch",
     "solve",

@@ -1,18 +1,19 @@
-"""A solution carried over to another problem on the same branch."""
+"""Solutions carried over to another branch, or to another problem on the same branch."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
 from fesd_robot.mpcc.options import HomotopyOptions
-from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport, Window
 from fesd_robot.mpcc.problem import Mpcc
 from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 
@@ -22,13 +23,47 @@ CONTINUATION_ITERATIONS = 120
 CONTINUATION_UPDATES = 1
 """How often that happens."""
 
-
 FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
 """IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
 
+PROMISING_ITERATIONS = 60
+"""IPOPT iterations of an exact solution after a trial before its branch is updated."""
 
-class BranchPoint(NamedTuple):
+PROMISING_UPDATES = 2
+"""How often that happens."""
+
+PROMISING_START = starting_at(1e-4, 1e-5)
+"""IPOPT's options for an exact solution after a trial."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How another branch is tried before it is solved exactly.
+
+    Attributes:
+        settings: IPOPT's options for the start.
+        iterations: of IPOPT, after which it ends.
+        violation: largest constraint violation at the end of a trial that is worth an exact solution.
+    """
+
+    settings: dict[str, Any]
+    iterations: int
+    violation: float
+
+
+TRIALS = (
+    Trial(starting_at(1e-3, 1e-4), iterations=40, violation=1e-3),
+    Trial(starting_at(1e-2, 1e-3), iterations=80, violation=1e-2),
+)
+"""From quick to patient: what is not found from one start is sometimes found from another."""
+
+TRIAL_TOLERANCES = {"tol": 1e-3, "constr_viol_tol": 1e-6}
+"""Of IPOPT, for a trial."""
+
+
+@dataclass(frozen=True)
+class BranchPoint:
     """A point of a problem and its branch.
 
     Attributes:
@@ -41,6 +76,134 @@ class BranchPoint(NamedTuple):
     w: np.ndarray
     branch: Branch
     freer: bool = False
+
+
+@dataclass
+class BranchSolver:
+    """Solves the branch NLPs of one problem, whose functions are made once.
+
+    Args:
+        problem: with the same conditions as that of the earlier solution.
+        polisher: of the problem.
+        options: of the homotopy.
+        seconds_left: of the time limit, None for none.
+        few_evaluations: whether the functions are not worth compiling.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
+        progress: called after every NLP.
+
+    Attributes:
+        reports: of all NLPs so far.
+    """
+
+    problem: Mpcc
+    polisher: Polisher
+    options: HomotopyOptions
+    seconds_left: Callable[[], float | None]
+    few_evaluations: bool = True
+    stop: Callable[[int, float], bool] | None = None
+    progress: Callable[[NlpReport], None] | None = None
+    reports: list[NlpReport] = field(default_factory=list)
+
+    @cached_property
+    def _nlp(self) -> BranchNlp:
+        return BranchNlp.of(self.polisher, self.options.compile, few_evaluations=self.few_evaluations)
+
+    @property
+    def ended_early(self) -> bool:
+        """Whether the user or the time limit ended the last NLP, or no time is left."""
+        left = self.seconds_left()
+        return (left is not None and left <= 0) or bool(self.reports and self.reports[-1].status.ended_early)
+
+    def window(self, free: np.ndarray) -> Window:
+        """Return the part of the problem in which only some variables, (n), may move."""
+        return self._nlp.window(free)
+
+    def exact(self, start: BranchPoint, *, updates: int = CONTINUATION_UPDATES) -> PolishingReport | None:
+        """Return the exact end on a branch, None if there is none nearby.
+
+        Args:
+            start: where to begin.
+            updates: how often the branch may be updated.
+        """
+        end = None
+        for starting in FREER_STARTS if start.freer else ({},):
+            end = end or self._solve(start, starting, CONTINUATION_ITERATIONS, updates)
+        return end
+
+    def cheaper(self, start: BranchPoint, window: Window, objective: float, trial: Trial) -> PolishingReport | None:
+        """Return an exact end on a branch whose cost is below a value, None if there is none nearby.
+
+        A trial in the window, not exact, decides whether the whole problem is solved.
+
+        Args:
+            start: where the trial begins.
+            window: what may move in the trial.
+            objective: the value.
+            trial: how to try.
+        """
+        found = self._nlp.solve_once(
+            start.branch,
+            self.problem,
+            start.w,
+            options={**self._linear_solver, **trial.settings, **TRIAL_TOLERANCES, **self.options.ipopt},
+            limits=self._limits(trial.iterations, 0),
+            window=window,
+        )
+        if found is None or found.residuals.constraint_violation > trial.violation:
+            return None
+        if not found.residuals.objective < objective:
+            return None
+        promising = BranchPoint(found.w, start.branch)
+        end = self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
+        return end if end and end.residuals.objective < objective else None
+
+    def solution(self, end: PolishingReport, earlier: MpccSolution, seconds: float) -> MpccSolution:
+        """Return the solution that an exact end is.
+
+        Args:
+            end: of this problem.
+            earlier: the solution that it continues; its NLPs are listed first in the result.
+            seconds: that it took.
+        """
+        return replace(
+            earlier,
+            w=end.w,
+            residuals=end.residuals,
+            branch=end.branch,
+            status=end.status,
+            reports=[*earlier.reports, *self.reports],
+            solve_seconds=earlier.solve_seconds + seconds,
+        )
+
+    @cached_property
+    def _linear_solver(self) -> dict[str, Any]:
+        return linear_solver_options(self.options.linear_solver)
+
+    def _solve(
+        self, start: BranchPoint, starting: dict[str, Any], iterations: int, updates: int
+    ) -> PolishingReport | None:
+        return self._nlp.solve(
+            self.problem,
+            start.w,
+            options={**self._linear_solver, **starting, **self.options.ipopt},
+            limits=self._limits(iterations, updates),
+            branches=[start.branch],
+        )
+
+    def _limits(self, iterations: int, updates: int) -> PolishingLimits:
+        return PolishingLimits(
+            self.options.feasibility,
+            self.seconds_left,
+            self._report,
+            iterations=min(iterations, self.options.max_iterations),
+            updates=updates,
+            stop=self.stop,
+        )
+
+    def _report(self, one: PolishingReport) -> None:
+        self.reports.append(NlpReport.of_polishing(one))
+        if self.progress:
+            self.progress(self.reports[-1])
 
 
 def continue_on_branch(
@@ -66,37 +229,7 @@ def continue_on_branch(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
     """
-    begin, reports = time.perf_counter(), list(earlier.reports)
-
-    def report(one: PolishingReport) -> None:
-        reports.append(NlpReport.of_polishing(one))
-        if progress:
-            progress(reports[-1])
-
-    nlp, end = BranchNlp.of(polisher, options.compile, few_evaluations=True), None
-    for starting in FREER_STARTS if start.freer else ({},):
-        end = end or nlp.solve(
-            problem,
-            start.w,
-            options={**linear_solver_options(options.linear_solver), **starting, **options.ipopt},
-            limits=PolishingLimits(
-                options.feasibility,
-                seconds_left,
-                report,
-                iterations=min(CONTINUATION_ITERATIONS, options.max_iterations),
-                updates=CONTINUATION_UPDATES,
-                stop=stop,
-            ),
-            branches=[start.branch],
-        )
-    if end is None:
-        return None
-    return replace(
-        earlier,
-        w=end.w,
-        residuals=end.residuals,
-        branch=end.branch,
-        status=end.status,
-        reports=reports,
-        solve_seconds=earlier.solve_seconds + time.perf_counter() - begin,
-    )
+    begin = time.perf_counter()
+    solver = BranchSolver(problem, polisher, options, seconds_left, stop=stop, progress=progress)
+    end = solver.exact(start)
+    return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)

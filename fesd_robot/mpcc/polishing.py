@@ -46,6 +46,28 @@ class BranchBounds:
     g_upper: np.ndarray
 
 
+@dataclass(frozen=True)
+class Window:
+    """A part of a problem that is solved while the rest stays as it is.
+
+    Attributes:
+        free: which variables may move, (n).
+        rows: in which rows of g one of them appears, (n_g).
+    """
+
+    free: np.ndarray
+    rows: np.ndarray
+
+    def restricted(self, bounds: BranchBounds, w: np.ndarray) -> BranchBounds:
+        """Return the bounds that hold all other variables where they are at w, (n), and leave their rows out."""
+        return BranchBounds(
+            np.where(self.free, bounds.lower, w),
+            np.where(self.free, bounds.upper, w),
+            np.where(self.rows, bounds.g_lower, -np.inf),
+            np.where(self.rows, bounds.g_upper, np.inf),
+        )
+
+
 class Polisher(Protocol):
     """A polisher: it names the branches of its problem on which a point may lie."""
 
@@ -134,6 +156,17 @@ class BranchNlp:
         scholtes = relaxation_named("scholtes")
         return cls(polisher, assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations))
 
+    def window(self, free: np.ndarray) -> Window:
+        """Return the part of the problem in which only some variables may move.
+
+        Args:
+            free: which variables, (n).
+        """
+        row, column = (np.array(index, dtype=int) for index in self.nlp.jacobian.sparsity_out("jac_g_x").get_triplet())
+        rows = np.zeros(len(self.nlp.lower), dtype=bool)
+        rows[row[free[column]]] = True
+        return Window(free, rows)
+
     def solve(
         self,
         problem: Mpcc,
@@ -158,11 +191,9 @@ class BranchNlp:
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
             point = w
             for _ in range(1 + limits.updates):
-                seconds = limits.remaining()
-                if seconds is not None and seconds <= 0:
+                end = self.solve_once(branch, problem, point, options=options, limits=limits)
+                if end is None:
                     return None
-                end = self._solve_on(branch, problem, point, options, limits, seconds)
-                limits.report(end)
                 if end.exact or end.status is NlpStatus.INTERRUPTED:
                     return end if end.exact else None
                 point = end.w
@@ -174,16 +205,30 @@ class BranchNlp:
                 branch = updated or branch
         return None
 
-    def _solve_on(
+    def solve_once(
         self,
         branch: Branch,
         problem: Mpcc,
         w: np.ndarray,
+        *,
         options: dict[str, Any],
         limits: PolishingLimits,
-        seconds: float | None,
-    ) -> PolishingReport:
+        window: Window | None = None,
+    ) -> PolishingReport | None:
+        """Return the end of one NLP on a branch, None if no time is left.
+
+        Args:
+            branch: the branch, which stays as it is.
+            window: what may move; everything if omitted.
+
+        The other args are those of `solve`.
+        """
+        seconds = limits.remaining()
+        if seconds is not None and seconds <= 0:
+            return None
         bounds = self.polisher.bounds(branch)
+        if window is not None:
+            bounds = window.restricted(bounds, w)
         settings = {
             "tol": POLISHING_TOLERANCE,
             "constr_viol_tol": POLISHING_VIOLATION,
@@ -212,7 +257,7 @@ class BranchNlp:
             and residuals.complementarity <= EXACT_PRODUCT
             and residuals.constraint_violation <= limits.feasibility
         )
-        return PolishingReport(
+        end = PolishingReport(
             status=result.status,
             iterations=result.iterations,
             seconds=time.perf_counter() - begin,
@@ -221,3 +266,5 @@ class BranchNlp:
             branch=branch,
             exact=exact,
         )
+        limits.report(end)
+        return end

@@ -149,12 +149,29 @@ class Refinement(Record):
     largest_local_error: float
 
 
+class LocalSearch(Record):
+    """How cheaper neighbours of an exact motion were looked for.
+
+    Attributes:
+        seconds: how long it took.
+        trials: neighbours that were tried.
+        cost_before: of the exact motion that was found first.
+        moves: what was changed, one after the other, in words, with the cost afterwards.
+    """
+
+    seconds: float
+    trials: int
+    cost_before: float
+    moves: list[str]
+
+
 class Statistics(Record):
     """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept.
 
     Attributes:
         stages: of every element; more than `method.stages` where refinement added some; None in plans that do not say
             it.
+        search: None if the motion is not exact, and in plans that do not say it.
         refinement: None if the motion is not exact, and in plans that do not say it.
     """
 
@@ -162,6 +179,7 @@ class Statistics(Record):
     constraints: int
     pairs: int
     stages: int | None = None
+    search: LocalSearch | None = None
     refinement: Refinement | None = None
     iterations: int
     build_seconds: float

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from fesd_robot.mpcc import Mpcc, MpccSolution, NlpReport
-from fesd_robot.plans.plan import HomotopyStep, Refinement, Statistics
+from fesd_robot.plans.plan import HomotopyStep, LocalSearch, Refinement, Statistics
 
 
 def statistics_of(
@@ -14,6 +14,7 @@ def statistics_of(
     cost_terms: Mapping[str, float],
     build_seconds: float,
     stages: int,
+    search: LocalSearch | None,
     refinement: Refinement | None,
 ) -> Statistics:
     """Return the statistics of a solve.
@@ -24,6 +25,7 @@ def statistics_of(
         cost_terms: name of a term -> its part of the objective.
         build_seconds: time that building the problem took, without that of its derivatives.
         stages: of every element of the problem.
+        search: how cheaper neighbours were looked for, None if they were not.
         refinement: how the solution was refined, None if it is not exact.
     """
     return Statistics(
@@ -31,6 +33,7 @@ def statistics_of(
         constraints=problem.constraints,
         pairs=problem.pairs,
         stages=stages,
+        search=search,
         refinement=refinement,
         iterations=solution.iterations,
         build_seconds=build_seconds + solution.build_seconds,

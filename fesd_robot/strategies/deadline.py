@@ -25,3 +25,8 @@ class Deadline:
     def left(self) -> float:
         """Seconds until the time is over, negative afterwards; infinite without a limit."""
         return self._limit - self.spent
+
+    @property
+    def left_or_none(self) -> float | None:
+        """Seconds until the time is over; None without a limit."""
+        return None if math.isinf(self._limit) else self.left

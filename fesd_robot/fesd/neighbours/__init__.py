@@ -1,0 +1,6 @@
+"""Neighbours of an exact trajectory: branches that differ from its own by one decision about one contact."""
+
+from fesd_robot.fesd.neighbours.moves import Move, moves
+from fesd_robot.fesd.neighbours.room import with_room, without_spare_elements
+
+__all__ = ["Move", "moves", "with_room", "without_spare_elements"]

@@ -1,0 +1,80 @@
+"""What a contact does in an element, as the active factors of its conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.polishing import ElementConditions
+
+ContactMode = tuple[ActiveFactor, ...]
+"""Active factors of the conditions of one contact."""
+
+
+@dataclass(frozen=True)
+class ContactModes:
+    """The modes of one contact.
+
+    Attributes:
+        name: of the contact.
+        conditions: of the system.
+        members: which conditions are the contact's, as indices into `conditions.members`.
+    """
+
+    name: str
+    conditions: ElementConditions
+    members: tuple[int, ...]
+
+    @classmethod
+    def of(cls, conditions: ElementConditions, branch: Branch) -> list[ContactModes]:
+        """Return the modes of every contact that has a condition of the position level."""
+        found = [
+            cls(name, conditions, tuple(i for i, label in enumerate(branch.conditions) if label.contact == name))
+            for name in branch.contacts
+        ]
+        return [one for one in found if one._positions]
+
+    @property
+    def _positions(self) -> list[int]:
+        """Numbers, in the mode, of the conditions of the position level."""
+        return [n for n, i in enumerate(self.members) if self.conditions.members[i].condition.level == "position"]
+
+    def of_factors(self, factors: Sequence[ActiveFactor]) -> ContactMode:
+        """Return the mode that all factors of an element imply."""
+        return tuple(factors[i] for i in self.members)
+
+    def is_flight(self, mode: ContactMode) -> bool:
+        """Whether the contact has no force."""
+        return all(mode[n] is ActiveFactor.H for n in self._positions)
+
+    @staticmethod
+    def is_impact(mode: ContactMode) -> bool:
+        """Whether the clock stands still."""
+        return ActiveFactor.COMPLEMENT in mode
+
+    def impacts(self, contact: ContactMode, state: np.ndarray, algebraic: np.ndarray) -> list[ContactMode]:
+        """Return the modes of an impact that ends in a mode of contact, in the order in which they follow each other.
+
+        Where there is friction the contact slips first, and then sticks if it does so afterwards.
+
+        Args:
+            contact: the mode after the impact.
+            state, algebraic: before the impact, (n_x) and (n_z).
+        """
+        values = np.asarray(self.conditions.values(state, algebraic)).ravel()
+        own = [self.conditions.members[i] for i in self.members]
+        whole = {frozenset(self.conditions.variables(own[n].H)) for n in self._positions}
+        parts = [n for n, one in enumerate(own) if frozenset(self.conditions.variables(one.H)) not in whole]
+        along = {own[n].G for n in parts}
+        slipping, sticking = list(contact), list(contact)
+        for n, one in enumerate(own):
+            if one.complement is not None:
+                slipping[n] = ActiveFactor.COMPLEMENT
+                sticking[n] = contact[n] if one.G in along else ActiveFactor.COMPLEMENT
+            elif n in parts:
+                slipping[n] = ActiveFactor.H if one.direction * values[one.G] > 0 else ActiveFactor.G
+        sticks = parts and all(contact[n] is ActiveFactor.G for n in parts)
+        return [tuple(slipping), tuple(sticking)] if sticks else [tuple(slipping)]

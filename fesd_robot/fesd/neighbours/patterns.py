@@ -1,0 +1,56 @@
+"""The sequence of modes of one contact within every control interval, and the switches between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+
+Pattern = tuple[ContactMode, ...]
+"""Modes of a contact in an interval, in time order, each different from the one before."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A mode that a contact keeps, impacts left out.
+
+    Attributes:
+        mode: the mode.
+        first, last: control intervals in which it begins and ends.
+    """
+
+    mode: ContactMode
+    first: int
+    last: int
+
+
+def intervals_of(elements: Sequence[int]) -> list[range]:
+    """Return the numbers of the elements of every interval, given how many it has."""
+    ranges, begin = [], 0
+    for count in elements:
+        ranges.append(range(begin, begin + count))
+        begin += count
+    return ranges
+
+
+def pattern_of(modes: ContactModes, branch: Branch, elements: Sequence[int]) -> Pattern:
+    """Return the modes of a contact in some elements one after the other; those without length are left out."""
+    present = [modes.of_factors(branch.factors[e]) for e in elements if not branch.without_length[e]]
+    return tuple(mode for mode, _ in groupby(present))
+
+
+def runs_of(modes: ContactModes, patterns: Sequence[Pattern]) -> list[Run]:
+    """Return the modes that a contact has one after the other in all intervals."""
+    runs: list[Run] = []
+    for k, pattern in enumerate(patterns):
+        for mode in pattern:
+            if modes.is_impact(mode):
+                continue
+            if runs and runs[-1].mode == mode:
+                runs[-1] = Run(mode, runs[-1].first, k)
+            else:
+                runs.append(Run(mode, k, k))
+    return runs

@@ -1,0 +1,135 @@
+"""From the modes that a contact shall have in some intervals to a branch, and to a point to start from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of
+from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.transcription import Transcription
+
+Factors = tuple[ActiveFactor, ...]
+
+
+@dataclass(frozen=True)
+class Placing:
+    """A point of a transcription on a branch, from which neighbours are made.
+
+    Attributes:
+        transcription: of a collocation scheme.
+        w: the point, (n).
+        branch: its branch.
+    """
+
+    transcription: Transcription
+    w: np.ndarray
+    branch: Branch
+
+    @cached_property
+    def _elements(self) -> list[Element]:
+        return self.transcription.unpack(self.w)
+
+    @cached_property
+    def _intervals(self) -> list[range]:
+        return intervals_of(self.transcription.elements)
+
+    def end_of(self, interval: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return state and algebraic variables at the end of an interval, before the impacts that it ends with."""
+        own = [e for e in self._intervals[interval] if not self.branch.without_length[e]]
+        free = [e for e in own if ActiveFactor.COMPLEMENT not in self.branch.factors[e]]
+        element = self._elements[(free or own)[-1]]
+        return element.x[-1], element.z[-1]
+
+    def placed(self, modes: ContactModes, patterns: Mapping[int, Pattern]) -> Iterator[tuple[np.ndarray, Branch]]:
+        """Yield points and branches in which a contact has the given modes in some intervals.
+
+        Where another contact switches in the same interval, there are two: its switches come first or last. There is
+        none where an interval has too few elements.
+        """
+        for first in (True, False):
+            sequences = {k: self._with_others(modes, pattern, k, first) for k, pattern in patterns.items()}
+            if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
+                continue
+            yield self._placed(sequences)
+            if all(len(pattern) == 1 or self._is_uniform(modes, k) for k, pattern in patterns.items()):
+                return
+
+    def _is_uniform(self, modes: ContactModes, interval: int) -> bool:
+        """Whether all other contacts keep their modes in an interval."""
+        return len(self._others(modes, interval)) == 1
+
+    def _others(self, modes: ContactModes, interval: int) -> list[Factors]:
+        """Return the factors in the elements of an interval, those of a contact taken from the first of them."""
+        own = [self.branch.factors[e] for e in self._intervals[interval] if not self.branch.without_length[e]]
+        mode = modes.of_factors(own[0])
+        return [factors for factors, _ in groupby(_with_mode(modes, one, mode) for one in own)]
+
+    def _with_others(self, modes: ContactModes, pattern: Pattern, interval: int, first: bool) -> list[Factors]:
+        """Return the factors of an interval's elements when a contact's switches come before or after all others."""
+        others = self._others(modes, interval)
+        if first:
+            return [
+                *(_with_mode(modes, others[0], mode) for mode in pattern),
+                *(_with_mode(modes, other, pattern[-1]) for other in others[1:]),
+            ]
+        return [
+            *(_with_mode(modes, other, pattern[0]) for other in others[:-1]),
+            *(_with_mode(modes, others[-1], mode) for mode in pattern),
+        ]
+
+    def _placed(self, sequences: Mapping[int, Sequence[Factors]]) -> tuple[np.ndarray, Branch]:
+        """Return point and branch with other factors in some intervals, whose elements become equally long."""
+        factors, without_length = list(self.branch.factors), list(self.branch.without_length)
+        elements = list(self._elements)
+        for k, sequence in sequences.items():
+            own = self._intervals[k]
+            spread = _spread(sequence, len(own))
+            for e, new, source in zip(own, self._resampled(k), spread, strict=True):
+                factors[e], without_length[e] = source, False
+                elements[e] = replace(new, z=self._algebraic(source, e))
+        branch = Branch(self.branch.conditions, tuple(factors), tuple(without_length))
+        return self.transcription.pack(elements), branch
+
+    def _resampled(self, interval: int) -> list[Element]:
+        """Return the elements of an interval with equal lengths, their states on lines between the old ones."""
+        own = [self._elements[e] for e in self._intervals[interval]]
+        ocp, tableau = self.transcription.ocp, self.transcription.options.tableau
+        step, start = ocp.duration / ocp.intervals / len(own), own[0].start
+        times = np.array([start, *(element.end for element in own)])
+        states = np.vstack([own[0].x_left, *(element.x[-1:] for element in own)])
+        fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
+        elements = []
+        for n, element in enumerate(own):
+            at = start + step * (n + np.append(0.0, fractions))
+            x = np.array([np.interp(at, times, state) for state in states.T]).T
+            elements.append(replace(element, start=at[0], step=step, x_left=x[0], x=x[1:]))
+        return elements
+
+    def _algebraic(self, factors: Factors, at: int) -> np.ndarray:
+        """Return the algebraic variables of the nearest element with the same factors; its own if there is none."""
+        same = [e for e, own in enumerate(self.branch.factors) if own == factors and not self.branch.without_length[e]]
+        return self._elements[min(same, key=lambda e: abs(e - at), default=at)].z
+
+
+def _with_mode(modes: ContactModes, factors: Factors, mode: ContactMode) -> Factors:
+    """Return the factors of an element with another mode of a contact."""
+    changed = list(factors)
+    for i, factor in zip(modes.members, mode, strict=True):
+        changed[i] = factor
+    return tuple(changed)
+
+
+def _spread(sequence: Sequence[Factors], count: int) -> list[Factors]:
+    """Return `count` factors in the order of a sequence, those without an impact repeated."""
+    numbers = np.ones(len(sequence), dtype=int)
+    free = [n for n, factors in enumerate(sequence) if ActiveFactor.COMPLEMENT not in factors]
+    for i in range(count - len(sequence)):
+        numbers[(free or [0])[i % len(free or [0])]] += 1
+    return [factors for factors, number in zip(sequence, numbers, strict=True) for _ in range(number)]

@@ -1,0 +1,173 @@
+"""Local search from an exact motion: its contacts are changed one by one, as long as that lowers the cost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fesd_robot.fesd.neighbours import Move, moves, with_room, without_spare_elements
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import (
+    TRIALS,
+    BranchPoint,
+    BranchSolver,
+    HomotopyOptions,
+    NlpReport,
+    PolishingReport,
+    continue_on_branch,
+)
+from fesd_robot.plans.plan import LocalSearch
+from fesd_robot.solved_motion import SolvedMotion
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+GAIN = 1e-3
+"""Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
+
+WINDOW = 8
+"""Intervals on either side of a move that are solved again in its trial; the rest of the motion stays as it is."""
+
+FIRST_UPDATES = 3
+"""How often elements that shrink to nothing are taken out before the search begins."""
+
+
+def searched(
+    solved: SolvedMotion,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> SolvedMotion:
+    """Return an exact motion none of whose neighbours is found to be cheaper.
+
+    First its elements may have any length in their intervals. Then its neighbours (`fesd.neighbours.moves`) are tried
+    one after the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower
+    cost, the branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the
+    search goes on from there with the same contact; a move that failed is tried again only if something has changed in
+    its window.
+
+    Args:
+        solved: returned as it is if it is not exact, and if nothing cheaper is found.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every branch NLP of the whole motion that makes it cheaper.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
+    """
+    if not solved.solution.exact:
+        return solved
+    return _Search(solved, options, deadline, progress, stop).run()
+
+
+class _Search:
+    """Where a search is, and what it has tried."""
+
+    def __init__(
+        self,
+        solved: SolvedMotion,
+        options: HomotopyOptions,
+        deadline: Deadline,
+        progress: Callable[[NlpReport], None] | None,
+        stop: Stop | None,
+    ) -> None:
+        self._solved, self._options, self._deadline = solved, options, deadline
+        self._progress, self._stop = progress, stop
+        self._transcription, w, branch = with_room(solved.transcription, solved.solution.w, solved.branch)
+        self._start, self._polisher = BranchPoint(w, branch), BranchTranscription(self._transcription)
+        problem = self._transcription.problem
+        self._solver = BranchSolver(
+            problem, self._polisher, options, lambda: deadline.left_or_none, few_evaluations=False, stop=stop
+        )
+        self._tried: set[object] = set()
+        self._trials = 0
+        self._moves: list[str] = []
+
+    def run(self) -> SolvedMotion:
+        """Search until no neighbour is cheaper, and return the best motion."""
+        begin = time.perf_counter()
+        best, patience, last = self._solver.exact(self._start, updates=FIRST_UPDATES), 0, None
+        while best and patience < len(TRIALS) and not self._solver.ended_early:
+            found = self._cheaper_neighbour(best, patience, last)
+            if found is None:
+                patience, last = patience + 1, None
+                continue
+            move, better = found
+            best, patience, last = better, 0, move.key
+            self._moves.append(f"{move.what}: {better.residuals.objective:.6g}")
+            if self._progress:
+                self._progress(NlpReport.of_polishing(better))
+        return self._result(best, begin)
+
+    def _cheaper_neighbour(
+        self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
+    ) -> tuple[Move, PolishingReport] | None:
+        """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
+        below = best.residuals.objective - GAIN * abs(best.residuals.objective)
+        for move in self._untried(best, patience, last):
+            self._trials += 1
+            window = self._solver.window(self._free(move))
+            end = self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience])
+            if end:
+                return move, end
+            if self._solver.ended_early:
+                break
+        return None
+
+    def _untried(self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None) -> Iterator[Move]:
+        """Yield the moves that were not tried yet with what there is in their windows."""
+        found = list(moves(self._transcription, self._polisher.conditions, best.w, best.branch))
+        first = next((i for i, move in enumerate(found) if move.key == last), 0)
+        ends = np.cumsum(self._transcription.elements)
+        for move in found[first:] + found[:first]:
+            around = self._window(move)
+            elements = slice(ends[around.start] - self._transcription.elements[around.start], ends[around.stop - 1])
+            seen = (patience, around, move.branch.factors[elements], move.branch.without_length[elements])
+            if seen not in self._tried:
+                self._tried.add(seen)
+                yield move
+
+    def _window(self, move: Move) -> range:
+        """Return the intervals around a move."""
+        last = len(self._transcription.elements)
+        return range(max(move.intervals.start - WINDOW, 0), min(move.intervals.stop + WINDOW, last))
+
+    def _free(self, move: Move) -> np.ndarray:
+        """Return which variables may move in the trial of a move: all in its window but the state that it ends in."""
+        around, indices = self._window(move), self._transcription.indices
+        free = np.zeros(self._transcription.problem.size, dtype=bool)
+        for k in around:
+            free[indices.own(k)] = True
+        if around.stop < len(self._transcription.elements):
+            free[indices.point(around.stop)] = False
+        if around.start == 0:
+            free[indices.point(0)] = True
+        return free
+
+    def _result(self, best: PolishingReport | None, begin: float) -> SolvedMotion:
+        """Return the best motion, without elements to spare."""
+        solved, solution = self._solved, self._solved.solution
+        polisher, found = self._polisher, None
+        if best and best.residuals.objective < solution.residuals.objective:
+            found = self._solver.solution(best, solution, 0.0)
+            fewer, w, branch = without_spare_elements(self._transcription, best.w, best.branch)
+            again = continue_on_branch(
+                fewer.problem,
+                BranchTranscription(fewer),
+                BranchPoint(w, branch),
+                found,
+                self._options,
+                seconds_left=lambda: self._deadline.left_or_none,
+                stop=self._stop,
+            )
+            polisher, found = (BranchTranscription(fewer), again) if again else (polisher, found)
+        seconds = time.perf_counter() - begin
+        summary = LocalSearch(
+            seconds=seconds, trials=self._trials, cost_before=solution.residuals.objective, moves=self._moves
+        )
+        if found is None:
+            reports = [*solution.reports, *self._solver.reports]
+            found, polisher = replace(solution, reports=reports), solved.polisher
+        found = replace(found, solve_seconds=solution.solve_seconds + seconds)
+        return solved.continued(polisher, found, search=summary)

@@ -1,0 +1,115 @@
+"""A solution, the motion that it is, and what the audit says about that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fesd_robot.adapters import motion_audit, numeric_physics, physical_motion
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import local_errors
+from fesd_robot.fesd.schemes import MAX_STAGES
+from fesd_robot.mpcc import MpccSolution
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.plan import LocalSearch, Refinement
+from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.intervals import MotionReplay, replay_intervals
+
+
+@dataclass(frozen=True)
+class SolvedMotion:
+    """A solution, the motion that it is, and what the audit says about that.
+
+    Attributes:
+        motion: the formulated task, with the discretisation that was solved.
+        polisher: of the transcription that was solved.
+        solution, branch: the point and its branch.
+        search: how it was searched from the motion that was found first; None if it was not.
+        rounds, seconds: of refinement, rounds that found no solution included in the seconds.
+    """
+
+    motion: MotionProblem
+    polisher: BranchTranscription
+    solution: MpccSolution
+    branch: Branch
+    search: LocalSearch | None = None
+    rounds: int = 0
+    seconds: float = 0.0
+
+    @classmethod
+    def of(cls, motion: MotionProblem, polisher: BranchTranscription, solution: MpccSolution) -> SolvedMotion:
+        """Return the motion of a solution that was not refined."""
+        return cls(motion, polisher, solution, solution.branch or polisher.branch(solution.w))
+
+    def continued(
+        self,
+        polisher: BranchTranscription,
+        solution: MpccSolution,
+        *,
+        search: LocalSearch | None = None,
+        rounds: int = 0,
+    ) -> SolvedMotion:
+        """Return the motion of a solution that continues this one.
+
+        Args:
+            polisher, solution: of the solution.
+            search: how it was searched; that of this motion if omitted.
+            rounds: of refinement.
+        """
+        return replace(SolvedMotion.of(self.motion, polisher, solution), search=search or self.search, rounds=rounds)
+
+    @property
+    def transcription(self) -> Transcription:
+        """Of the problem that was solved."""
+        return self.polisher.transcription
+
+    @property
+    def stages(self) -> int:
+        """Of every element."""
+        return self.transcription.options.tableau.stages
+
+    @cached_property
+    def physics(self) -> NumericPhysics:
+        """Pinocchio's view of the robot."""
+        return numeric_physics(self.motion)
+
+    @cached_property
+    def physical(self) -> PhysicalMotion:
+        """The motion in physical time."""
+        motion = replace(self.motion, fesd=self.transcription.options)
+        return physical_motion(motion, self.transcription.unpack(self.solution.w), self.branch)
+
+    @cached_property
+    def audit(self) -> Audit:
+        """What the audit says."""
+        return motion_audit(self.motion, self.physical, self.physics, self.replay)
+
+    @cached_property
+    def replay(self) -> MotionReplay:
+        """The motion driven again, interval by interval."""
+        return replay_intervals(self.physical, self.physics)
+
+    @cached_property
+    def local_errors(self) -> np.ndarray:
+        """Estimated local error of every element, (number of elements); zeros where no scheme has one more stage."""
+        if self.stages == MAX_STAGES:
+            return np.zeros(sum(self.transcription.elements))
+        return local_errors(self.transcription, self.polisher.conditions, self.solution.w, self.branch)
+
+    @property
+    def refinement(self) -> Refinement | None:
+        """How it was refined, None if it is not exact."""
+        if not self.solution.exact:
+            return None
+        return Refinement(
+            rounds=self.rounds,
+            seconds=self.seconds,
+            elements=sum(self.transcription.elements),
+            largest_local_error=float(self.local_errors.max()),
+        )
