@@ -6,9 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-import numpy as np
-
-from fesd_robot.fesd.neighbours import Move, moves, with_room, without_spare_elements
+from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_spare_elements
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import (
     TRIALS,
@@ -26,9 +24,6 @@ from fesd_robot.strategies.deadline import Deadline
 
 GAIN = 1e-3
 """Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
-
-WINDOW = 8
-"""Intervals on either side of a move that are solved again in its trial; the rest of the motion stays as it is."""
 
 FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
@@ -105,9 +100,10 @@ class _Search:
     ) -> tuple[Move, PolishingReport] | None:
         """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
         below = best.residuals.objective - GAIN * abs(best.residuals.objective)
-        for move in self._untried(best, patience, last):
+        around = Surroundings(self._transcription, self._polisher.conditions, best.branch)
+        for move in self._untried(best, around, patience, last):
             self._trials += 1
-            window = self._solver.window(self._free(move))
+            window = self._solver.window(around.variables(around.window(move.intervals)))
             end = self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience])
             if end:
                 return move, end
@@ -115,35 +111,19 @@ class _Search:
                 break
         return None
 
-    def _untried(self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None) -> Iterator[Move]:
+    def _untried(
+        self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
+    ) -> Iterator[Move]:
         """Yield the moves that were not tried yet with what there is in their windows."""
         found = list(moves(self._transcription, self._polisher.conditions, best.w, best.branch))
         first = next((i for i, move in enumerate(found) if move.key == last), 0)
-        ends = np.cumsum(self._transcription.elements)
         for move in found[first:] + found[:first]:
-            around = self._window(move)
-            elements = slice(ends[around.start] - self._transcription.elements[around.start], ends[around.stop - 1])
-            seen = (patience, around, move.branch.factors[elements], move.branch.without_length[elements])
+            window = around.window(move.intervals)
+            elements = around.elements(window)
+            seen = (patience, window, move.branch.factors[elements], move.branch.without_length[elements])
             if seen not in self._tried:
                 self._tried.add(seen)
                 yield move
-
-    def _window(self, move: Move) -> range:
-        """Return the intervals around a move."""
-        last = len(self._transcription.elements)
-        return range(max(move.intervals.start - WINDOW, 0), min(move.intervals.stop + WINDOW, last))
-
-    def _free(self, move: Move) -> np.ndarray:
-        """Return which variables may move in the trial of a move: all in its window but the state that it ends in."""
-        around, indices = self._window(move), self._transcription.indices
-        free = np.zeros(self._transcription.problem.size, dtype=bool)
-        for k in around:
-            free[indices.own(k)] = True
-        if around.stop < len(self._transcription.elements):
-            free[indices.point(around.stop)] = False
-        if around.start == 0:
-            free[indices.point(0)] = True
-        return free
 
     def _result(self, best: PolishingReport | None, begin: float) -> SolvedMotion:
         """Return the best motion, without elements to spare."""

@@ -1,4 +1,4 @@
-"""Rows that a refined transcription has besides those of its problem: parts of an element, bounds between stages."""
+"""Rows that a refined transcription has besides those of its problem: bounds that hold between the stages, too."""
 
 from __future__ import annotations
 
@@ -23,20 +23,6 @@ PARTS = 4
 SLACK = 2e-7
 """By how much the coefficients may pass a bound, in the unit of the variable. Without it there would be no interior
 where a variable begins at its bound without slope, as the gap of a foot that lifts off gently."""
-
-
-@dataclass(frozen=True)
-class StepRatio:
-    """The length of an element is `ratio` times that of another; both are numbers of elements in time order."""
-
-    element: int
-    other: int
-    ratio: float = 1.0
-
-    def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> StepRatio:
-        """Return the same for elements that are in parts, of which the first have the numbers `first`."""
-        ratio = self.ratio * parts[self.other] / parts[self.element]
-        return StepRatio(first[self.element], first[self.other], ratio)
 
 
 @dataclass(frozen=True)
@@ -68,22 +54,19 @@ class BoundBetween:
 class AddedRows:
     """The rows that refinement adds to a transcription; none at first."""
 
-    ratios: tuple[StepRatio, ...] = ()
     bounds: tuple[BoundBetween, ...] = ()
     paths: tuple[PathBetween, ...] = ()
 
     def in_parts(self, parts: Sequence[int]) -> AddedRows:
-        """Return the same rows for elements that are in parts, and those that keep parts of an element equal.
+        """Return the same rows for elements that are in parts.
 
         Args:
             parts: of every element, (number of elements).
         """
         first = np.concatenate([[0], np.cumsum(parts)[:-1]]).astype(int).tolist()
-        ratios = [one.in_parts(parts, first) for one in self.ratios]
-        ratios += [StepRatio(at + i, at) for at, count in zip(first, parts, strict=True) for i in range(1, count)]
         bounds = [part for one in self.bounds for part in one.in_parts(parts, first)]
         paths = [part for one in self.paths for part in one.in_parts(parts, first)]
-        return AddedRows(tuple(ratios), tuple(bounds), tuple(paths))
+        return AddedRows(tuple(bounds), tuple(paths))
 
     def blocks(
         self, indices: TrajectoryIndices, tableau: Tableau, constraints: Sequence[TrajectoryConstraint]
@@ -100,7 +83,6 @@ class AddedRows:
         states = [one for one in self.bounds if one.variable < n_x and not one.end_only]
         algebraic = [one for one in self.bounds if one.variable >= n_x and not one.end_only]
         return [
-            *([_ratio_block(self.ratios, indices)] if self.ratios else []),
             *([_bound_block("states_between_stages", states, indices, tableau.nodes)] if states else []),
             *([_bound_block("multipliers_between_stages", algebraic, indices, tableau.c)] if algebraic else []),
             *([_bound_block("multipliers_at_the_end", ends, indices, tableau.c[-1:])] if ends else []),
@@ -110,23 +92,6 @@ class AddedRows:
 
 NO_ROWS = AddedRows()
 """What a transcription has before it is refined."""
-
-
-def _ratio_block(ratios: Sequence[StepRatio], indices: TrajectoryIndices) -> Block:
-    steps, ratio = ca.SX.sym("h", 2), ca.SX.sym("ratio")
-    return Block(
-        name="element_parts",
-        places=[indices.place(one.element) for one in ratios],
-        variables=steps,
-        parameters=ratio,
-        cost=ca.SX(0),
-        rows=steps[0] - ratio * steps[1],
-        lower=np.zeros(1),
-        upper=np.zeros(1),
-        constraints=[Label("parts of an element")],
-        index=np.array([[indices.step(one.element), indices.step(one.other)] for one in ratios]).T,
-        values=np.array([[one.ratio for one in ratios]]),
-    )
 
 
 def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryIndices, nodes: np.ndarray) -> Block:

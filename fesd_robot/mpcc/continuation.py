@@ -43,7 +43,7 @@ class Trial:
 
     Attributes:
         settings: IPOPT's options for the start.
-        iterations: of IPOPT, after which it ends.
+        iterations: of IPOPT, after which it ends, or goes on once.
         violation: largest constraint violation at the end of a trial that is worth an exact solution.
     """
 
@@ -57,6 +57,12 @@ TRIALS = (
     Trial(starting_at(1e-2, 1e-3), iterations=80, violation=1e-2),
 )
 """From quick to patient: what is not found from one start is sometimes found from another."""
+
+TRIAL_UPDATES = 1
+"""How often a trial that has not converged goes on, without the elements that have shrunk to nothing."""
+
+HOPELESS_VIOLATION = 0.1
+"""Constraint violation above which it does not."""
 
 TRIAL_TOLERANCES = {"tol": 1e-3, "constr_viol_tol": 1e-6}
 """Of IPOPT, for a trial."""
@@ -141,21 +147,33 @@ class BranchSolver:
             objective: the value.
             trial: how to try.
         """
-        found = self._nlp.solve_once(
-            start.branch,
-            self.problem,
-            start.w,
-            options={**self._linear_solver, **trial.settings, **TRIAL_TOLERANCES, **self.options.ipopt},
-            limits=self._limits(trial.iterations, 0),
-            window=window,
-        )
+        found = self._tried(start, window, trial)
         if found is None or found.residuals.constraint_violation > trial.violation:
             return None
         if not found.residuals.objective < objective:
             return None
-        promising = BranchPoint(found.w, start.branch)
+        promising = BranchPoint(found.w, found.branch)
         end = self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
         return end if end and end.residuals.objective < objective else None
+
+    def _tried(self, start: BranchPoint, window: Window, trial: Trial) -> PolishingReport | None:
+        """Return the end of a trial, None if no time is left."""
+        w, branch, found = start.w, start.branch, None
+        for _ in range(1 + TRIAL_UPDATES):
+            found = self._nlp.solve_once(
+                branch,
+                self.problem,
+                w,
+                options={**self._linear_solver, **trial.settings, **TRIAL_TOLERANCES, **self.options.ipopt},
+                limits=self._limits(trial.iterations, 0),
+                window=window,
+            )
+            if found is None or found.status.converged or not np.isfinite(found.w).all():
+                break
+            if found.residuals.constraint_violation > HOPELESS_VIOLATION:
+                break
+            w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch
+        return found
 
     def solution(self, end: PolishingReport, earlier: MpccSolution, seconds: float) -> MpccSolution:
         """Return the solution that an exact end is.

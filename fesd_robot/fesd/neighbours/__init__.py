@@ -2,5 +2,6 @@
 
 from fesd_robot.fesd.neighbours.moves import Move, moves
 from fesd_robot.fesd.neighbours.room import with_room, without_spare_elements
+from fesd_robot.fesd.neighbours.window import Surroundings
 
-__all__ = ["Move", "moves", "with_room", "without_spare_elements"]
+__all__ = ["Move", "Surroundings", "moves", "with_room", "without_spare_elements"]

@@ -54,3 +54,12 @@ def runs_of(modes: ContactModes, patterns: Sequence[Pattern]) -> list[Run]:
             else:
                 runs.append(Run(mode, k, k))
     return runs
+
+
+def in_flight(modes: Sequence[ContactModes], branch: Branch, elements: Sequence[int]) -> bool:
+    """Return whether no contact has a force in some of the given elements."""
+    return any(
+        all(contact.is_flight(contact.of_factors(branch.factors[e])) for contact in modes)
+        for e in elements
+        if not branch.without_length[e]
+    )

@@ -14,14 +14,11 @@ SPARE_ELEMENTS = 1
 """Elements that every interval gets: a touchdown with friction inside an interval needs four."""
 
 
-EQUILIBRATION = 1e-2
-"""Factor on the weight of step equilibration: elements to spare are not to cost what their length differs by."""
-
-
 def with_room(transcription: Transcription, w: np.ndarray, branch: Branch) -> tuple[Transcription, np.ndarray, Branch]:
     """Return the transcription with spare elements that may fill their interval, the same point of it, and its branch.
 
-    The spare elements are the last of their intervals and have no length.
+    Elements of one mode are equally long in a branch NLP anyway, so that step equilibration has no weight. The spare
+    elements are the last of their intervals and have no length.
 
     Args:
         transcription: of a collocation scheme.
@@ -29,10 +26,7 @@ def with_room(transcription: Transcription, w: np.ndarray, branch: Branch) -> tu
         branch: on which it lies.
     """
     counts = tuple(count + SPARE_ELEMENTS for count in transcription.elements)
-    weight = EQUILIBRATION * transcription.options.equilibration_weight
-    options = replace(
-        transcription.options, elements=counts, step_freedom=max(counts) - 1.0, equilibration_weight=weight
-    )
+    options = replace(transcription.options, elements=counts, step_freedom=max(counts) - 1.0, equilibration_weight=0.0)
     roomier = replace(transcription, options=options)
     elements: list[Element] = []
     source: list[int] = []

@@ -36,11 +36,14 @@ class ElementIndices(NamedTuple):
         step: index of its length among the variables.
         points: its points, without the left boundary.
         state_rows: index of a state -> the rows that are its dynamics.
+        step_difference: index of the row that is the length of the next element of the interval minus its own; None if
+            it is the last.
     """
 
     step: int
     points: list[PointIndices]
     state_rows: dict[int, list[int]]
+    step_difference: int | None
 
 
 class BoundsBuilder:
@@ -68,10 +71,17 @@ class BoundsBuilder:
             if without_length:
                 self._remove(e, factors if before is None else before)
                 continue
+            self._keep_equal(e, branch)
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
                 self._hold(e, member, factor, left, None if before is None else before[i])
             left, before = self._elements[e].points[-1], factors
         return BranchBounds(self._lower, self._upper, self._g_lower, self._g_upper)
+
+    def _keep_equal(self, e: int, branch: Branch) -> None:
+        """Give an element the length of the next one of its interval if that is in the same mode."""
+        row = self._elements[e].step_difference
+        if row is not None and not branch.without_length[e + 1] and branch.factors[e] == branch.factors[e + 1]:
+            self._g_lower[row] = self._g_upper[row] = 0.0
 
     def _hold(
         self, e: int, member: ConditionFactors, factor: ActiveFactor, left: PointIndices, before: ActiveFactor | None
@@ -146,7 +156,7 @@ def _element_indices(branch_transcription: BranchTranscription) -> list[ElementI
     first_row = len(problem.blocks[0].lower)
     for block, count in zip(problem.blocks[1:], transcription.intervals, strict=False):
         layout = transcription.layouts[count]
-        base = len(block.lower) - count * points * rows
+        base = len(block.lower) - count * points * rows - (count - 1)
         state_rows = _state_rows(block.constraints, state_names, count)
         for place in block.places:
             assert place.interval is not None
@@ -165,6 +175,7 @@ def _element_indices(branch_transcription: BranchTranscription) -> list[ElementI
                             for j in range(points)
                         ],
                         state_rows={i: [first_row + r for r in own] for i, own in state_rows[n].items()},
+                        step_difference=first_row + len(block.lower) - count + 1 + n if n + 1 < count else None,
                     )
                 )
             first_row += len(block.lower)

@@ -26,6 +26,7 @@ class BranchTranscription:
     made once. What a branch repeats is left out, or an interior-point method finds no interior: G at a boundary belongs
     to the element before it; an invariant is held where contact begins and then kept by the velocities (index
     reduction); an element without length has no bounds on its states, for they are those of its left boundary.
+    Neighbouring elements of an interval that are in the same mode have the same length.
     """
 
     transcription: Transcription
@@ -99,7 +100,8 @@ class BranchTranscription:
         left = layout.n_x + layout.n_z
         parts = read_elements(layout, self.transcription.options.tableau, w[:left], w[left:])
         points = [point for part in parts for point in [*part.stages, *[part.right] * layout.own_end]]
-        return ca.vertcat(ca.SX(0, 1), *[self.conditions.rows(x, z) for x, z in points])
+        steps = [parts[n + 1].h - parts[n].h for n in range(elements - 1)]
+        return ca.vertcat(ca.SX(0, 1), *[self.conditions.rows(x, z) for x, z in points], *steps)
 
 
 def _without_pairs(block: Block, rows: ca.SX) -> Block:

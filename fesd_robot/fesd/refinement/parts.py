@@ -19,8 +19,8 @@ def with_parts(
 ) -> tuple[Transcription, np.ndarray, Branch]:
     """Return the transcription with elements in equal parts, its point that interpolates another, and its branch.
 
-    All parts of an element are in its mode and of the same length, so that there is one length to choose as before. No
-    element becomes longer than it could be before.
+    All parts of an element are in its mode, and the branch NLP gives them the same length, so that there is one length
+    to choose as before. No element becomes longer than it could be before.
 
     Args:
         transcription: of a collocation scheme.
