@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_spare_elements
+from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import (
     TRIALS,
@@ -131,7 +131,7 @@ class _Search:
         polisher, found = self._polisher, None
         if best and best.residuals.objective < solution.residuals.objective:
             found = self._solver.solution(best, solution, 0.0)
-            fewer, w, branch = without_spare_elements(self._transcription, best.w, best.branch)
+            fewer, w, branch = without_room(self._transcription, best.w, best.branch, solved.transcription.elements)
             again = continue_on_branch(
                 fewer.problem,
                 BranchTranscription(fewer),

@@ -1,22 +1,25 @@
-"""Moves from a branch to its neighbours: a switch earlier or later, with an impact or without, or a run left out."""
+"""Moves from a branch to its neighbours: switches earlier or later, with an impact or without, or a run left out."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, Run, intervals_of, pattern_of, runs_of
 from fesd_robot.fesd.neighbours.placing import Placing
+from fesd_robot.fesd.neighbours.switches import EARLIER, LATER, Switch, switches_of
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.transcription import Transcription
 
 SHORT_RUN = 3
 """A run of at most so many intervals may be left out between two different modes."""
+
+Key = tuple[str, int, str]
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Move:
         branch: the neighbour.
     """
 
-    key: tuple[str, int, str]
+    key: Key
     what: str
     intervals: range
     w: np.ndarray
@@ -40,9 +43,17 @@ class Move:
 
 @dataclass(frozen=True)
 class _Change:
-    key: tuple[str, int, str]
+    """The patterns that some contacts get in some intervals."""
+
+    key: Key
     what: str
-    patterns: Mapping[int, Pattern]
+    steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]
+
+    @property
+    def intervals(self) -> range:
+        """All from the first to the last that changes."""
+        changed = [k for _, patterns in self.steps for k in patterns]
+        return range(min(changed), max(changed) + 1)
 
 
 def moves(transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch) -> Iterator[Move]:
@@ -51,6 +62,8 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
     - A switch between two modes that lies on the boundary of two control intervals moves to the boundary before, the
       one after, or into one of the two intervals; one inside an interval moves into the interval before or after, or
       to one of its boundaries.
+    - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
+      of several contacts that happen at most an interval apart.
     - A touchdown gets an impact wherever it lies inside an interval, and none on a boundary.
     - A mode between two that are the same, or a short one between two others, is left out.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
@@ -61,59 +74,59 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
         w: a point of it, (n).
         branch: on which it lies.
     """
-    placing = Placing(transcription, w, branch)
-    intervals = intervals_of(transcription.elements)
+    placing, intervals = Placing(transcription, w, branch), intervals_of(transcription.elements)
+    changes: list[_Change] = []
+    switches: list[list[Switch]] = []
     for modes in ContactModes.of(conditions, branch):
         patterns = [pattern_of(modes, branch, own) for own in intervals]
         runs = runs_of(modes, patterns)
-        for change in (*_shifted(modes, patterns, runs, placing), *_without_run(modes, runs), *_swapped(modes, runs)):
-            for start, neighbour in placing.placed(modes, change.patterns):
-                changed = range(min(change.patterns), max(change.patterns) + 1)
-                yield Move(change.key, change.what, changed, start, neighbour)
+        switches.append(switches_of(modes, patterns, runs, placing))
+        changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1])]
+        changes += [*_without_run(modes, runs), *_swapped(modes, runs)]
+    for change in (*changes, *_shifted_together(switches)):
+        for start, neighbour in placing.placed(change.steps):
+            yield Move(change.key, change.what, change.intervals, start, neighbour)
 
 
-def _shifted(modes: ContactModes, patterns: list[Pattern], runs: list[Run], placing: Placing) -> Iterator[_Change]:
+def _shifted(switches: Sequence[Switch]) -> Iterator[_Change]:
     """Yield the changes that move one switch."""
-    last = len(patterns) - 1
-    for n, (before, after) in enumerate(pairwise(runs)):
-        a, b = before.mode, after.mode
-        whole, k, following = (a, *_impacts(modes, a, b, before.last, placing), b), before.last, after.first
-        if k < following:
-            choices = {
-                "an interval earlier": {k: (b,)} if patterns[k][0] == a else None,
-                "an interval later": {following: (a,)} if patterns[following][-1] == b else None,
-                f"into interval {k}": {k: whole, following: _without_impacts(modes, patterns[following])},
-                f"into interval {following}": {k: _without_impacts(modes, patterns[k]), following: whole},
-            }
-            if not (patterns[k][0] == a and len(_without_impacts(modes, patterns[k])) == 1):
-                choices[f"into interval {k}"] = None
-            if len(_without_impacts(modes, patterns[following])) > 1:
-                choices[f"into interval {following}"] = None
-        else:
-            own = patterns[k]
-            if len(_without_impacts(modes, own)) > 2:
-                continue
-            choices = {
-                "to the beginning of its interval": {k: (b,)},
-                "to the end of its interval": {k: (a,)},
-                "an interval earlier": {k - 1: own, k: (b,)} if k > 0 and patterns[k - 1] == (a,) else None,
-                "an interval later": {k: (a,), k + 1: own} if k < last and patterns[k + 1] == (b,) else None,
-            }
-        for where, change in choices.items():
-            if change is not None:
-                what = f"{_name(modes, a, b)} of contact '{modes.name}' in interval {k} {where}"
-                yield _Change((modes.name, n, where.split(" interval ")[0]), what, change)
+    for switch in switches:
+        for where, patterns in switch.choices.items():
+            what = f"{switch.name} of contact '{switch.modes.name}' in interval {switch.interval} {where}"
+            key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
+            yield _Change(key, what, [(switch.modes, patterns)])
 
 
-def _impacts(modes: ContactModes, a: ContactMode, b: ContactMode, interval: int, placing: Placing) -> list[ContactMode]:
-    """Return the modes of the impact between two modes; none if it is no touchdown."""
-    if not modes.is_flight(a) or modes.is_flight(b):
-        return []
-    return modes.impacts(b, *placing.end_of(interval))
+def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
+    """Yield the changes that move both ends of a run."""
+    for begin, end in pairwise(switches):
+        for where in (EARLIER, LATER):
+            if where in begin.choices and where in end.choices:
+                patterns = {**begin.choices[where], **end.choices[where]}
+                if len(patterns) == len(begin.choices[where]) + len(end.choices[where]):
+                    what = (
+                        f"{begin.name} and {end.name} of contact '{begin.modes.name}' in intervals {begin.interval} "
+                        f"and {end.interval} {where}"
+                    )
+                    yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
 
 
-def _without_impacts(modes: ContactModes, pattern: Pattern) -> Pattern:
-    return tuple(mode for mode in pattern if not modes.is_impact(mode))
+def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
+    """Yield the changes that move the same switch of several contacts."""
+    every, seen = [switch for own in switches for switch in own], set()
+    for switch in every:
+        group = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= 1]
+        contacts = {other.modes.name for other in group}
+        members = frozenset((other.modes.name, other.number) for other in group)
+        if len(group) < 2 or len(contacts) < len(group) or members in seen:
+            continue
+        seen.add(members)
+        for where in (EARLIER, LATER):
+            if all(where in other.choices for other in group):
+                names = ", ".join(f"'{other.modes.name}'" for other in group)
+                what = f"{switch.name} of contacts {names} in interval {switch.interval} {where}"
+                steps = [(other.modes, other.choices[where]) for other in group]
+                yield _Change((switch.modes.name, switch.number, f"together {where}"), what, steps)
 
 
 def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
@@ -125,7 +138,7 @@ def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
             patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
             kind = "flight" if modes.is_flight(run.mode) else "contact"
             what = f"no {kind} of contact '{modes.name}' in intervals {run.first} to {run.last}"
-            yield _Change((modes.name, n, "left out"), what, patterns)
+            yield _Change((modes.name, n, "left out"), what, [(modes, patterns)])
 
 
 def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
@@ -135,11 +148,5 @@ def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
         for mode in closed:
             if mode != run.mode and not modes.is_flight(run.mode):
                 what = f"stick or slip of contact '{modes.name}' swapped in intervals {run.first} to {run.last}"
-                yield _Change((modes.name, n, "swapped"), what, dict.fromkeys(range(run.first, run.last + 1), (mode,)))
-
-
-def _name(modes: ContactModes, a: ContactMode, b: ContactMode) -> str:
-    """Return what a switch is called."""
-    if modes.is_flight(a) == modes.is_flight(b):
-        return "stick or slip"
-    return "touchdown" if modes.is_flight(a) else "take-off"
+                patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
+                yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])

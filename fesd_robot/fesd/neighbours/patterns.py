@@ -6,8 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from fesd_robot.complementarity import Branch
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+
+Factors = tuple[ActiveFactor, ...]
+"""Active factors of all conditions of an element."""
 
 Pattern = tuple[ContactMode, ...]
 """Modes of a contact in an interval, in time order, each different from the one before."""
@@ -63,3 +68,12 @@ def in_flight(modes: Sequence[ContactModes], branch: Branch, elements: Sequence[
         for e in elements
         if not branch.without_length[e]
     )
+
+
+def spread(sequence: Sequence[Factors], count: int) -> list[Factors]:
+    """Return `count` factors in the order of a sequence, those without an impact repeated."""
+    numbers = np.ones(len(sequence), dtype=int)
+    free = [n for n, factors in enumerate(sequence) if ActiveFactor.COMPLEMENT not in factors]
+    for i in range(count - len(sequence)):
+        numbers[(free or [0])[i % len(free or [0])]] += 1
+    return [factors for factors, number in zip(sequence, numbers, strict=True) for _ in range(number)]

@@ -11,11 +11,9 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
-from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of
+from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, spread
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
-
-Factors = tuple[ActiveFactor, ...]
 
 
 @dataclass(frozen=True)
@@ -47,19 +45,34 @@ class Placing:
         element = self._elements[(free or own)[-1]]
         return element.x[-1], element.z[-1]
 
-    def placed(self, modes: ContactModes, patterns: Mapping[int, Pattern]) -> Iterator[tuple[np.ndarray, Branch]]:
-        """Yield points and branches in which a contact has the given modes in some intervals.
+    def placed(
+        self, steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]
+    ) -> Iterator[tuple[np.ndarray, Branch]]:
+        """Yield points and branches in which contacts have given modes in some intervals.
 
-        Where another contact switches in the same interval, there are two: its switches come first or last. There is
-        none where an interval has too few elements.
+        Where another contact switches in the same interval, there are two: the new switches come before or after the
+        others. There is none where an interval has too few elements.
+
+        Args:
+            steps: contacts and their modes by interval, placed one after the other.
         """
         for first in (True, False):
-            sequences = {k: self._with_others(modes, pattern, k, first) for k, pattern in patterns.items()}
-            if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
+            placing: Placing | None = self
+            for modes, patterns in steps:
+                placing = placing and placing._one_placed(modes, patterns, first)
+            if placing is None:
                 continue
-            yield self._placed(sequences)
-            if all(len(pattern) == 1 or self._is_uniform(modes, k) for k, pattern in patterns.items()):
+            yield placing.w, placing.branch
+            if all(
+                len(pattern) == 1 or self._is_uniform(modes, k) for modes, own in steps for k, pattern in own.items()
+            ):
                 return
+
+    def _one_placed(self, modes: ContactModes, patterns: Mapping[int, Pattern], first: bool) -> Placing | None:
+        sequences = {k: self._with_others(modes, pattern, k, first) for k, pattern in patterns.items()}
+        if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
+            return None
+        return Placing(self.transcription, *self._placed(sequences))
 
     def _is_uniform(self, modes: ContactModes, interval: int) -> bool:
         """Whether all other contacts keep their modes in an interval."""
@@ -90,8 +103,8 @@ class Placing:
         elements = list(self._elements)
         for k, sequence in sequences.items():
             own = self._intervals[k]
-            spread = _spread(sequence, len(own))
-            for e, new, source in zip(own, self._resampled(k), spread, strict=True):
+            filled = spread(sequence, len(own))
+            for e, new, source in zip(own, self._resampled(k), filled, strict=True):
                 factors[e], without_length[e] = source, False
                 elements[e] = replace(new, z=self._algebraic(source, e))
         branch = Branch(self.branch.conditions, tuple(factors), tuple(without_length))
@@ -124,12 +137,3 @@ def _with_mode(modes: ContactModes, factors: Factors, mode: ContactMode) -> Fact
     for i, factor in zip(modes.members, mode, strict=True):
         changed[i] = factor
     return tuple(changed)
-
-
-def _spread(sequence: Sequence[Factors], count: int) -> list[Factors]:
-    """Return `count` factors in the order of a sequence, those without an impact repeated."""
-    numbers = np.ones(len(sequence), dtype=int)
-    free = [n for n, factors in enumerate(sequence) if ActiveFactor.COMPLEMENT not in factors]
-    for i in range(count - len(sequence)):
-        numbers[(free or [0])[i % len(free or [0])]] += 1
-    return [factors for factors, number in zip(sequence, numbers, strict=True) for _ in range(number)]

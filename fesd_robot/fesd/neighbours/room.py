@@ -1,85 +1,91 @@
-"""The same trajectory with room for its switches: elements to spare, and any length for each."""
+"""The same trajectory with other numbers of elements: room for its switches, and no elements without length."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
+from fesd_robot.fesd.neighbours.patterns import Factors, intervals_of, spread
+from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 SPARE_ELEMENTS = 1
-"""Elements that every interval gets: a touchdown with friction inside an interval needs four."""
+"""Elements that every interval gets for a search: a touchdown with friction inside an interval needs four."""
 
 
 def with_room(transcription: Transcription, w: np.ndarray, branch: Branch) -> tuple[Transcription, np.ndarray, Branch]:
-    """Return the transcription with spare elements that may fill their interval, the same point of it, and its branch.
-
-    Elements of one mode are equally long in a branch NLP anyway, so that step equilibration has no weight. The spare
-    elements are the last of their intervals and have no length.
-
-    Args:
-        transcription: of a collocation scheme.
-        w: a point of it, (n).
-        branch: on which it lies.
-    """
-    counts = tuple(count + SPARE_ELEMENTS for count in transcription.elements)
-    options = replace(transcription.options, elements=counts, step_freedom=max(counts) - 1.0, equilibration_weight=0.0)
-    roomier = replace(transcription, options=options)
-    elements: list[Element] = []
-    source: list[int] = []
-    old = transcription.unpack(w)
-    for e, element in enumerate(old):
-        elements.append(element)
-        source.append(e)
-        if e + 1 == len(old) or old[e + 1].interval != element.interval:
-            elements += [_without_length(element)] * SPARE_ELEMENTS
-            source += [e] * SPARE_ELEMENTS
-    spare = [n > 0 and source[n] == source[n - 1] for n in range(len(source))]
-    return (
-        roomier,
-        roomier.pack(elements),
-        replace(
-            branch,
-            factors=tuple(branch.factors[e] for e in source),
-            without_length=tuple(new or branch.without_length[e] for new, e in zip(spare, source, strict=True)),
-        ),
-    )
-
-
-def without_spare_elements(
-    transcription: Transcription, w: np.ndarray, branch: Branch
-) -> tuple[Transcription, np.ndarray, Branch]:
-    """Return the transcription without the elements that have no length, the same point of it, and its branch.
+    """Return the transcription with one element more in every interval, any of which may fill it, and the same point.
 
     Args:
         transcription: of a collocation scheme, without added rows.
         w: a point of it, (n).
         branch: on which it lies.
     """
-    elements = transcription.unpack(w)
-    kept = [e for e, spare in enumerate(branch.without_length) if not spare]
-    counts = tuple(sum(elements[e].interval == k for e in kept) for k in range(transcription.ocp.intervals))
-    fewer = replace(transcription, options=replace(transcription.options, elements=counts))
-    point = fewer.pack([elements[e] for e in kept])
-    return (
-        fewer,
-        point,
-        replace(branch, factors=tuple(branch.factors[e] for e in kept), without_length=(False,) * len(kept)),
-    )
+    return _with_elements(transcription, w, branch, [count + SPARE_ELEMENTS for count in transcription.elements])
 
 
-def _without_length(element: Element) -> Element:
-    """Return the element of no length that follows another."""
-    end, z = element.x[-1], element.z[-1]
-    return replace(
-        element,
-        start=element.end,
-        step=0.0,
-        x_left=end,
-        z_left=z,
-        x=np.repeat(end[None], len(element.x), axis=0),
-        z=np.repeat(z[None], len(element.z), axis=0),
+def without_room(
+    transcription: Transcription, w: np.ndarray, branch: Branch, least: Sequence[int]
+) -> tuple[Transcription, np.ndarray, Branch]:
+    """Return the transcription with as many elements as its modes need, at least given numbers, and the same point.
+
+    Args:
+        transcription: of a collocation scheme, without added rows.
+        w: a point of it, (n).
+        branch: on which it lies.
+        least: numbers of elements of the intervals, (N).
+    """
+    needed = [len(_sequence(branch, own)) for own in intervals_of(transcription.elements)]
+    counts = [max(pair) for pair in zip(needed, least, strict=True)]
+    return _with_elements(transcription, w, branch, counts)
+
+
+def _with_elements(
+    transcription: Transcription, w: np.ndarray, branch: Branch, counts: Sequence[int]
+) -> tuple[Transcription, np.ndarray, Branch]:
+    """Return the transcription with other numbers of elements, its point on the same polynomials, and its branch.
+
+    All elements have a length, and those of one mode are equally long, which a branch NLP asks for anyway, so that step
+    equilibration has no weight.
+    """
+    options = replace(
+        transcription.options, elements=tuple(counts), step_freedom=max(counts) - 1.0, equilibration_weight=0.0
     )
+    old, tableau = transcription.unpack(w), transcription.options.tableau
+    elements: list[Element] = []
+    factors: list[Factors] = []
+    for own, count in zip(intervals_of(transcription.elements), counts, strict=True):
+        whole = [e for e in own if not branch.without_length[e]]
+        runs = [[old[e] for e in run] for _, run in groupby(whole, key=lambda e: branch.factors[e])]
+        modes = spread(_sequence(branch, own), count)
+        factors += modes
+        for run, (_, parts) in zip(runs, groupby(modes), strict=True):
+            elements += _in_equal_parts(run, len(list(parts)), tableau)
+    changed = replace(transcription, options=options)
+    return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
+
+
+def _sequence(branch: Branch, own: Sequence[int]) -> list[Factors]:
+    """Return the factors of some elements one after the other; those without length are left out."""
+    return [factors for factors, _ in groupby(branch.factors[e] for e in own if not branch.without_length[e])]
+
+
+def _in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> list[Element]:
+    """Return elements that follow each other in one mode as `count` elements of equal length on their polynomials."""
+    ends = np.array([element.end for element in run])
+    start, step = run[0].start, (ends[-1] - run[0].start) / count
+    fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
+    x_left, z_left, parts = run[0].x_left, run[0].z_left, []
+    for n in range(count):
+        times = start + step * (n + fractions)
+        sources = [run[min(int(np.searchsorted(ends, at)), len(run) - 1)] for at in times]
+        x = np.vstack([source.at(tableau, np.array([at])) for source, at in zip(sources, times, strict=True)])
+        source = sources[0]
+        parts.append(replace(source, start=start + n * step, step=step, x_left=x_left, z_left=z_left, x=x))
+        x_left, z_left = x[-1], source.z[-1]
+    return parts

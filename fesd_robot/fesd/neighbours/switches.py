@@ -1,0 +1,108 @@
+"""Where the switches of a contact may go: an interval earlier or later, into an interval, or to its boundary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+from fesd_robot.fesd.neighbours.patterns import Pattern, Run
+from fesd_robot.fesd.neighbours.placing import Placing
+
+EARLIER, LATER = "an interval earlier", "an interval later"
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A switch of a contact between two modes that are no impacts.
+
+    Attributes:
+        modes: of the contact.
+        number: of the switch among those of the contact.
+        name: touchdown, take-off, or stick or slip.
+        interval: in which the mode before it ends.
+        choices: where it may go -> the patterns that the contact then has in some intervals.
+    """
+
+    modes: ContactModes
+    number: int
+    name: str
+    interval: int
+    choices: Mapping[str, Mapping[int, Pattern]]
+
+
+def switches_of(modes: ContactModes, patterns: list[Pattern], runs: list[Run], placing: Placing) -> list[Switch]:
+    """Return the switches of a contact in time order.
+
+    Args:
+        modes: of the contact.
+        patterns: of the contact in every interval.
+        runs: of the contact.
+        placing: the point that the patterns are those of.
+    """
+    switches = []
+    for number, (before, after) in enumerate(pairwise(runs)):
+        if before.last < after.first:
+            choices = _from_a_boundary(modes, patterns, before, after, placing)
+        else:
+            choices = _from_inside(modes, patterns, before, after)
+        name = _name(modes, before.mode, after.mode)
+        switches.append(Switch(modes, number, name, before.last, choices))
+    return switches
+
+
+def _from_a_boundary(
+    modes: ContactModes, patterns: list[Pattern], before: Run, after: Run, placing: Placing
+) -> dict[str, dict[int, Pattern]]:
+    """Return where a switch on the boundary of two intervals may go."""
+    k, following, a, b = before.last, after.first, before.mode, after.mode
+    own, next_own = (without_impacts(modes, patterns[at]) for at in (k, following))
+    whole = (a, *_impacts(modes, a, b, k, placing), b)
+    choices: dict[str, dict[int, Pattern]] = {}
+    if patterns[k][0] == a:
+        choices[EARLIER] = {k: (b,)}
+    if patterns[following][-1] == b:
+        choices[LATER] = {following: (a,)}
+    if own == (a,):
+        choices[f"into interval {k}"] = {k: whole, following: next_own}
+    if next_own == (b,):
+        choices[f"into interval {following}"] = {k: own, following: whole}
+    return choices
+
+
+def _from_inside(
+    modes: ContactModes, patterns: list[Pattern], before: Run, after: Run
+) -> dict[str, dict[int, Pattern]]:
+    """Return where a switch inside an interval may go, none if there is another one of this contact."""
+    k, a, b = before.last, before.mode, after.mode
+    if len(without_impacts(modes, patterns[k])) > 2:
+        return {}
+    choices: dict[str, dict[int, Pattern]] = {
+        "to the beginning of its interval": {k: (b,)},
+        "to the end of its interval": {k: (a,)},
+    }
+    if k > 0 and patterns[k - 1] == (a,):
+        choices[EARLIER] = {k - 1: patterns[k], k: (b,)}
+    if k + 1 < len(patterns) and patterns[k + 1] == (b,):
+        choices[LATER] = {k: (a,), k + 1: patterns[k]}
+    return choices
+
+
+def _impacts(modes: ContactModes, a: ContactMode, b: ContactMode, interval: int, placing: Placing) -> list[ContactMode]:
+    """Return the modes of the impact between two modes; none if it is no touchdown."""
+    if not modes.is_flight(a) or modes.is_flight(b):
+        return []
+    return modes.impacts(b, *placing.end_of(interval))
+
+
+def without_impacts(modes: ContactModes, pattern: Pattern) -> Pattern:
+    """Return the modes of a pattern that are no impacts."""
+    return tuple(mode for mode in pattern if not modes.is_impact(mode))
+
+
+def _name(modes: ContactModes, a: ContactMode, b: ContactMode) -> str:
+    """Return what a switch is called."""
+    if modes.is_flight(a) == modes.is_flight(b):
+        return "stick or slip"
+    return "touchdown" if modes.is_flight(a) else "take-off"
