@@ -41,6 +41,10 @@ CERTIFICATE_SECONDS = 30.0
 """Longest time for each answer about the kind of a solution."""
 
 
+EXACT_PRODUCT = 1e-14
+"""Product of a pair that counts as zero in an exact solution: sides up to 1e-8 are zero, the root of it over ten."""
+
+
 def homotopy_options(task: Task) -> HomotopyOptions:
     """Return the solver's options from the task's section `solver`."""
     solver = task.solver
@@ -141,13 +145,15 @@ def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seco
     """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
     Args:
-        tolerance: product of a pair that counts as zero.
+        problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.
+        tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
         seconds_left: of the task's time; each of the certificate's two answers may take half of it.
     """
     seconds = min(CERTIFICATE_SECONDS, 0.5 * seconds_left)
     if not solution.solved or seconds <= 0:
         return None
-    return certify(problem, solution.w, tolerance=tolerance, time_limit=seconds)
+    product = EXACT_PRODUCT if solution.exact else tolerance
+    return certify(problem, solution.w, tolerance=product, time_limit=seconds)
 
 
 def assembled_plan(

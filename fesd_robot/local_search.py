@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -35,25 +34,25 @@ def searched(
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
-) -> SolvedMotion:
-    """Return an exact motion none of whose neighbours is found to be cheaper.
+) -> Iterator[SolvedMotion]:
+    """Yield a motion none of whose neighbours is found to be cheaper, then the one half way to it, then the first.
 
-    First its elements may have any length in their intervals. Then its neighbours (`fesd.neighbours.moves`) are tried
-    one after the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower
-    cost, the branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the
-    search goes on from there with the same contact; a move that failed is tried again only if something has changed in
+    First elements may have any length in their intervals. Then neighbours (`fesd.neighbours.moves`) are tried one after
+    the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower cost, the
+    branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the search
+    goes on from there with the same kind of move; a move that failed is tried again only if something has changed in
     its window.
 
     Args:
-        solved: returned as it is if it is not exact, and if nothing cheaper is found.
+        solved: the motion to start from; the only one if it is not exact.
         options: of the homotopy.
         deadline: of the task.
         progress: called after every branch NLP of the whole motion that makes it cheaper.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
     """
-    if not solved.solution.exact:
-        return solved
-    return _Search(solved, options, deadline, progress, stop).run()
+    if solved.solution.exact:
+        yield from _Search(solved, options, deadline, progress, stop).run()
+    yield solved
 
 
 class _Search:
@@ -67,6 +66,7 @@ class _Search:
         progress: Callable[[NlpReport], None] | None,
         stop: Stop | None,
     ) -> None:
+        self._begin = time.perf_counter()
         self._solved, self._options, self._deadline = solved, options, deadline
         self._progress, self._stop = progress, stop
         self._transcription, w, branch = with_room(solved.transcription, solved.solution.w, solved.branch)
@@ -79,10 +79,10 @@ class _Search:
         self._trials = 0
         self._moves: list[str] = []
 
-    def run(self) -> SolvedMotion:
-        """Search until no neighbour is cheaper, and return the best motion."""
-        begin = time.perf_counter()
+    def run(self) -> Iterator[SolvedMotion]:
+        """Search until no neighbour is cheaper; yield the best motion and, if it is another, the one half way to it."""
         best, patience, last = self._solver.exact(self._start, updates=FIRST_UPDATES), 0, None
+        trail = [best] if best else []
         while best and patience < len(TRIALS) and not self._solver.ended_early:
             found = self._cheaper_neighbour(best, patience, last)
             if found is None:
@@ -90,10 +90,13 @@ class _Search:
                 continue
             move, better = found
             best, patience, last = better, 0, move.key
+            trail.append(better)
             self._moves.append(f"{move.what}: {better.residuals.objective:.6g}")
             if self._progress:
                 self._progress(NlpReport.of_polishing(better))
-        return self._result(best, begin)
+        for number in sorted({len(trail) - 1, len(trail) // 2}, reverse=True):
+            if trail:
+                yield from self._without_room(trail[number], self._moves[:number])
 
     def _cheaper_neighbour(
         self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
@@ -125,29 +128,25 @@ class _Search:
                 self._tried.add(seen)
                 yield move
 
-    def _result(self, best: PolishingReport | None, begin: float) -> SolvedMotion:
-        """Return the best motion, without elements to spare."""
+    def _without_room(self, best: PolishingReport, moves: list[str]) -> Iterator[SolvedMotion]:
+        """Yield the motion with as many elements as it needs, if it is cheaper than the first."""
         solved, solution = self._solved, self._solved.solution
-        polisher, found = self._polisher, None
-        if best and best.residuals.objective < solution.residuals.objective:
-            found = self._solver.solution(best, solution, 0.0)
-            fewer, w, branch = without_room(self._transcription, best.w, best.branch, solved.transcription.elements)
-            again = continue_on_branch(
-                fewer.problem,
-                BranchTranscription(fewer),
-                BranchPoint(w, branch),
-                found,
-                self._options,
-                seconds_left=lambda: self._deadline.left_or_none,
-                stop=self._stop,
-            )
-            polisher, found = (BranchTranscription(fewer), again) if again else (polisher, found)
-        seconds = time.perf_counter() - begin
-        summary = LocalSearch(
-            seconds=seconds, trials=self._trials, cost_before=solution.residuals.objective, moves=self._moves
+        fewer, w, branch = without_room(self._transcription, best.w, best.branch, solved.transcription.elements)
+        polisher = BranchTranscription(fewer)
+        found = continue_on_branch(
+            fewer.problem,
+            polisher,
+            BranchPoint(w, branch),
+            self._solver.solution(best, solution, time.perf_counter() - self._begin),
+            self._options,
+            seconds_left=lambda: self._deadline.left_or_none,
+            stop=self._stop,
         )
-        if found is None:
-            reports = [*solution.reports, *self._solver.reports]
-            found, polisher = replace(solution, reports=reports), solved.polisher
-        found = replace(found, solve_seconds=solution.solve_seconds + seconds)
-        return solved.continued(polisher, found, search=summary)
+        if found and found.residuals.objective < solution.residuals.objective:
+            search = LocalSearch(
+                seconds=time.perf_counter() - self._begin,
+                trials=self._trials,
+                cost_before=solution.residuals.objective,
+                moves=moves,
+            )
+            yield solved.continued(polisher, found, search=search)

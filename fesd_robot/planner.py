@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 
 from fesd_robot.adapters import (
     assembled_plan,
-    certificate_of,
     homotopy_options,
     motion_outcome,
     with_promised_goal,
 )
+from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.local_search import searched
@@ -99,14 +99,17 @@ def attempt(
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)
-    if task.solver.local_search:
-        solved = searched(solved, options, deadline, progress, stop)
-    if task.method.accuracy != "none":
-        solved = refined(solved, options, task.method.accuracy, deadline, progress, stop)
+    searches = searched(solved, options, deadline, progress, stop) if task.solver.local_search else [solved]
+    for candidate in searches:  # the cheaper ones first; the first that is true is taken
+        solved = candidate
+        if task.method.accuracy != "none":
+            solved = refined(candidate, options, task.method.accuracy, deadline, progress, stop)
+        if not solved.audit.violations:
+            break
+    solved, certificate = descended(solved, options, task.solver.tolerance, deadline, progress, stop)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
     problem, physics = transcription.problem, solved.physics
-    certificate = certificate_of(problem, solution, task.solver.tolerance, deadline.left)
     full_intervals = [] if solution.solved else solved.polisher.out_of_elements(w)
     outcome = motion_outcome(motion, solved.physical, physics)
     jumps = isinstance(task.reference, Jumps)

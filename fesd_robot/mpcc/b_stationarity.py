@@ -65,6 +65,7 @@ def b_stationary(
     at: Linearisation | None = None,
     radius: float = 1e-2,
     activity: float = 1e-6,
+    bound_activity: float | None = None,
     tolerance: float = 1e-5,
     time_limit: float = 60.0,
 ) -> BCertificate:
@@ -82,6 +83,7 @@ def b_stationary(
         radius: size of the trust region, abs(d_i) <= radius max(1, abs(w_i)).
         activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit; keep
             it above tolerance radius, as constraints at a smaller distance can hide a descent.
+        bound_activity: the same for the distance from bounds on variables and rows; `activity` if omitted.
         tolerance: slopes above -tolerance are no descent; see `BCertificate.slope`. HiGHS resolves about 1e-6.
         time_limit: seconds.
 
@@ -94,7 +96,7 @@ def b_stationary(
     """
     begin = time.perf_counter()
     at = at or linearise(problem, w)
-    active = active_set(at, activity)
+    active = active_set(at, activity, bound_activity)
     size = radius * np.maximum(1.0, abs(w))
     decision = _Decision("unknown", f"the point violates a constraint by {active.violation:.1e}")
     if active.violation <= activity:

@@ -13,6 +13,9 @@ from fesd_robot.mpcc.problem import Mpcc
 ACTIVITY = 0.1
 """A side of a pair counts as zero up to this times the root of the largest product."""
 
+BOUND_ACTIVITY = 1e-6
+"""Distance from a bound up to which it counts as met, at least: an interior-point method stops before it."""
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -26,6 +29,7 @@ class Certificate:
         unresolved: pairs of which no side is small enough to count as zero; their smaller side is taken for it.
         residual: of the stationarity equation, relative to the gradient.
         branch: of all pairs, on which a direction descends; None unless it is refuted.
+        direction: that direction, (n); None unless it is refuted.
     """
 
     kind: Literal["S", "M", "C", "W", "none"]
@@ -34,6 +38,7 @@ class Certificate:
     unresolved: int
     residual: float
     branch: Branch | None = None
+    direction: np.ndarray | None = None
 
 
 def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
@@ -56,9 +61,10 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
     from fesd_robot.mpcc.stationarity import stationarity
 
     activity, at = ACTIVITY * tolerance**0.5, linearise(problem, w)
-    kind = stationarity(problem, w, at=at, activity=activity, time_limit=time_limit)
+    activities = {"activity": activity, "bound_activity": max(activity, BOUND_ACTIVITY)}
+    kind = stationarity(problem, w, at=at, **activities, time_limit=time_limit)
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
-    b = b_stationary(problem, w, at=at, activity=activity, time_limit=time_limit)
-    branch = b.branch if b.verdict == "refuted" else None
-    return Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, branch)
+    b = b_stationary(problem, w, at=at, **activities, time_limit=time_limit)
+    descent = (b.branch, b.direction) if b.verdict == "refuted" else ()
+    return Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, *descent)

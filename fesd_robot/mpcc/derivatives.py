@@ -126,13 +126,15 @@ def linearise(problem: Mpcc, w: np.ndarray) -> Linearisation:
     return at
 
 
-def active_set(at: Linearisation, activity: float) -> ActiveSet:
+def active_set(at: Linearisation, activity: float, bound_activity: float | None = None) -> ActiveSet:
     """Return which bounds, rows and sides are zero up to `activity`, and how far the point violates the others.
 
     Args:
         at: the expansion.
         activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit.
+        bound_activity: the same for the distance from bounds on variables and rows; `activity` if omitted.
     """
+    at_bound = activity if bound_activity is None else bound_activity
     g_size, G_size, H_size = (np.maximum(1.0, row_sizes(J)) for J in (at.g_jacobian, at.G_jacobian, at.H_jacobian))
     G, H = at.G / G_size, at.H / H_size
     G_zero, H_zero = (activity >= G) & ~(at.vanishing & (-activity > G)), activity >= H
@@ -148,10 +150,10 @@ def active_set(at: Linearisation, activity: float) -> ActiveSet:
     )
     equality = at.g_upper <= at.g_lower
     return ActiveSet(
-        lower=at.w - at.lower <= activity,
-        upper=at.upper - at.w <= activity,
-        g_lower=equality | ((at.g - at.g_lower) / g_size <= activity),
-        g_upper=equality | ((at.g_upper - at.g) / g_size <= activity),
+        lower=at.w - at.lower <= at_bound,
+        upper=at.upper - at.w <= at_bound,
+        g_lower=equality | ((at.g - at.g_lower) / g_size <= at_bound),
+        g_upper=equality | ((at.g_upper - at.g) / g_size <= at_bound),
         G=G_zero | (unresolved & (G <= H)),
         H=H_zero | (unresolved & (G > H)),
         unresolved=unresolved,

@@ -78,6 +78,7 @@ def stationarity(
     *,
     at: Linearisation | None = None,
     activity: float = 1e-6,
+    bound_activity: float | None = None,
     tolerance: float = 1e-6,
     time_limit: float = 60.0,
 ) -> Stationarity:
@@ -92,6 +93,7 @@ def stationarity(
         w: a feasible point, shape (n,), in the units of the problem's variables.
         at: expansion of the problem at w, if it is at hand.
         activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit.
+        bound_activity: the same for the distance from bounds on variables and rows; `activity` if omitted.
         tolerance: largest entry of the stationarity equation, relative to max(1, max abs(grad f)).
         time_limit: seconds; what they do not suffice for is listed in `undecided`.
 
@@ -103,7 +105,7 @@ def stationarity(
     """
     deadline = time.perf_counter() + time_limit
     at = at or linearise(problem, w)
-    active = active_set(at, activity)
+    active = active_set(at, activity, bound_activity)
     equation = stationarity_equation(at, active)
     kind, y, undecided = _strongest(equation, tolerance, deadline)
     against = (-y[equation.pairs]).max(axis=1, initial=-np.inf)

@@ -1,7 +1,8 @@
 """Neighbours of an exact trajectory: branches that differ from its own by one decision about one contact."""
 
 from fesd_robot.fesd.neighbours.moves import Move, moves
+from fesd_robot.fesd.neighbours.pivots import Pivots
 from fesd_robot.fesd.neighbours.room import with_room, without_room
 from fesd_robot.fesd.neighbours.window import Surroundings
 
-__all__ = ["Move", "Surroundings", "moves", "with_room", "without_room"]
+__all__ = ["Move", "Pivots", "Surroundings", "moves", "with_room", "without_room"]

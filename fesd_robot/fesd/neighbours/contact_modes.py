@@ -42,6 +42,13 @@ class ContactModes:
         """Numbers, in the mode, of the conditions of the position level."""
         return [n for n, i in enumerate(self.members) if self.conditions.members[i].condition.level == "position"]
 
+    @property
+    def parts(self) -> list[int]:
+        """Numbers, in the mode, of the conditions on a part of the contact's force: friction to one side."""
+        own = [self.conditions.members[i] for i in self.members]
+        whole = {frozenset(self.conditions.variables(own[n].H)) for n in self._positions}
+        return [n for n, one in enumerate(own) if frozenset(self.conditions.variables(one.H)) not in whole]
+
     def of_factors(self, factors: Sequence[ActiveFactor]) -> ContactMode:
         """Return the mode that all factors of an element imply."""
         return tuple(factors[i] for i in self.members)
@@ -66,8 +73,7 @@ class ContactModes:
         """
         values = np.asarray(self.conditions.values(state, algebraic)).ravel()
         own = [self.conditions.members[i] for i in self.members]
-        whole = {frozenset(self.conditions.variables(own[n].H)) for n in self._positions}
-        parts = [n for n, one in enumerate(own) if frozenset(self.conditions.variables(one.H)) not in whole]
+        parts = self.parts
         along = {own[n].G for n in parts}
         slipping, sticking = list(contact), list(contact)
         for n, one in enumerate(own):

@@ -77,3 +77,11 @@ def spread(sequence: Sequence[Factors], count: int) -> list[Factors]:
     for i in range(count - len(sequence)):
         numbers[(free or [0])[i % len(free or [0])]] += 1
     return [factors for factors, number in zip(sequence, numbers, strict=True) for _ in range(number)]
+
+
+def with_mode(modes: ContactModes, factors: Factors, mode: ContactMode) -> Factors:
+    """Return the factors of an element with another mode of a contact."""
+    changed = list(factors)
+    for i, factor in zip(modes.members, mode, strict=True):
+        changed[i] = factor
+    return tuple(changed)

@@ -10,8 +10,8 @@ from itertools import groupby
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
-from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, spread
+from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, spread, with_mode
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
@@ -82,19 +82,19 @@ class Placing:
         """Return the factors in the elements of an interval, those of a contact taken from the first of them."""
         own = [self.branch.factors[e] for e in self._intervals[interval] if not self.branch.without_length[e]]
         mode = modes.of_factors(own[0])
-        return [factors for factors, _ in groupby(_with_mode(modes, one, mode) for one in own)]
+        return [factors for factors, _ in groupby(with_mode(modes, one, mode) for one in own)]
 
     def _with_others(self, modes: ContactModes, pattern: Pattern, interval: int, first: bool) -> list[Factors]:
         """Return the factors of an interval's elements when a contact's switches come before or after all others."""
         others = self._others(modes, interval)
         if first:
             return [
-                *(_with_mode(modes, others[0], mode) for mode in pattern),
-                *(_with_mode(modes, other, pattern[-1]) for other in others[1:]),
+                *(with_mode(modes, others[0], mode) for mode in pattern),
+                *(with_mode(modes, other, pattern[-1]) for other in others[1:]),
             ]
         return [
-            *(_with_mode(modes, other, pattern[0]) for other in others[:-1]),
-            *(_with_mode(modes, others[-1], mode) for mode in pattern),
+            *(with_mode(modes, other, pattern[0]) for other in others[:-1]),
+            *(with_mode(modes, others[-1], mode) for mode in pattern),
         ]
 
     def _placed(self, sequences: Mapping[int, Sequence[Factors]]) -> tuple[np.ndarray, Branch]:
@@ -129,11 +129,3 @@ class Placing:
         """Return the algebraic variables of the nearest element with the same factors; its own if there is none."""
         same = [e for e, own in enumerate(self.branch.factors) if own == factors and not self.branch.without_length[e]]
         return self._elements[min(same, key=lambda e: abs(e - at), default=at)].z
-
-
-def _with_mode(modes: ContactModes, factors: Factors, mode: ContactMode) -> Factors:
-    """Return the factors of an element with another mode of a contact."""
-    changed = list(factors)
-    for i, factor in zip(modes.members, mode, strict=True):
-        changed[i] = factor
-    return tuple(changed)

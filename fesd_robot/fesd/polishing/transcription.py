@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -77,6 +78,36 @@ class BranchTranscription:
     def bounds(self, branch: Branch) -> BranchBounds:
         """Return the bounds on variables and rows of `problem` that keep the active factors of a branch at zero."""
         return BoundsBuilder(self).bounds(branch)
+
+    def with_equal_steps(self, branch: Branch) -> Mpcc:
+        """Return the problem with pairs in which neighbouring elements of one mode are equally long, as on the branch.
+
+        Without step equilibration only the switches determine the lengths; the others would follow the errors of the
+        discretisation. Whether a point is stationary is a question to this problem.
+
+        Args:
+            branch: whose modes count.
+        """
+        problem, indices, pairs = self.transcription.problem, self.transcription.indices, []
+        for e, (before, after) in enumerate(pairwise(branch.factors)):
+            same_interval = indices.place(e).interval == indices.place(e + 1).interval
+            if same_interval and before == after and not (branch.without_length[e] or branch.without_length[e + 1]):
+                pairs.append(e)
+        steps = ca.SX.sym("h", 2)
+        equal = Block(
+            name="equal_steps",
+            places=[indices.place(e) for e in pairs],
+            variables=steps,
+            parameters=ca.SX(0, 1),
+            cost=ca.SX(0),
+            rows=steps[1] - steps[0],
+            lower=np.zeros(1),
+            upper=np.zeros(1),
+            constraints=[Label("equal steps")],
+            index=np.array([[indices.step(e), indices.step(e + 1)] for e in pairs], dtype=int).reshape(-1, 2).T,
+            values=np.zeros((0, len(pairs))),
+        )
+        return replace(problem, blocks=[*problem.blocks, equal]) if pairs else problem
 
     @cached_property
     def _equal_steps(self) -> np.ndarray:

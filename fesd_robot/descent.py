@@ -1,0 +1,97 @@
+"""Descent: from a motion that a branch descends from to one that none descends from, with its certificate."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice
+
+from fesd_robot.adapters import certificate_of
+from fesd_robot.fesd.neighbours import Pivots
+from fesd_robot.mpcc import BranchPoint, BranchSolver, Certificate, HomotopyOptions, NlpReport
+from fesd_robot.solved_motion import SolvedMotion
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+MOST_DESCENTS = 10
+"""Descents of a motion, one after the other."""
+
+MOST_PIVOTS = 6
+"""Branches that are tried for one direction of descent."""
+
+LEAST_GAIN = 1e-5
+"""Of the cost, relative to the larger of it and one; less is no descent. Where a foot grazes the ground without a force,
+linearised constraints allow a little that the real ones do not."""
+
+
+def descended(
+    solved: SolvedMotion,
+    options: HomotopyOptions,
+    tolerance: float,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[SolvedMotion, Certificate | None]:
+    """Return the motion from which no branch is found that descends, and the certificate of that.
+
+    Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
+    (`fesd.neighbours.Pivots`), and the branch NLP is solved there from the same point. What costs less and is as true
+    takes its place.
+
+    Args:
+        solved: the motion; it stays as it is if it is not exact.
+        options: of the homotopy.
+        tolerance: product of a pair that counts as zero where the motion is not exact.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the descent.
+
+    Returns:
+        motion and certificate; no certificate if the motion is not solved, or no time is left.
+
+    Source: phase II of MPECopt, Nurkanovic, Leyffer, arXiv 2501.13835.
+    """
+    for _ in range(MOST_DESCENTS):
+        problem = solved.polisher.with_equal_steps(solved.branch) if solved.solution.exact else None
+        certificate = certificate_of(problem or solved.transcription.problem, solved.solution, tolerance, deadline.left)
+        better = _better(solved, certificate, options, deadline, progress, stop) if problem and certificate else None
+        if better is None:
+            break
+        solved = better
+    return solved, certificate
+
+
+def _better(
+    solved: SolvedMotion,
+    certificate: Certificate,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> SolvedMotion | None:
+    """Return a motion that costs less on one of the branches that the direction points to, None if there is none."""
+    if certificate.direction is None:
+        return None
+    begin, solution, w = time.perf_counter(), solved.solution, solved.solution.w
+    objective = solution.residuals.objective
+    below = objective - LEAST_GAIN * max(1.0, abs(objective))
+    pivots = Pivots(solved.transcription, solved.polisher.conditions, w, solved.branch, certificate.direction)
+    solver = BranchSolver(
+        solved.transcription.problem,
+        solved.polisher,
+        options,
+        lambda: deadline.left_or_none,
+        stop=stop,
+        progress=progress,
+    )
+    for branch in islice(pivots.branches(), MOST_PIVOTS):
+        end = solver.exact(BranchPoint(w, branch))
+        if end and end.residuals.objective < below:
+            found = solver.solution(end, solution, time.perf_counter() - begin)
+            better = replace(solved.continued(solved.polisher, found, rounds=solved.rounds), seconds=solved.seconds)
+            if not better.audit.violations or solved.audit.violations:
+                return better
+        if solver.ended_early:
+            break
+    return None

@@ -1,0 +1,125 @@
+"""From a direction of descent to branches on which it may be followed: the modes of whole elements are completed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+from fesd_robot.fesd.neighbours.patterns import Factors, with_mode
+from fesd_robot.fesd.polishing import ElementConditions
+from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.transcription import Transcription
+
+STEP = 1e-3
+"""Part of the direction by which rates are measured."""
+
+LEAST_RATE = 1e-6
+"""A factor that grows by less, per unit of the direction, stays zero."""
+
+ACTIVE = 1e-7
+"""A factor up to this is zero."""
+
+
+@dataclass(frozen=True)
+class Pivots:
+    """The branches that a direction points to.
+
+    Following single pairs leads to no mode: a velocity would be free while the force is still held. So for every
+    element in which the direction leaves the active factor of a condition, the mode of that contact is completed:
+
+    - flight, if the contact has no force and wants none;
+    - an impact, if the clock stands still and stays so;
+    - else contact; it slips to the side to which its velocity grows, and sticks if to none.
+
+    Attributes:
+        transcription: of a collocation scheme.
+        conditions: what can vanish in an element.
+        w, branch: a point of it, (n), and its branch.
+        direction: of descent, (n).
+
+    Source: modes in place of the pairs of Nurkanovic, Leyffer, arXiv 2501.13835.
+    """
+
+    transcription: Transcription
+    conditions: ElementConditions
+    w: np.ndarray
+    branch: Branch
+    direction: np.ndarray
+
+    def branches(self) -> Iterator[Branch]:
+        """Yield the branch in which all these elements have their completed modes, then those in which one has it."""
+        changed = {e: factors for e in range(len(self.branch.factors)) if (factors := self._completed(e))}
+        if not changed:
+            return
+        yield self._with(changed)
+        if len(changed) > 1:
+            for e in sorted(changed, key=lambda e: -self._rate(e)):
+                yield self._with({e: changed[e]})
+
+    def _with(self, changed: dict[int, Factors]) -> Branch:
+        factors = [changed.get(e, own) for e, own in enumerate(self.branch.factors)]
+        return replace(self.branch, factors=tuple(factors))
+
+    @cached_property
+    def _now(self) -> list[Element]:
+        return self.transcription.unpack(self.w)
+
+    @cached_property
+    def _then(self) -> list[Element]:
+        return self.transcription.unpack(self.w + STEP * self.direction)
+
+    def _quantities(self, element: Element) -> np.ndarray:
+        """Return the quantities at the stages, (n_s, quantities)."""
+        stages = len(element.slopes)
+        return np.array([np.asarray(self.conditions.values(element.x[j], element.z[j])).ravel() for j in range(stages)])
+
+    def _rates(self, e: int) -> np.ndarray:
+        """Return the largest rate of every quantity, with its sign, (quantities)."""
+        rates = (self._quantities(self._then[e]) - self._quantities(self._now[e])) / STEP
+        return np.asarray(rates[np.argmax(np.abs(rates), axis=0), np.arange(rates.shape[1])])
+
+    def _rate(self, e: int) -> float:
+        """Return the largest rate of a factor that an element holds at zero."""
+        rates, held = self._rates(e), self.branch.factors[e]
+        at = [member.quantity(factor) for member, factor in zip(self.conditions.members, held, strict=True)]
+        return float(np.abs(rates[at]).max(initial=0.0))
+
+    def _completed(self, e: int) -> Factors | None:
+        """Return the factors of an element, the modes that the direction leaves completed; None if it leaves none."""
+        if self.branch.without_length[e]:
+            return None
+        factors, rates, now = self.branch.factors[e], self._rates(e), self._quantities(self._now[e])
+        for modes in ContactModes.of(self.conditions, self.branch):
+            mode = modes.of_factors(factors)
+            if self._leaves(modes, mode, rates):
+                factors = with_mode(modes, factors, self._mode(modes, mode, rates, now))
+        return None if factors == self.branch.factors[e] else factors
+
+    def _leaves(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray) -> bool:
+        """Whether a factor that a contact's mode holds at zero does not stay there."""
+        for i, factor in zip(modes.members, mode, strict=True):
+            member = self.conditions.members[i]
+            rate = rates[member.quantity(factor)] * (member.direction if factor is ActiveFactor.G else 1)
+            if (rate if member.condition.vanishing else abs(rate)) > LEAST_RATE:
+                return True
+        return False
+
+    def _mode(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray, now: np.ndarray) -> ContactMode:
+        """Return the completed mode of a contact."""
+        members = [self.conditions.members[i] for i in modes.members]
+        force = [member.H for member in members if member.condition.level == "position"]
+        if all(now[:, at].max() <= ACTIVE and rates[at] <= LEAST_RATE for at in force):
+            return tuple(ActiveFactor.H for _ in mode)
+        clock = [member.complement for member in members if member.complement is not None]
+        if modes.is_impact(mode) and all(rates[at] <= LEAST_RATE for at in clock):
+            return mode
+        parts = modes.parts
+        return tuple(
+            ActiveFactor.H if n in parts and member.direction * rates[member.G] > LEAST_RATE else ActiveFactor.G
+            for n, member in enumerate(members)
+        )
