@@ -21,7 +21,7 @@ MOST_PIVOTS = 6
 """Branches that are tried for one direction of descent."""
 
 LEAST_GAIN = 1e-5
-"""Of the cost, relative to the larger of it and one; less is no descent. Where a foot grazes the ground without a force,
+"""Of the cost, relative to the larger of it and one; less is no descent: where a foot grazes the ground without force,
 linearised constraints allow a little that the real ones do not."""
 
 
