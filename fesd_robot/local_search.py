@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -47,12 +48,13 @@ def searched(
         solved: the motion to start from; the only one if it is not exact.
         options: of the homotopy.
         deadline: of the task.
-        progress: called after every branch NLP of the whole motion that makes it cheaper.
+        progress: called after every branch NLP of a motion that is yielded; trials are too many.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
     """
-    if solved.solution.exact:
-        yield from _Search(solved, options, deadline, progress, stop).run()
-    yield solved
+    if not solved.solution.exact:
+        yield solved
+        return
+    yield from _Search(solved, options, deadline, progress, stop).run()
 
 
 class _Search:
@@ -80,7 +82,7 @@ class _Search:
         self._moves: list[str] = []
 
     def run(self) -> Iterator[SolvedMotion]:
-        """Search until no neighbour is cheaper; yield the best motion and, if it is another, the one half way to it."""
+        """Search until no neighbour is cheaper; yield the best motion, the one half way to it, and the first."""
         best, patience, last = self._solver.exact(self._start, updates=FIRST_UPDATES), 0, None
         trail = [best] if best else []
         while best and patience < len(TRIALS) and not self._solver.ended_early:
@@ -92,11 +94,10 @@ class _Search:
             best, patience, last = better, 0, move.key
             trail.append(better)
             self._moves.append(f"{move.what}: {better.residuals.objective:.6g}")
-            if self._progress:
-                self._progress(NlpReport.of_polishing(better))
         for number in sorted({len(trail) - 1, len(trail) // 2}, reverse=True):
             if trail:
                 yield from self._without_room(trail[number], self._moves[:number])
+        yield replace(self._solved, search=self._summary([]))
 
     def _cheaper_neighbour(
         self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
@@ -137,16 +138,21 @@ class _Search:
             fewer.problem,
             polisher,
             BranchPoint(w, branch),
-            self._solver.solution(best, solution, time.perf_counter() - self._begin),
+            replace(solution, w=best.w, residuals=best.residuals, branch=best.branch),
             self._options,
             seconds_left=lambda: self._deadline.left_or_none,
+            progress=self._progress,
             stop=self._stop,
         )
         if found and found.residuals.objective < solution.residuals.objective:
-            search = LocalSearch(
-                seconds=time.perf_counter() - self._begin,
-                trials=self._trials,
-                cost_before=solution.residuals.objective,
-                moves=moves,
-            )
-            yield solved.continued(polisher, found, search=search)
+            yield solved.continued(polisher, found, search=self._summary(moves))
+
+    def _summary(self, moves: list[str]) -> LocalSearch:
+        """Return what was done, and which moves lead to a motion."""
+        return LocalSearch(
+            seconds=time.perf_counter() - self._begin,
+            iterations=sum(report.iterations for report in self._solver.reports),
+            trials=self._trials,
+            cost_before=self._solved.solution.residuals.objective,
+            moves=moves,
+        )

@@ -89,24 +89,30 @@ def attempt(
 
     The other args and raises are those of `plan`.
     """
-    deadline = Deadline(task.solver.time_limit)
+    deadline, reports = Deadline(task.solver.time_limit), list[NlpReport]()
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
+
+    def report(nlp: NlpReport) -> None:
+        reports.append(nlp)
+        if progress:
+            progress(nlp)
+
     problem, build_seconds = transcription.problem, deadline.spent
 
     options, polisher = homotopy_options(task), BranchTranscription(transcription)
-    solution = solve(problem, options, polisher=polisher, progress=progress, stop=stop)
+    solution = solve(problem, options, polisher=polisher, progress=report, stop=stop)
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)
-    searches = searched(solved, options, deadline, progress, stop) if task.solver.local_search else [solved]
+    searches = searched(solved, options, deadline, report, stop) if task.solver.local_search else [solved]
     for candidate in searches:  # the cheaper ones first; the first that is true is taken
         solved = candidate
         if task.method.accuracy != "none":
-            solved = refined(candidate, options, task.method.accuracy, deadline, progress, stop)
+            solved = refined(candidate, options, task.method.accuracy, deadline, report, stop)
         if not solved.audit.violations:
             break
-    solved, certificate = descended(solved, options, task.solver.tolerance, deadline, progress, stop)
+    solved, certificate = descended(solved, options, task.solver.tolerance, deadline, report, stop)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
     problem, physics = transcription.problem, solved.physics
@@ -116,7 +122,15 @@ def attempt(
     status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
     cost_terms = transcription.cost_terms(w)
     statistics = statistics_of(
-        problem, solution, cost_terms, build_seconds, solved.stages, solved.search, solved.refinement
+        problem,
+        solution,
+        reports,
+        cost_terms,
+        build_seconds,
+        deadline.spent - build_seconds,
+        solved.stages,
+        solved.search,
+        solved.refinement,
     )
     plan = assembled_plan(
         motion,

@@ -95,13 +95,15 @@ def test_statistics_are_those_of_the_solve(short_planned: tuple[Plan, list[NlpRe
     ]
     relaxed = [(s.sigma, s.velocity_level_sigma) for s in statistics.homotopy if s.sigma > 0]
     assert relaxed == homotopy_options(short_task).sigmas()[: len(relaxed)]
-    assert statistics.iterations == sum(report.iterations for report in reports)
+    assert statistics.search is not None
+    assert statistics.iterations == sum(report.iterations for report in reports) + statistics.search.iterations
     last = statistics.homotopy[-1]
     assert short_plan.status.exact and last.sigma == last.velocity_level_sigma == 0
     assert sum(statistics.cost_terms.values()) == pytest.approx(statistics.objective, rel=1e-9)
     # 10 states and 3 multipliers: the start, and for both intervals 3 controls; an element has a step and its stages.
     assert statistics.refinement is not None and statistics.stages is not None
     assert statistics.variables == 13 + 2 * 3 + statistics.refinement.elements * (1 + statistics.stages * 13)
+    assert statistics.objective <= statistics.search.cost_before * (1 + 1e-6)
     assert statistics.build_seconds > 0 and statistics.solve_seconds > 0
 
 

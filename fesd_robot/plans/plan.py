@@ -153,13 +153,14 @@ class LocalSearch(Record):
     """How cheaper neighbours of an exact motion were looked for.
 
     Attributes:
-        seconds: how long it took.
+        seconds, iterations: how long it took, IPOPT iterations.
         trials: neighbours that were tried.
         cost_before: of the exact motion that was found first.
         moves: what was changed, one after the other, in words, with the cost afterwards.
     """
 
     seconds: float
+    iterations: int
     trials: int
     cost_before: float
     moves: list[str]
@@ -169,6 +170,8 @@ class Statistics(Record):
     """Sizes, effort and cost of the solve; `attempts` are all there were, the others describe the one that was kept.
 
     Attributes:
+        iterations: of IPOPT, in `homotopy` and in the search.
+        homotopy: every NLP but the trials of the search: of the homotopy, of polishing, refinement and descent.
         stages: of every element; more than `method.stages` where refinement added some; None in plans that do not say
             it.
         search: None if the motion is not exact, and in plans that do not say it.
