@@ -19,7 +19,7 @@ from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
 from fesd_robot.plans.replay_record import replay_summary
-from fesd_robot.plans.statistics import statistics_of
+from fesd_robot.plans.statistics import Effort, statistics_of
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import refined
 from fesd_robot.solved_motion import SolvedMotion
@@ -121,17 +121,8 @@ def attempt(
     jumps = isinstance(task.reference, Jumps)
     status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
     cost_terms = transcription.cost_terms(w)
-    statistics = statistics_of(
-        problem,
-        solution,
-        reports,
-        cost_terms,
-        build_seconds,
-        deadline.spent - build_seconds,
-        solved.stages,
-        solved.search,
-        solved.refinement,
-    )
+    effort = Effort(reports, build_seconds, deadline.spent - build_seconds)
+    statistics = statistics_of(problem, solution, effort, cost_terms, solved.stages, solved.search, solved.refinement)
     plan = assembled_plan(
         motion,
         solved.physical,

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from fesd_robot.mpcc import Mpcc, MpccSolution, NlpReport
 from fesd_robot.plans.plan import HomotopyStep, LocalSearch, Refinement, Statistics
 
 
+class Effort(NamedTuple):
+    """What a solve took.
+
+    Attributes:
+        reports: all NLPs but those of the search.
+        build_seconds: time that building the problem took, without that of its derivatives.
+        solve_seconds: time since then.
+    """
+
+    reports: Sequence[NlpReport]
+    build_seconds: float
+    solve_seconds: float
+
+
 def statistics_of(
     problem: Mpcc,
     solution: MpccSolution,
-    reports: Sequence[NlpReport],
+    effort: Effort,
     cost_terms: Mapping[str, float],
-    build_seconds: float,
-    solve_seconds: float,
     stages: int,
     search: LocalSearch | None,
     refinement: Refinement | None,
@@ -24,10 +37,8 @@ def statistics_of(
     Args:
         problem: what was solved.
         solution: where that ended.
-        reports: of all NLPs but those of the search.
+        effort: what it took.
         cost_terms: name of a term -> its part of the objective.
-        build_seconds: time that building the problem took, without that of its derivatives.
-        solve_seconds: time since then.
         stages: of every element of the problem.
         search: how cheaper neighbours were looked for, None if they were not.
         refinement: how the solution was refined, None if it is not exact.
@@ -39,12 +50,12 @@ def statistics_of(
         stages=stages,
         search=search,
         refinement=refinement,
-        iterations=sum(report.iterations for report in reports) + (search.iterations if search else 0),
-        build_seconds=build_seconds + solution.build_seconds,
-        solve_seconds=solve_seconds - solution.build_seconds,
+        iterations=sum(report.iterations for report in effort.reports) + (search.iterations if search else 0),
+        build_seconds=effort.build_seconds + solution.build_seconds,
+        solve_seconds=effort.solve_seconds - solution.build_seconds,
         objective=solution.residuals.objective,
         cost_terms=dict(cost_terms),
-        homotopy=[_step(report) for report in reports],
+        homotopy=[_step(report) for report in effort.reports],
     )
 
 
