@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_room
@@ -77,7 +77,7 @@ class _Search:
         self._solver = BranchSolver(
             problem, self._polisher, options, lambda: deadline.left_or_none, few_evaluations=False, stop=stop
         )
-        self._tried: dict[Hashable, int] = {}
+        self._tried: set[object] = set()
         self._trials = 0
         self._moves: list[str] = []
 
@@ -105,29 +105,29 @@ class _Search:
         """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
         below = best.residuals.objective - GAIN * abs(best.residuals.objective)
         around = Surroundings(self._transcription, self._polisher.conditions, best.branch)
-        for move, tried in self._untried(best, around, patience, last):
+        for move in self._untried(best, around, patience, last):
             self._trials += 1
             window = self._solver.window(around.variables(around.window(move.intervals)))
             end = self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience])
-            if end.cheaper:
-                return move, end.cheaper
-            self._tried[tried] = len(TRIALS) if end.decided else patience + 1
+            if end:
+                return move, end
             if self._solver.ended_early:
                 break
         return None
 
     def _untried(
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
-    ) -> Iterator[tuple[Move, Hashable]]:
-        """Yield the moves not tried yet with this patience and what there is in their windows, and a key of that."""
+    ) -> Iterator[Move]:
+        """Yield the moves that were not tried yet with what there is in their windows."""
         found = list(moves(self._transcription, self._polisher.conditions, best.w, best.branch))
         first = next((i for i, move in enumerate(found) if move.key == last), 0)
         for move in found[first:] + found[:first]:
             window = around.window(move.intervals)
             elements = around.elements(window)
-            key = (window, move.branch.factors[elements], move.branch.without_length[elements])
-            if self._tried.get(key, 0) <= patience:
-                yield move, key
+            seen = (patience, window, move.branch.factors[elements], move.branch.without_length[elements])
+            if seen not in self._tried:
+                self._tried.add(seen)
+                yield move
 
     def _without_room(self, best: PolishingReport, moves: list[str]) -> Iterator[SolvedMotion]:
         """Yield the motion with as many elements as it needs, if it is cheaper than the first."""

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -66,18 +66,6 @@ HOPELESS_VIOLATION = 0.1
 
 TRIAL_TOLERANCES = {"tol": 1e-3, "constr_viol_tol": 1e-6}
 """Of IPOPT, for a trial."""
-
-
-class TrialEnd(NamedTuple):
-    """What came of a trial.
-
-    Attributes:
-        cheaper: the exact end that costs less, None if there is none.
-        decided: the trial has converged, or has come nowhere near to its constraints: more patience is of no use.
-    """
-
-    cheaper: PolishingReport | None
-    decided: bool
 
 
 @dataclass(frozen=True)
@@ -148,8 +136,8 @@ class BranchSolver:
             end = end or self._solve(start, starting, CONTINUATION_ITERATIONS, updates)
         return end
 
-    def cheaper(self, start: BranchPoint, window: Window, objective: float, trial: Trial) -> TrialEnd:
-        """Return whether there is an exact end on a branch whose cost is below a value.
+    def cheaper(self, start: BranchPoint, window: Window, objective: float, trial: Trial) -> PolishingReport | None:
+        """Return an exact end on a branch whose cost is below a value, None if there is none nearby.
 
         A trial in the window, not exact, decides whether the whole problem is solved.
 
@@ -160,15 +148,13 @@ class BranchSolver:
             trial: how to try.
         """
         found = self._tried(start, window, trial)
-        if found is None:
-            return TrialEnd(None, decided=False)
-        hopeless = found.residuals.constraint_violation > HOPELESS_VIOLATION
-        decided = found.status.converged or hopeless
-        promising = found.residuals.constraint_violation <= trial.violation
-        if not (promising and found.residuals.objective < objective):
-            return TrialEnd(None, decided)
-        end = self._solve(BranchPoint(found.w, found.branch), PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
-        return TrialEnd(end if end and end.residuals.objective < objective else None, decided)
+        if found is None or found.residuals.constraint_violation > trial.violation:
+            return None
+        if not found.residuals.objective < objective:
+            return None
+        promising = BranchPoint(found.w, found.branch)
+        end = self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
+        return end if end and end.residuals.objective < objective else None
 
     def _tried(self, start: BranchPoint, window: Window, trial: Trial) -> PolishingReport | None:
         """Return the end of a trial, None if no time is left."""
