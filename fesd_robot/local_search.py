@@ -25,6 +25,10 @@ from fesd_robot.strategies.deadline import Deadline
 GAIN = 1e-3
 """Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
 
+MOST_PATIENT_MOVES = 20
+"""Moves up to which those that a quick trial did not decide for are tried patiently, too. Longer motions have many more:
+patience with each would take most of the time."""
+
 FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
 
@@ -120,6 +124,8 @@ class _Search:
     ) -> Iterator[Move]:
         """Yield the moves that were not tried yet with what there is in their windows."""
         found = list(moves(self._transcription, self._polisher.conditions, best.w, best.branch))
+        if patience and len(found) > MOST_PATIENT_MOVES:
+            return
         first = next((i for i, move in enumerate(found) if move.key == last), 0)
         for move in found[first:] + found[:first]:
             window = around.window(move.intervals)
@@ -130,21 +136,24 @@ class _Search:
                 yield move
 
     def _without_room(self, best: PolishingReport, moves: list[str]) -> Iterator[SolvedMotion]:
-        """Yield the motion with as many elements as it needs, if it is cheaper than the first."""
+        """Yield the motion with as many elements as it needs, as it is if that fails; nothing if it is not cheaper."""
         solved, solution = self._solved, self._solved.solution
         fewer, w, branch = without_room(self._transcription, best.w, best.branch, solved.transcription.elements)
         polisher = BranchTranscription(fewer)
+        own = replace(solution, w=best.w, residuals=best.residuals, branch=best.branch)
         found = continue_on_branch(
             fewer.problem,
             polisher,
             BranchPoint(w, branch),
-            replace(solution, w=best.w, residuals=best.residuals, branch=best.branch),
+            own,
             self._options,
             seconds_left=lambda: self._deadline.left_or_none,
             progress=self._progress,
             stop=self._stop,
         )
-        if found and found.residuals.objective < solution.residuals.objective:
+        if found is None:
+            polisher, found = self._polisher, own
+        if found.residuals.objective < solution.residuals.objective:
             yield solved.continued(polisher, found, search=self._summary(moves))
 
     def _summary(self, moves: list[str]) -> LocalSearch:
