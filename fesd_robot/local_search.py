@@ -26,8 +26,8 @@ GAIN = 1e-3
 """Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
 
 MOST_PATIENT_MOVES = 20
-"""Moves up to which those that a quick trial did not decide for are tried patiently, too. Longer motions have many more:
-patience with each would take most of the time."""
+"""Number of moves up to which those that a quick trial was not enough for are tried patiently, too. Longer motions have
+many more, and patience with each of them would take most of the time."""
 
 FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
