@@ -10,6 +10,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd.neighbours.patterns import Factors, intervals_of, spread
+from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -84,8 +85,21 @@ def _in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> lis
     for n in range(count):
         times = start + step * (n + fractions)
         sources = [run[min(int(np.searchsorted(ends, at)), len(run) - 1)] for at in times]
-        x = np.vstack([source.at(tableau, np.array([at])) for source, at in zip(sources, times, strict=True)])
-        source = sources[0]
-        parts.append(replace(source, start=start + n * step, step=step, x_left=x_left, z_left=z_left, x=x))
-        x_left, z_left = x[-1], source.z[-1]
+        at_times = list(zip(sources, times, strict=True))
+        x = np.vstack([source.at(tableau, np.array([at])) for source, at in at_times])
+        z = np.vstack([_at_stages(source, source.z, at, tableau) for source, at in at_times[: len(run[0].z)]])
+        slopes = np.vstack(
+            [_at_stages(source, source.slopes, at, tableau) for source, at in at_times[: tableau.stages]]
+        )
+        part = replace(
+            sources[0], start=start + n * step, step=step, x_left=x_left, z_left=z_left, x=x, z=z, slopes=slopes
+        )
+        parts.append(part)
+        x_left, z_left = x[-1], z[-1]
     return parts
+
+
+def _at_stages(element: Element, values: np.ndarray, at: float, tableau: Tableau) -> np.ndarray:
+    """Return the polynomial through values at the stages of an element, (n_s, n), at a time."""
+    fraction = (at - element.start) / element.step if element.step > 0 else 1.0
+    return np.asarray(lagrange(tableau.c, np.array([fraction]))[0] @ values[: tableau.stages])

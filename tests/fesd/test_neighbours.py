@@ -1,0 +1,206 @@
+"""Neighbours of a branch: what a contact may do instead, and where the search for its motion starts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
+from fesd_robot.fesd.neighbours import Pivots, Surroundings, moves, with_room, without_room
+from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of, pattern_of
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
+from fesd_robot.ocp import formulate
+from fesd_robot.task import load_task
+
+from .systems import scalar
+
+TASKS = Path(__file__).parents[2] / "tasks"
+OPTIONS = HomotopyOptions(tolerance=1e-6)
+
+
+def polisher(task: str, *overrides: str) -> BranchTranscription:
+    """The branch transcription of a shipped task with changes."""
+    motion = formulate(load_task(TASKS / f"{task}.yaml", list(overrides)))
+    return BranchTranscription(Transcription(motion.ocp, motion.fesd))
+
+
+@pytest.fixture(scope="module")
+def hopper() -> BranchTranscription:
+    """A hopper that may not slip, over six intervals with four elements each."""
+    return polisher("hopper_one_jump", "horizon.intervals=6", "method.elements=4")
+
+
+def flight_and_stick(modes: ContactModes) -> tuple[ContactMode, ContactMode]:
+    """The mode without force, and that in which nothing moves."""
+    return (ActiveFactor.H,) * len(modes.members), (ActiveFactor.G,) * len(modes.members)
+
+
+def branch_of(transcription: BranchTranscription, *flying: set[int]) -> tuple[Branch, list[ContactModes]]:
+    """The branch in which contact c flies in the intervals `flying[c]` and sticks in all others."""
+    labels = transcription.conditions.labels
+    contacts = list(dict.fromkeys(label.contact for label in labels))
+    factors = []
+    for k, own in enumerate(intervals_of(transcription.transcription.elements)):
+        one = tuple(
+            ActiveFactor.H if k in flying[contacts.index(label.contact)] else ActiveFactor.G for label in labels
+        )
+        factors += [one] * len(own)
+    branch = Branch(labels, tuple(factors), (False,) * len(factors))
+    return branch, ContactModes.of(transcription.conditions, branch)
+
+
+def patterns(transcription: BranchTranscription, modes: ContactModes, branch: Branch) -> list[Pattern]:
+    """What a contact does in every interval."""
+    return [pattern_of(modes, branch, own) for own in intervals_of(transcription.transcription.elements)]
+
+
+def test_every_move_changes_its_intervals_only(hopper: BranchTranscription) -> None:
+    """A neighbour has the factors of the branch outside its intervals, other ones inside, and no branch comes twice."""
+    transcription = hopper.transcription
+    w = transcription.problem.start
+    branch, _ = branch_of(hopper, {2, 3})
+    found = list(moves(transcription, hopper.conditions, w, branch))
+    assert found and len({(move.branch.factors, move.branch.without_length) for move in found}) == len(found)
+    for move in found:
+        changed = {
+            k
+            for k, own in enumerate(intervals_of(transcription.elements))
+            if any(move.branch.factors[e] != branch.factors[e] for e in own)
+        }
+        assert changed and changed <= set(move.intervals), move.what
+        assert move.w.shape == w.shape and np.isfinite(move.w).all()
+        steps = [element.step for element in transcription.unpack(move.w)]
+        assert sum(steps) == pytest.approx(transcription.ocp.duration, rel=1e-9), "an interval keeps its length"
+
+
+def test_a_touchdown_inside_an_interval_has_an_impact(hopper: BranchTranscription) -> None:
+    """On a boundary it lands softly; inside it slips while the clock stands still, then sticks so, then sticks."""
+    w = hopper.transcription.problem.start
+    branch, (foot,) = branch_of(hopper, {2, 3})
+    flight, stick = flight_and_stick(foot)
+    after = {
+        move.what: patterns(hopper, foot, move.branch)
+        for move in moves(hopper.transcription, hopper.conditions, w, branch)
+    }
+    earlier = after["touchdown of contact 'foot' in interval 3 an interval earlier"]
+    assert earlier == [(stick,), (stick,), (flight,), (stick,), (stick,), (stick,)]
+    inside = after["touchdown of contact 'foot' in interval 3 into interval 4"]
+    assert inside[:4] == [(stick,), (stick,), (flight,), (flight,)] and inside[5] == (stick,)
+    first, slipping, sticking, last = inside[4]
+    assert (first, last) == (flight, stick)
+    assert foot.is_impact(slipping) and foot.is_impact(sticking) and slipping != sticking
+    whole = after["take-off and touchdown of contact 'foot' in intervals 1 and 3 an interval later"]
+    assert whole == [(stick,), (stick,), (stick,), (flight,), (flight,), (stick,)]
+    none = after["no flight of contact 'foot' in intervals 2 to 3"]
+    assert none == [(stick,)] * 6
+
+
+def test_what_needs_more_elements_than_there_are_is_no_move() -> None:
+    """With three elements an interval cannot hold a flight, the two modes of an impact, and the contact after it."""
+    few = polisher("hopper_one_jump", "horizon.intervals=6", "method.elements=3")
+    branch, _ = branch_of(few, {2, 3})
+    found = moves(few.transcription, few.conditions, few.transcription.problem.start, branch)
+    what = [move.what for move in found]
+    assert any("take-off" in one and "into interval" in one for one in what)
+    assert not any("touchdown" in one and "into interval" in one for one in what)
+
+
+def test_contacts_move_together() -> None:
+    """Both pairs of feet that take off an interval apart do so an interval earlier, besides each alone."""
+    feet = polisher("solo12_jump")
+    branch, (front, hind) = branch_of(feet, {2, 3}, {3})
+    found = list(moves(feet.transcription, feet.conditions, feet.transcription.problem.start, branch))
+    together = next(
+        move for move in found if "take-off of contacts 'front', 'hind'" in move.what and "earlier" in move.what
+    )
+    flying = [
+        [
+            k
+            for k, pattern in enumerate(patterns(feet, modes, together.branch))
+            if pattern == (flight_and_stick(modes)[0],)
+        ]
+        for modes in (front, hind)
+    ]
+    assert flying == [[1, 2, 3], [2, 3]]
+
+
+def test_windows_end_where_a_contact_has_a_force() -> None:
+    """The part of the motion that a trial solves again goes on to the next interval in which a contact pushes."""
+    long = polisher("hopper_one_jump", "horizon.intervals=80", "horizon.duration=4", "method.elements=1")
+    branch, _ = branch_of(long, set(range(2, 8)) | set(range(50, 75)))
+    around = Surroundings(long.transcription, long.conditions, branch)
+    assert around.window(range(28, 31)) == range(1, 51) or around.window(range(28, 31)) == range(8, 76)
+    window = around.window(range(40, 41))
+    assert window.stop == 76 and window.start == 20
+    free = around.variables(window)
+    indices = long.transcription.indices
+    assert free[indices.control(20)].all() and not free[indices.control(19)].any()
+    assert not free[indices.state(76)].any() and not free[indices.state(20)].any() and free[indices.state(21)].all()
+
+
+def test_room_keeps_the_motion() -> None:
+    """With an element more, and without it again, a point is the same motion, exact, and elements of one mode equal."""
+    options = FesdOptions(tableau=make_tableau("radau_iia", 2), elements=3)
+    transcription = Transcription(initial_value_problem(scalar("crossing"), [-1.0], 0.9), options)
+    solution = solve(transcription.problem, OPTIONS, polisher=BranchTranscription(transcription))
+    assert solution.exact and solution.branch is not None
+    roomier, w, branch = with_room(transcription, solution.w, solution.branch)
+    assert roomier.elements == (4,) and not any(branch.without_length)
+    back, back_w, back_branch = without_room(roomier, w, branch, transcription.elements)
+    assert back.elements == (3,)
+    for problem, point, modes in ((roomier, w, branch), (back, back_w, back_branch)):
+        residuals = problem.problem.residuals(point)
+        assert residuals.constraint_violation <= 1e-9 and residuals.complementarity <= 1e-12
+        elements = problem.unpack(point)
+        assert min(abs(element.end - 1 / 3) for element in elements) <= 1e-9, "the switch stays where it is"
+        for before, after, one, other in zip(elements, elements[1:], modes.factors, modes.factors[1:], strict=False):
+            assert one != other or before.step == pytest.approx(after.step, abs=1e-12)
+
+
+def test_a_branch_keeps_elements_of_one_mode_equal() -> None:
+    """Moved off their lengths, the elements of one mode come back equal, and the problem with pairs can ask for it."""
+    options = FesdOptions(tableau=make_tableau("radau_iia", 2), elements=5, step_equilibration="none")
+    transcription = Transcription(initial_value_problem(scalar("crossing"), [-1.0], 0.9), options)
+    branches = BranchTranscription(transcription)
+    coarse = solve(
+        replace(transcription, options=replace(options, step_equilibration="mean")).problem,
+        OPTIONS,
+        polisher=BranchTranscription(replace(transcription, options=replace(options, step_equilibration="mean"))),
+    )
+    assert coarse.exact and coarse.branch is not None
+    moved = coarse.w + 1e-3 * np.random.default_rng(0).standard_normal(len(coarse.w))
+    start = BranchPoint(moved, coarse.branch)
+    fine = continue_on_branch(transcription.problem, branches, start, coarse, OPTIONS, seconds_left=lambda: None)
+    assert fine is not None and fine.branch is not None
+    steps = [element.step for element in transcription.unpack(fine.w)]
+    same = [n for n in range(4) if fine.branch.factors[n] == fine.branch.factors[n + 1]]
+    assert same and all(steps[n] == pytest.approx(steps[n + 1], abs=1e-9) for n in same)
+    asking = branches.with_equal_steps(fine.branch)
+    assert asking.constraints == transcription.problem.constraints + len(same)
+    assert asking.residuals(fine.w).constraint_violation <= 1e-8
+    assert asking.residuals(moved).constraint_violation >= 1e-4
+
+
+def test_a_direction_completes_modes(hopper: BranchTranscription) -> None:
+    """Where a direction lifts the gap of a contact without a force, the element flies; where it slips, it may slip."""
+    transcription = hopper.transcription
+    branch, (foot,) = branch_of(hopper, set())
+    flight, stick = flight_and_stick(foot)
+    w = transcription.problem.start.copy()
+    for e, element in enumerate(transcription.unpack(w)):
+        for stage in range(len(element.slopes)):
+            w[transcription.indices.stage(e, stage)[element.x.shape[1] :][:2]] = 0.0
+    direction = np.zeros_like(w)
+    gap = list(transcription.ocp.system.state_names).index("foot integrated gap")
+    direction[transcription.indices.stage(5, 0)[gap]] = 1.0
+    (completed,) = Pivots(transcription, hopper.conditions, w, branch, direction).branches()
+    changed = [e for e in range(len(branch.factors)) if completed.factors[e] != branch.factors[e]]
+    assert changed == [5] and foot.of_factors(completed.factors[5]) == flight
+    assert foot.of_factors(completed.factors[4]) == stick
+    assert not list(Pivots(transcription, hopper.conditions, w, branch, np.zeros_like(w)).branches())

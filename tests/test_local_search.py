@@ -1,0 +1,37 @@
+"""The local search on a real jump: what it finds is cheaper, true, and said in the plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fesd_robot.planner import plan
+from fesd_robot.plans import Plan
+from fesd_robot.task import load_task
+
+TASK = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
+SHORT_JUMP = ("horizon.duration=0.6", "horizon.intervals=8", "goal.configuration.root_x=0.6")
+
+
+@pytest.fixture(scope="module")
+def searched() -> Plan:
+    """A jump of half a metre, with search."""
+    return plan(load_task(TASK, list(SHORT_JUMP)))
+
+
+def test_a_searched_plan_is_cheaper_and_true(searched: Plan) -> None:
+    """At least one move was accepted, every one lowers the cost, and the refined plan passes the audit."""
+    search = searched.statistics.search
+    assert search is not None and search.moves and search.trials >= len(search.moves)
+    costs = [float(move.rsplit(": ", 1)[1]) for move in search.moves]
+    assert costs == sorted(costs, reverse=True) and costs[-1] < 0.98 * search.cost_before
+    assert searched.status.solved and searched.audit.violations == []
+    assert searched.status.b_stationary == "certified"
+
+
+def test_search_can_be_left_out(searched: Plan) -> None:
+    """Without it the plan costs what the homotopy's branch does, and does not speak of a search."""
+    plain = plan(load_task(TASK, [*SHORT_JUMP, "solver.local_search=false"]))
+    assert plain.status.solved and plain.statistics.search is None
+    assert plain.statistics.objective > 1.02 * searched.statistics.objective
