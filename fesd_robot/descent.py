@@ -10,9 +10,11 @@ from itertools import islice
 from fesd_robot.adapters import certificate_of
 from fesd_robot.fesd.neighbours import Pivots
 from fesd_robot.mpcc import BranchPoint, BranchSolver, Certificate, HomotopyOptions, NlpReport
+from fesd_robot.refine import refined
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.task import Task
 
 MOST_DESCENTS = 10
 """Descents of a motion, one after the other."""
@@ -28,7 +30,7 @@ linearised constraints allow a little that the real ones do not."""
 def descended(
     solved: SolvedMotion,
     options: HomotopyOptions,
-    tolerance: float,
+    task: Task,
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
@@ -42,7 +44,7 @@ def descended(
     Args:
         solved: the motion; it stays as it is if it is not exact.
         options: of the homotopy.
-        tolerance: product of a pair that counts as zero where the motion is not exact.
+        task: its solver's tolerance, and its accuracy: what descends is refined again.
         deadline: of the task.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the descent.
@@ -54,8 +56,12 @@ def descended(
     """
     for _ in range(MOST_DESCENTS):
         problem = solved.polisher.with_equal_steps(solved.branch) if solved.solution.exact else None
-        certificate = certificate_of(problem or solved.transcription.problem, solved.solution, tolerance, deadline.left)
-        better = _better(solved, certificate, options, deadline, progress, stop) if problem and certificate else None
+        certificate = certificate_of(
+            problem or solved.transcription.problem, solved.solution, task.solver.tolerance, deadline.left
+        )
+        better = (
+            _better(solved, certificate, options, task, deadline, progress, stop) if problem and certificate else None
+        )
         if better is None:
             break
         solved = better
@@ -66,6 +72,7 @@ def _better(
     solved: SolvedMotion,
     certificate: Certificate,
     options: HomotopyOptions,
+    task: Task,
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
@@ -90,7 +97,10 @@ def _better(
         if end and end.residuals.objective < below:
             found = solver.solution(end, solution, time.perf_counter() - begin)
             better = replace(solved.continued(solved.polisher, found, rounds=solved.rounds), seconds=solved.seconds)
-            if not better.audit.violations or solved.audit.violations:
+            if task.method.accuracy != "none":
+                better = refined(better, options, task.method.accuracy, deadline, progress, stop)
+            cheaper = better.solution.residuals.objective < below
+            if cheaper and (solved.audit.violations or not better.audit.violations):
                 return better
         if solver.ended_early:
             break

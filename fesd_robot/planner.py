@@ -112,7 +112,7 @@ def attempt(
             solved = refined(candidate, options, task.method.accuracy, deadline, report, stop)
         if not solved.audit.violations:
             break
-    solved, certificate = descended(solved, options, task.solver.tolerance, deadline, report, stop)
+    solved, certificate = descended(solved, options, task, deadline, report, stop)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
     problem, physics = transcription.problem, solved.physics
