@@ -109,8 +109,20 @@ def _effort(plan: Plan) -> str:
     return (
         f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs"
         f"{_stages(s)}; built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} "
-        "iterations.\n\n" + markdown_table(header, rows) + _attempts(plan)
+        f"iterations.{_search(s)}\n\n" + markdown_table(header, rows) + _attempts(plan)
     )
+
+
+def _search(statistics: Statistics) -> str:
+    search = statistics.search
+    if search is None:
+        return ""
+    text = (
+        f" The local search tried {search.trials} neighbours in {search.seconds:.1f} s and {search.iterations} "
+        f"iterations; the cost before it was {search.cost_before:.6g}."
+    )
+    moves = "".join(f"\n- {move}" for move in search.moves)
+    return f"{text} What it changed, and the cost before refinement:\n{moves}" if moves else text
 
 
 def _stages(statistics: Statistics) -> str:
