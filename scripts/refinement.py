@@ -30,7 +30,8 @@ from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans.audit_record import ENTRIES, Audit
-from fesd_robot.refine import SolvedMotion, refined
+from fesd_robot.refine import refined
+from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.deadline import Deadline
 
 ROOT = Path(__file__).parent.parent

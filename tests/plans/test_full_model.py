@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot import planner, refine
+from fesd_robot import planner, solved_motion
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.columns import control_interval
 from fesd_robot.recovery import PhysicalMotion
@@ -45,14 +45,14 @@ class Run(NamedTuple):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     motions: list[PhysicalMotion] = []
-    recover = refine.physical_motion
+    recover = solved_motion.physical_motion
 
     def recording(*arguments) -> PhysicalMotion:
         motions.append(recover(*arguments))
         return motions[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(refine, "physical_motion", recording)
+        patch.setattr(solved_motion, "physical_motion", recording)
         solved = planner.plan(load_task(TASK, PUSH))
     assert solved.status.solved
     folder = write_plan(solved, tmp_path_factory.mktemp("solo") / "push")
