@@ -1,0 +1,122 @@
+"""The same task on processors whose last bits differ: which motion the default call returns on each.
+
+    scripts/run scripts/repeatability.py hopper_one_jump block_push --processes 2
+
+A processor is simulated by another linear solver, by interpreted instead of compiled functions, and by starts that are
+moved by 1e-12. The table goes to docs/results/repeatability.md. Exit code 1 if costs of a task differ by more than two
+per cent although the sequence of contacts differs, or if a task is not solved on one of them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import casadi
+import numpy as np
+
+from fesd_robot import load_task, plan, planner
+from fesd_robot.mpcc import Mpcc, MpccSolution
+from fesd_robot.plans import Plan
+from fesd_robot.plans.tables import markdown_table
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "results" / "repeatability.md"
+SPREAD = 0.02
+MOVED = 1e-12
+
+PROCESSORS: dict[str, list[str]] = {
+    "as it is": [],
+    "MUMPS": ["solver.linear_solver=mumps"],
+    "interpreted": ["method.compile=never"],
+    "moved, 1": [],
+    "moved, 2": [],
+}
+"""Simulated processor -> what is changed; a start is moved where the name ends with the seed of a generator."""
+
+
+def moved(seed: int) -> Callable[..., MpccSolution]:
+    """Return the homotopy from a start that is moved by `MOVED`, relative to one plus each variable's size."""
+    homotopy = planner.solve
+
+    def solve(problem: Mpcc, *arguments: Any, **named: Any) -> MpccSolution:
+        noise = np.random.default_rng(seed).uniform(-1, 1, problem.size)
+        start = problem.start + MOVED * noise * (1 + np.abs(problem.start))
+        return homotopy(replace(problem, start=np.clip(start, problem.lower, problem.upper)), *arguments, **named)
+
+    return solve
+
+
+def planned(name: str, processor: str) -> tuple[Plan, float]:
+    """Return the plan of a task on a processor, and the seconds that it took."""
+    task, begin = load_task(ROOT / "tasks" / f"{name}.yaml", PROCESSORS[processor]), time.perf_counter()
+    seed = processor.rpartition(", ")[2] if processor.startswith("moved") else None
+    with mock.patch.object(planner, "solve", moved(int(seed)) if seed else planner.solve):
+        return plan(task), time.perf_counter() - begin
+
+
+def sequence(result: Plan) -> tuple[tuple[str, ...], ...]:
+    """Return what every contact does one after the other; impacts take no time and are left out."""
+    return tuple(
+        tuple(mode for mode, _ in groupby(mode for mode in contact.mode if mode != "impact"))
+        for contact in result.contacts.values()
+    )
+
+
+def main() -> int:
+    """Plan every task on every processor and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("tasks", nargs="*", default=sorted(file.stem for file in (ROOT / "tasks").glob("*.yaml")))
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--page", type=Path, default=PAGE)
+    arguments = parser.parse_args()
+    rows, wrong = [], []
+    with ProcessPoolExecutor(arguments.processes) as pool:
+        jobs = {name: [pool.submit(planned, name, one) for one in PROCESSORS] for name in arguments.tasks}
+        for name, own in jobs.items():
+            plans = [job.result()[0] for job in own]
+            costs = [one.statistics.objective for one in plans]
+            spread = (max(costs) - min(costs)) / max(abs(min(costs)), 1e-9)
+            solved, same = sum(one.status.solved for one in plans), len({sequence(one) for one in plans}) == 1
+            if solved < len(plans) or (spread > SPREAD and not same):
+                wrong.append(name)
+            cells = [
+                f"{cost:.6g}" + ("" if one.status.solved else " ✗") for cost, one in zip(costs, plans, strict=True)
+            ]
+            seconds = np.median([job.result()[1] for job in own])
+            rows.append([name, *cells, f"{100 * spread:.2g} %", "yes" if same else "no", f"{seconds:.0f}"])
+            print(" ".join(rows[-1]), flush=True)
+    header = ["task", *PROCESSORS, "largest difference", "same contacts", "median seconds"]
+    lines = [
+        "# The same task on five processors",
+        "",
+        f"Made by `python scripts/repeatability.py {' '.join(arguments.tasks)}`, processes: {arguments.processes}, "
+        f"Python {platform.python_version()}, casadi {casadi.__version__}.",
+        "",
+        "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
+        f"functions, and from two starts moved by {MOVED:g}; ✗: not solved. Contacts are the same if every one of them flies, "
+        "sticks and slips in the same order.",
+        "",
+        f"**{len(rows) - len(wrong)} of {len(rows)}** tasks are solved on all of them, with the same contacts or with "
+        f"costs within {100 * SPREAD:g} %.",
+        "",
+        markdown_table(header, rows),
+    ]
+    arguments.page.write_text("\n".join(lines))
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
