@@ -106,8 +106,8 @@ def main() -> int:
         f"Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
         "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
-        f"functions, and from two starts moved by {MOVED:g}; ✗: not solved. Contacts are the same if every one of them flies, "
-        "sticks and slips in the same order.",
+        f"functions, and from two starts moved by {MOVED:g}; ✗: not solved. Contacts are the same if every one of them "
+        "flies, sticks and slips in the same order.",
         "",
         f"**{len(rows) - len(wrong)} of {len(rows)}** tasks are solved on all of them, with the same contacts or with "
         f"costs within {100 * SPREAD:g} %.",
