@@ -16,13 +16,16 @@ from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.task import Task
 
-MOST_DESCENTS = 10
+MOST_DESCENTS = 3
 """Descents of a motion, one after the other."""
 
-MOST_PIVOTS = 6
+MOST_PIVOTS = 3
 """Branches that are tried for one direction of descent."""
 
-LEAST_GAIN = 1e-5
+PIVOT_ITERATIONS = 50
+"""IPOPT iterations on each; those that descend need about 30."""
+
+LEAST_GAIN = 1e-4
 """Of the cost, relative to the larger of it and one; less is no descent: where a foot grazes the ground without force,
 linearised constraints allow a little that the real ones do not."""
 
@@ -93,11 +96,11 @@ def _better(
         progress=progress,
     )
     for branch in islice(pivots.branches(), MOST_PIVOTS):
-        end = solver.exact(BranchPoint(w, branch))
+        end = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)
         if end and end.residuals.objective < below:
             found = solver.solution(end, solution, time.perf_counter() - begin)
             better = replace(solved.continued(solved.polisher, found, rounds=solved.rounds), seconds=solved.seconds)
-            if task.method.accuracy != "none":
+            if better.audit.violations and task.method.accuracy != "none":
                 better = refined(better, options, task.method.accuracy, deadline, progress, stop)
             cheaper = better.solution.residuals.objective < below
             if cheaper and (solved.audit.violations or not better.audit.violations):

@@ -12,6 +12,7 @@ import numpy as np
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import (
+    multiplier_errors,
     violated_between_stages,
     with_bounds_between,
     with_parts,
@@ -42,6 +43,8 @@ GAIN_OF_A_STAGE = 100.0
 MOST_STAGES = 2
 """Most stages that are added at once."""
 
+MULTIPLIER_ACCURACY = 100.0
+"""Error of multipliers near their bounds, relative to the accuracy; one of 1e-5 is a force of 1e-4 robot weights."""
 
 Finer = tuple[Transcription, BranchPoint]
 """A finer transcription, and a point of it to start from."""
@@ -88,9 +91,14 @@ def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     asking = solved.local_errors > accuracy
     many = asking.sum() > RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
     if asking.any() and not many:  # many elements in parts make a large problem, which is slow to solve
-        yield _with_elements_in_parts(solved, accuracy)
+        yield _with_elements_in_parts(solved, np.maximum(solved.local_errors / accuracy, 1.0))
     if asking.any():
         yield from _with_more_stages(solved, accuracy)
+    if not asking.any() and solved.stages < MAX_STAGES:
+        errors = multiplier_errors(solved.transcription, solved.polisher.conditions, solved.solution.w, solved.branch)
+        excess = np.maximum(errors / (MULTIPLIER_ACCURACY * accuracy), 1.0)
+        if excess.max(initial=1.0) > 1.0:
+            yield _with_elements_in_parts(solved, excess)
     yield from _with_more_bounds(solved)
 
 
@@ -105,10 +113,15 @@ def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
             yield finer, BranchPoint(w, solved.branch, freer=True)
 
 
-def _with_elements_in_parts(solved: SolvedMotion, accuracy: float) -> Finer:
-    """Return it with the elements divided whose errors are too large, and with them all of their intervals."""
+def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
+    """Return it with the elements divided whose errors are too large, and with them all of their intervals.
+
+    Args:
+        solved: the motion.
+        excess: by how much the errors are too large, one where they are not, (number of elements).
+    """
     order, counts = 2 * solved.stages, solved.transcription.elements
-    excess = np.maximum(solved.local_errors / accuracy, 1.0) ** (1 / order)
+    excess = excess ** (1 / order)
     parts = np.where(excess > 1, np.clip(np.ceil(excess), 2, MOST_PARTS), 1).astype(int)
     most = [own.max() for own in np.split(parts, np.cumsum(counts)[:-1])]
     divided = np.repeat(most, counts).tolist()

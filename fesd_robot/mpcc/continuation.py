@@ -124,16 +124,19 @@ class BranchSolver:
         """Return the part of the problem in which only some variables, (n), may move."""
         return self._nlp.window(free)
 
-    def exact(self, start: BranchPoint, *, updates: int = CONTINUATION_UPDATES) -> PolishingReport | None:
+    def exact(
+        self, start: BranchPoint, *, iterations: int = CONTINUATION_ITERATIONS, updates: int = CONTINUATION_UPDATES
+    ) -> PolishingReport | None:
         """Return the exact end on a branch, None if there is none nearby.
 
         Args:
             start: where to begin.
+            iterations: of IPOPT before the branch is updated.
             updates: how often the branch may be updated.
         """
         end = None
         for starting in FREER_STARTS if start.freer else ({},):
-            end = end or self._solve(start, starting, CONTINUATION_ITERATIONS, updates)
+            end = end or self._solve(start, starting, iterations, updates)
         return end
 
     def cheaper(self, start: BranchPoint, window: Window, objective: float, trial: Trial) -> PolishingReport | None:

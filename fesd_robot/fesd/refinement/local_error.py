@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -23,8 +24,8 @@ from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.refinement.parts import element_in_parts
 from fesd_robot.fesd.refinement.stages import interpolated
-from fesd_robot.fesd.schemes import MAX_STAGES
-from fesd_robot.fesd.tableau import make_tableau
+from fesd_robot.fesd.schemes import MAX_STAGES, lagrange
+from fesd_robot.fesd.tableau import Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
@@ -33,6 +34,9 @@ NEWTON_ITERATIONS = 12
 
 NEWTON_TOLERANCE = 1e-10
 """Largest residual of the equations of a mode, in the units of their rows."""
+
+NEAR_BOUND = 1e-3
+"""Multipliers that come nearer to zero are near their bound; one is a force of ten robot weights."""
 
 
 def local_errors(
@@ -65,9 +69,52 @@ def local_errors(
             continue
         end: np.ndarray | None = element.x_left
         for start in interpolated(element_in_parts(element, parts, tableau), tableau, mode.options.tableau):
-            end = end if end is None else mode.end(replace(start, x_left=end), branch.factors[e])
+            solved = None if end is None else mode.solved(replace(start, x_left=end), branch.factors[e])
+            end = solved and solved.end
         errors[e] = np.inf if end is None else (np.abs(end - element.x[-1]) / scale).max()
     return errors
+
+
+def multiplier_errors(
+    transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch
+) -> np.ndarray:
+    """Return the estimated errors of multipliers near their bounds at the ends of elements, (number of elements).
+
+        e = max_i |z_i(n_s + 1) - z_i(n_s)|, both ends, over those i with a value below `NEAR_BOUND`
+
+    Multipliers at the ends are those of the polynomials through the stages, which are less accurate than states; both
+    schemes are compared as in `local_errors`. Where a contact is at the edge of its friction cone, an error is a force
+    that rigid bodies would need outside of it.
+
+    Args:
+        transcription, conditions, w, branch: as in `local_errors`.
+    """
+    elements, mode = transcription.unpack(w), _ModeEquations(transcription, conditions)
+    tableau, finer = transcription.options.tableau, mode.options.tableau
+    errors = np.zeros(len(elements))
+    for e, element in enumerate(elements):
+        stages = element.z[: tableau.stages]
+        ends = _at_ends(tableau, stages)
+        near = np.vstack([stages, ends]).min(axis=0) < NEAR_BOUND
+        near &= np.abs(stages).max(axis=0) > NEAR_BOUND  # others are held at zero
+        if branch.without_length[e] or element.step <= 0 or not near.any():
+            continue
+        (start,) = interpolated([element], tableau, finer)
+        solved = mode.solved(start, branch.factors[e])
+        errors[e] = np.inf if solved is None else np.abs(solved.algebraic - ends)[:, near].max()
+    return errors
+
+
+def _at_ends(tableau: Tableau, stages: np.ndarray) -> np.ndarray:
+    """Return the polynomials through values at the stages, (n_s, n), at the ends of the element, (2, n)."""
+    return np.asarray(lagrange(tableau.c, np.array([0.0, 1.0])) @ stages)
+
+
+class _Solved(NamedTuple):
+    """State at the right end of an element, (n_x), and algebraic variables at both ends, (2, n_z)."""
+
+    end: np.ndarray
+    algebraic: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -109,8 +156,8 @@ class _ModeEquations:
         function = ca.Function("rows", [left, own, p], [rows, ca.jacobian(rows, own)])
         return function, names, at_stages[0].numel()
 
-    def end(self, start: Element, factors: Sequence[ActiveFactor]) -> np.ndarray | None:
-        """Return the state at the right end, (n_x), or None if Newton's method does not converge.
+    def solved(self, start: Element, factors: Sequence[ActiveFactor]) -> _Solved | None:
+        """Return the ends of the element, or None if Newton's method does not converge.
 
         Args:
             start: the element, with the points of this scheme to start from.
@@ -125,7 +172,8 @@ class _ModeEquations:
             values, slope = (np.asarray(part) for part in function(start.x_left, own, p))
             residual = values.ravel()[chosen]
             if np.abs(residual).max() <= NEWTON_TOLERANCE:
-                return np.array(own[layout.state(0, layout.stages)])
+                stages = np.array([own[layout.algebraic(0, j)] for j in range(layout.stages)])
+                return _Solved(np.array(own[layout.state(0, layout.stages)]), _at_ends(self.options.tableau, stages))
             own[unknown] -= np.linalg.lstsq(slope[np.ix_(chosen, unknown)], residual, rcond=1e-12)[0]
         return None
 
