@@ -32,6 +32,13 @@ def leaving() -> ComplementaritySystem:
     return heaviside(Model(ca.vertcat(x, t)), StepFunctions(alpha, x), ca.vertcat(t - (2 * alpha - 1), 1))
 
 
+def pressed() -> ComplementaritySystem:
+    """x' = 2 t^2 - 1 - sign(x) with the time t as second state: from x = 0 it stays there, with alpha = t^2."""
+    x, t, alpha = ca.SX.sym("x"), ca.SX.sym("t"), ca.SX.sym("alpha")
+    rate = ca.vertcat(2 * t**2 - 1 - (2 * alpha - 1), 1)
+    return heaviside(Model(ca.vertcat(x, t)), StepFunctions(alpha, x), rate)
+
+
 def oscillator() -> ComplementaritySystem:
     """The planar oscillator of arXiv 2205.05337, section 4.4: x' = A x, turning left inside the unit circle."""
     x, alpha = ca.SX.sym("x", 2), ca.SX.sym("alpha")

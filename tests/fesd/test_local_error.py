@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import FesdOptions, Scheme, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.fesd.refinement import local_errors, with_parts
+from fesd_robot.fesd.refinement import local_errors, multiplier_errors, with_parts
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, continue_on_branch, solve
 
-from .systems import OMEGA, leaving, oscillator
+from .systems import OMEGA, leaving, oscillator, pressed
 
 OPTIONS = HomotopyOptions(tolerance=1e-6)
 
@@ -69,3 +69,15 @@ def test_parts_reduce_it_by_the_order_of_the_scheme() -> None:
     assert again is not None and again.exact
     after = local_errors(finer, polisher.conditions, again.w, again.branch)
     assert 1 / 24 <= after.max() / before.max() <= 1 / 10
+
+
+def test_multipliers_near_their_bound_have_errors_at_the_ends() -> None:
+    """The step alpha = t^2 leaves its bound in the first element: its error there is estimated, others do not count."""
+    transcription, polisher, solution = solved(pressed(), [0.0, 0.0], 0.9, "radau_iia", 2)
+    errors = multiplier_errors(transcription, polisher.conditions, solution.w, solution.branch)
+    first, *others = transcription.unpack(solution.w)
+    tableau = transcription.options.tableau
+    ends = np.array([np.polyfit(tableau.c, element.z[:2, 0], 1) @ [[0, 1], [1, 1]] for element in (first,)])[0]
+    true = np.abs(ends - [0.0, first.step**2]).max()
+    assert true > 1e-3 and 0.4 * true <= errors[0] <= 2.5 * true
+    assert not errors[1:].any() and len(errors) == 1 + len(others)
