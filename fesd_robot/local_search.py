@@ -29,6 +29,9 @@ MOST_PATIENT_MOVES = 20
 """Number of moves up to which those that a quick trial was not enough for are tried patiently, too. Longer motions have
 many more, and patience with each of them would take most of the time."""
 
+SHARE_OF_TIME = 0.5
+"""Share of the time that a task has left which the search may take: refinement and certificate need some, too."""
+
 FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
 
@@ -77,9 +80,14 @@ class _Search:
         self._progress, self._stop = progress, stop
         self._transcription, w, branch = with_room(solved.transcription, solved.solution.w, solved.branch)
         self._start, self._polisher = BranchPoint(w, branch), BranchTranscription(self._transcription)
-        problem = self._transcription.problem
+        own = deadline.share(SHARE_OF_TIME)
         self._solver = BranchSolver(
-            problem, self._polisher, options, lambda: deadline.left_or_none, few_evaluations=False, stop=stop
+            self._transcription.problem,
+            self._polisher,
+            options,
+            lambda: own.left_or_none,
+            few_evaluations=False,
+            stop=stop,
         )
         self._tried: set[object] = set()
         self._trials = 0

@@ -8,6 +8,7 @@ import pytest
 
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
+from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
@@ -35,3 +36,12 @@ def test_search_can_be_left_out(searched: Plan) -> None:
     plain = plan(load_task(TASK, [*SHORT_JUMP, "solver.local_search=false"]))
     assert plain.status.solved and plain.statistics.search is None
     assert plain.statistics.objective > 1.02 * searched.statistics.objective
+
+
+def test_a_time_limit_leaves_time_for_the_rest() -> None:
+    """When the search has to stop early, its motion so far is refined and audited all the same."""
+    limited = plan(load_task(TASK, [*SHORT_JUMP, "solver.time_limit=60", "solver.retries=0"]))
+    assert limited.status.solved and limited.statistics.search is not None
+    assert limited.statistics.search.seconds <= 30
+    short = Deadline(10.0).share(0.5)
+    assert 4.9 < short.left <= 5.0 and Deadline().share(0.5).left_or_none is None

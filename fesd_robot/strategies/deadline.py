@@ -30,3 +30,8 @@ class Deadline:
     def left_or_none(self) -> float | None:
         """Seconds until the time is over; None without a limit."""
         return None if math.isinf(self._limit) else self.left
+
+    def share(self, part: float) -> Deadline:
+        """Return a clock for a part of the time that is left."""
+        left = self.left_or_none
+        return Deadline(None if left is None else part * left)
