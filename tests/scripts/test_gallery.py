@@ -49,12 +49,8 @@ def test_the_readme_lists_every_task(gallery: ModuleType, tmp_path: Path) -> Non
     assert [name for _, name in listed] == TASKS, "a picture is missing, run scripts/gallery"
 
 
-NOT_SOLVED = {"monoped_two_jumps"}
-"""Tasks whose motions the replay refutes; docs/contact.md says why."""
-
-
 def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
-    """Every task has one row, with its purpose; each is solved within 1e-6, but for those known not to be."""
+    """Every task has one row, with its purpose; each is solved within 1e-6."""
     rows = re.findall(r"^\| \[(\w+)\].*$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert rows == TASKS
     (header,) = re.findall(r"^\| task \|(.*)\|$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
@@ -63,8 +59,7 @@ def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
         if line.startswith("| ["):
             cells = [cell.strip() for cell in line.strip("|").split("|")]
             assert len(cells) == len(header)
-            solved = not any(f"[{name}]" in cells[0] for name in NOT_SOLVED)
-            assert cells[-1].startswith("solved" if solved else "not solved") and float(cells[-3]) <= 1e-6
+            assert cells[-1].startswith("solved") and float(cells[-3]) <= 1e-6
 
 
 def test_pictures_are_small(gallery: ModuleType) -> None:
