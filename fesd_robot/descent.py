@@ -91,7 +91,7 @@ def _better(
         solved.transcription.problem,
         solved.polisher,
         options,
-        lambda: deadline.left_or_none,
+        deadline.remaining,
         stop=stop,
         progress=progress,
     )

@@ -80,15 +80,8 @@ class _Search:
         self._progress, self._stop = progress, stop
         self._transcription, w, branch = with_room(solved.transcription, solved.solution.w, solved.branch)
         self._start, self._polisher = BranchPoint(w, branch), BranchTranscription(self._transcription)
-        own = deadline.share(SHARE_OF_TIME)
-        self._solver = BranchSolver(
-            self._transcription.problem,
-            self._polisher,
-            options,
-            lambda: own.left_or_none,
-            few_evaluations=False,
-            stop=stop,
-        )
+        problem, remaining = self._transcription.problem, deadline.share(SHARE_OF_TIME).remaining
+        self._solver = BranchSolver(problem, self._polisher, options, remaining, few_evaluations=False, stop=stop)
         self._tried: set[object] = set()
         self._trials = 0
         self._moves: list[str] = []
@@ -117,9 +110,9 @@ class _Search:
         """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
         below = best.residuals.objective - GAIN * abs(best.residuals.objective)
         around = Surroundings(self._transcription, self._polisher.conditions, best.branch)
-        for move in self._untried(best, around, patience, last):
+        for move, intervals in self._untried(best, around, patience, last):
             self._trials += 1
-            window = self._solver.window(around.variables(around.window(move.intervals)))
+            window = self._solver.window(around.variables(intervals))
             end = self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience])
             if end:
                 return move, end
@@ -129,8 +122,8 @@ class _Search:
 
     def _untried(
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
-    ) -> Iterator[Move]:
-        """Yield the moves that were not tried yet with what there is in their windows."""
+    ) -> Iterator[tuple[Move, range]]:
+        """Yield the moves that were not tried yet with what there is in their windows, and these."""
         found = list(moves(self._transcription, self._polisher.conditions, best.w, best.branch))
         if patience and len(found) > MOST_PATIENT_MOVES:
             return
@@ -141,7 +134,7 @@ class _Search:
             seen = (patience, window, move.branch.factors[elements], move.branch.without_length[elements])
             if seen not in self._tried:
                 self._tried.add(seen)
-                yield move
+                yield move, window
 
     def _without_room(self, best: PolishingReport, moves: list[str]) -> Iterator[SolvedMotion]:
         """Yield the motion with as many elements as it needs, as it is if that fails; nothing if it is not cheaper."""
@@ -155,7 +148,7 @@ class _Search:
             BranchPoint(w, branch),
             own,
             self._options,
-            seconds_left=lambda: self._deadline.left_or_none,
+            seconds_left=self._deadline.remaining,
             progress=self._progress,
             stop=self._stop,
         )

@@ -155,7 +155,7 @@ def _continued(
         start,
         solved.solution,
         options,
-        seconds_left=lambda: deadline.left_or_none,
+        seconds_left=deadline.remaining,
         progress=progress,
         stop=stop,
     )

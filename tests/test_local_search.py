@@ -44,4 +44,4 @@ def test_a_time_limit_leaves_time_for_the_rest() -> None:
     assert limited.status.solved and limited.statistics.search is not None
     assert limited.statistics.search.seconds <= 30
     short = Deadline(10.0).share(0.5)
-    assert 4.9 < short.left <= 5.0 and Deadline().share(0.5).left_or_none is None
+    assert 4.9 < short.left <= 5.0 and Deadline().share(0.5).remaining() is None

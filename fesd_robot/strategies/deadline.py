@@ -26,12 +26,11 @@ class Deadline:
         """Seconds until the time is over, negative afterwards; infinite without a limit."""
         return self._limit - self.spent
 
-    @property
-    def left_or_none(self) -> float | None:
+    def remaining(self) -> float | None:
         """Seconds until the time is over; None without a limit."""
         return None if math.isinf(self._limit) else self.left
 
     def share(self, part: float) -> Deadline:
         """Return a clock for a part of the time that is left."""
-        left = self.left_or_none
+        left = self.remaining()
         return Deadline(None if left is None else part * left)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,12 +38,12 @@ class ContactModes:
         ]
         return [one for one in found if one._positions]
 
-    @property
+    @cached_property
     def _positions(self) -> list[int]:
         """Numbers, in the mode, of the conditions of the position level."""
         return [n for n, i in enumerate(self.members) if self.conditions.members[i].condition.level == "position"]
 
-    @property
+    @cached_property
     def parts(self) -> list[int]:
         """Numbers, in the mode, of the conditions on a part of the contact's force: friction to one side."""
         own = [self.conditions.members[i] for i in self.members]

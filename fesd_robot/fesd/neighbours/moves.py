@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -30,15 +31,23 @@ class Move:
         key: what is moved, and how: of two moves with the same key one continues the other.
         what: the same in words.
         intervals: in which something changes.
-        w: where to start looking for its motion, (n).
-        branch: the neighbour.
+        placing: the neighbour, and the elements from which to look for its motion.
     """
 
     key: Key
     what: str
     intervals: range
-    w: np.ndarray
-    branch: Branch
+    placing: Placing
+
+    @property
+    def branch(self) -> Branch:
+        """The neighbour."""
+        return self.placing.branch
+
+    @cached_property
+    def w(self) -> np.ndarray:
+        """Where to start looking for its motion, (n)."""
+        return self.placing.transcription.pack(self.placing.elements)
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,7 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
         w: a point of it, (n).
         branch: on which it lies.
     """
-    placing, intervals = Placing(transcription, w, branch), intervals_of(transcription.elements)
+    placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
     changes: list[_Change] = []
     switches: list[list[Switch]] = []
     for modes in ContactModes.of(conditions, branch):
@@ -84,8 +93,8 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
         changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1])]
         changes += [*_without_run(modes, runs), *_swapped(modes, runs)]
     for change in (*changes, *_shifted_together(switches)):
-        for start, neighbour in placing.placed(change.steps):
-            yield Move(change.key, change.what, change.intervals, start, neighbour)
+        for neighbour in placing.placed(change.steps):
+            yield Move(change.key, change.what, change.intervals, neighbour)
 
 
 def _shifted(switches: Sequence[Switch]) -> Iterator[_Change]:

@@ -41,10 +41,14 @@ def intervals_of(elements: Sequence[int]) -> list[range]:
     return ranges
 
 
+def sequence_of(branch: Branch, elements: Sequence[int]) -> list[Factors]:
+    """Return the factors of some elements one after the other; those without length are left out."""
+    return [factors for factors, _ in groupby(branch.factors[e] for e in elements if not branch.without_length[e])]
+
+
 def pattern_of(modes: ContactModes, branch: Branch, elements: Sequence[int]) -> Pattern:
     """Return the modes of a contact in some elements one after the other; those without length are left out."""
-    present = [modes.of_factors(branch.factors[e]) for e in elements if not branch.without_length[e]]
-    return tuple(mode for mode, _ in groupby(present))
+    return tuple(mode for mode, _ in groupby(modes.of_factors(one) for one in sequence_of(branch, elements)))
 
 
 def runs_of(modes: ContactModes, patterns: Sequence[Pattern]) -> list[Run]:
@@ -64,9 +68,8 @@ def runs_of(modes: ContactModes, patterns: Sequence[Pattern]) -> list[Run]:
 def in_flight(modes: Sequence[ContactModes], branch: Branch, elements: Sequence[int]) -> bool:
     """Return whether no contact has a force in some of the given elements."""
     return any(
-        all(contact.is_flight(contact.of_factors(branch.factors[e])) for contact in modes)
-        for e in elements
-        if not branch.without_length[e]
+        all(contact.is_flight(contact.of_factors(factors)) for contact in modes)
+        for factors in sequence_of(branch, elements)
     )
 
 

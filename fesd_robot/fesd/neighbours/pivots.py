@@ -66,6 +66,10 @@ class Pivots:
         return replace(self.branch, factors=tuple(factors))
 
     @cached_property
+    def _contacts(self) -> list[ContactModes]:
+        return ContactModes.of(self.conditions, self.branch)
+
+    @cached_property
     def _now(self) -> list[Element]:
         return self.transcription.unpack(self.w)
 
@@ -94,7 +98,7 @@ class Pivots:
         if self.branch.without_length[e]:
             return None
         factors, rates, now = self.branch.factors[e], self._rates(e), self._quantities(self._now[e])
-        for modes in ContactModes.of(self.conditions, self.branch):
+        for modes in self._contacts:
             mode = modes.of_factors(factors)
             if self._leaves(modes, mode, rates):
                 factors = with_mode(modes, factors, self._mode(modes, mode, rates, now))

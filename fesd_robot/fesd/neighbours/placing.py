@@ -11,28 +11,24 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours.contact_modes import ContactModes
-from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, spread, with_mode
+from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, sequence_of, spread, with_mode
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 
 @dataclass(frozen=True)
 class Placing:
-    """A point of a transcription on a branch, from which neighbours are made.
+    """The elements of a transcription on a branch, from which neighbours are made.
 
     Attributes:
         transcription: of a collocation scheme.
-        w: the point, (n).
-        branch: its branch.
+        elements: in time order.
+        branch: on which they lie.
     """
 
     transcription: Transcription
-    w: np.ndarray
+    elements: Sequence[Element]
     branch: Branch
-
-    @cached_property
-    def _elements(self) -> list[Element]:
-        return self.transcription.unpack(self.w)
 
     @cached_property
     def _intervals(self) -> list[range]:
@@ -42,13 +38,11 @@ class Placing:
         """Return state and algebraic variables at the end of an interval, before the impacts that it ends with."""
         own = [e for e in self._intervals[interval] if not self.branch.without_length[e]]
         free = [e for e in own if ActiveFactor.COMPLEMENT not in self.branch.factors[e]]
-        element = self._elements[(free or own)[-1]]
+        element = self.elements[(free or own)[-1]]
         return element.x[-1], element.z[-1]
 
-    def placed(
-        self, steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]
-    ) -> Iterator[tuple[np.ndarray, Branch]]:
-        """Yield points and branches in which contacts have given modes in some intervals.
+    def placed(self, steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]) -> Iterator[Placing]:
+        """Yield elements and branches in which contacts have given modes in some intervals.
 
         Where another contact switches in the same interval, there are two: the new switches come before or after the
         others. There is none where an interval has too few elements.
@@ -62,7 +56,7 @@ class Placing:
                 placing = placing and placing._one_placed(modes, patterns, first)
             if placing is None:
                 continue
-            yield placing.w, placing.branch
+            yield placing
             if all(
                 len(pattern) == 1 or self._is_uniform(modes, k) for modes, own in steps for k, pattern in own.items()
             ):
@@ -72,7 +66,7 @@ class Placing:
         sequences = {k: self._with_others(modes, pattern, k, first) for k, pattern in patterns.items()}
         if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
             return None
-        return Placing(self.transcription, *self._placed(sequences))
+        return self._placed(sequences)
 
     def _is_uniform(self, modes: ContactModes, interval: int) -> bool:
         """Whether all other contacts keep their modes in an interval."""
@@ -80,7 +74,7 @@ class Placing:
 
     def _others(self, modes: ContactModes, interval: int) -> list[Factors]:
         """Return the factors in the elements of an interval, those of a contact taken from the first of them."""
-        own = [self.branch.factors[e] for e in self._intervals[interval] if not self.branch.without_length[e]]
+        own = sequence_of(self.branch, self._intervals[interval])
         mode = modes.of_factors(own[0])
         return [factors for factors, _ in groupby(with_mode(modes, one, mode) for one in own)]
 
@@ -97,10 +91,10 @@ class Placing:
             *(with_mode(modes, others[-1], mode) for mode in pattern),
         ]
 
-    def _placed(self, sequences: Mapping[int, Sequence[Factors]]) -> tuple[np.ndarray, Branch]:
-        """Return point and branch with other factors in some intervals, whose elements become equally long."""
+    def _placed(self, sequences: Mapping[int, Sequence[Factors]]) -> Placing:
+        """Return elements and branch with other factors in some intervals, whose elements become equally long."""
         factors, without_length = list(self.branch.factors), list(self.branch.without_length)
-        elements = list(self._elements)
+        elements = list(self.elements)
         for k, sequence in sequences.items():
             own = self._intervals[k]
             filled = spread(sequence, len(own))
@@ -108,11 +102,11 @@ class Placing:
                 factors[e], without_length[e] = source, False
                 elements[e] = replace(new, z=self._algebraic(source, e))
         branch = Branch(self.branch.conditions, tuple(factors), tuple(without_length))
-        return self.transcription.pack(elements), branch
+        return Placing(self.transcription, elements, branch)
 
     def _resampled(self, interval: int) -> list[Element]:
         """Return the elements of an interval with equal lengths, their states on lines between the old ones."""
-        own = [self._elements[e] for e in self._intervals[interval]]
+        own = [self.elements[e] for e in self._intervals[interval]]
         ocp, tableau = self.transcription.ocp, self.transcription.options.tableau
         step, start = ocp.duration / ocp.intervals / len(own), own[0].start
         times = np.array([start, *(element.end for element in own)])
@@ -128,4 +122,4 @@ class Placing:
     def _algebraic(self, factors: Factors, at: int) -> np.ndarray:
         """Return the algebraic variables of the nearest element with the same factors; its own if there is none."""
         same = [e for e, own in enumerate(self.branch.factors) if own == factors and not self.branch.without_length[e]]
-        return self._elements[min(same, key=lambda e: abs(e - at), default=at)].z
+        return self.elements[min(same, key=lambda e: abs(e - at), default=at)].z

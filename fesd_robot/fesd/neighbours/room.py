@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.neighbours.patterns import Factors, intervals_of, spread
+from fesd_robot.fesd.neighbours.patterns import Factors, intervals_of, sequence_of, spread
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
@@ -41,7 +41,7 @@ def without_room(
         branch: on which it lies.
         least: numbers of elements of the intervals, (N).
     """
-    needed = [len(_sequence(branch, own)) for own in intervals_of(transcription.elements)]
+    needed = [len(sequence_of(branch, own)) for own in intervals_of(transcription.elements)]
     counts = [max(pair) for pair in zip(needed, least, strict=True)]
     return _with_elements(transcription, w, branch, counts)
 
@@ -63,17 +63,12 @@ def _with_elements(
     for own, count in zip(intervals_of(transcription.elements), counts, strict=True):
         whole = [e for e in own if not branch.without_length[e]]
         runs = [[old[e] for e in run] for _, run in groupby(whole, key=lambda e: branch.factors[e])]
-        modes = spread(_sequence(branch, own), count)
+        modes = spread(sequence_of(branch, own), count)
         factors += modes
         for run, (_, parts) in zip(runs, groupby(modes), strict=True):
             elements += _in_equal_parts(run, len(list(parts)), tableau)
     changed = replace(transcription, options=options)
     return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
-
-
-def _sequence(branch: Branch, own: Sequence[int]) -> list[Factors]:
-    """Return the factors of some elements one after the other; those without length are left out."""
-    return [factors for factors, _ in groupby(branch.factors[e] for e in own if not branch.without_length[e])]
 
 
 def _in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> list[Element]:

@@ -34,10 +34,14 @@ class Surroundings:
     branch: Branch
 
     @cached_property
+    def _intervals(self) -> list[range]:
+        return intervals_of(self.transcription.elements)
+
+    @cached_property
     def _in_flight(self) -> list[bool]:
         """Of every interval."""
         modes = ContactModes.of(self.conditions, self.branch)
-        return [in_flight(modes, self.branch, own) for own in intervals_of(self.transcription.elements)]
+        return [in_flight(modes, self.branch, own) for own in self._intervals]
 
     def window(self, intervals: range) -> range:
         """Return the intervals around some others."""
@@ -50,7 +54,7 @@ class Surroundings:
 
     def elements(self, window: range) -> slice:
         """Return which elements are in a window."""
-        own = intervals_of(self.transcription.elements)
+        own = self._intervals
         return slice(own[window.start].start, own[window.stop - 1].stop)
 
     def variables(self, window: range) -> np.ndarray:

@@ -36,14 +36,14 @@ class ElementIndices(NamedTuple):
         step: index of its length among the variables.
         points: its points, without the left boundary.
         state_rows: index of a state -> the rows that are its dynamics.
-        step_difference: index of the row that is the length of the next element of the interval minus its own; None if
-            it is the last.
+        step_difference: index of the row that is the length of the next element of the interval minus its own; that of
+            the last element is no such row.
     """
 
     step: int
     points: list[PointIndices]
     state_rows: dict[int, list[int]]
-    step_difference: int | None
+    step_difference: int
 
 
 class BoundsBuilder:
@@ -54,6 +54,7 @@ class BoundsBuilder:
         self._conditions = branch_transcription.conditions
         self._n_x = transcription.ocp.system.state.numel()
         self._problem = branch_transcription.problem
+        self._equally_long = branch_transcription.equally_long
         self._stages = transcription.options.tableau.stages
         self._start_is_free = bool((transcription.ocp.initial_lower < transcription.ocp.initial_upper).any())
         self._start = PointIndices(0, self._n_x, len(transcription.problem.blocks[0].lower))
@@ -65,23 +66,19 @@ class BoundsBuilder:
         self._lower, self._upper = problem.lower.copy(), problem.upper.copy()
         self._g_lower = np.concatenate([np.tile(block.lower, block.copies) for block in problem.blocks])
         self._g_upper = np.concatenate([np.tile(block.upper, block.copies) for block in problem.blocks])
+        for e in self._equally_long(branch):
+            row = self._elements[e].step_difference
+            self._g_lower[row] = self._g_upper[row] = 0.0
         left: PointIndices = self._start
         before: tuple[ActiveFactor, ...] | None = None
         for e, (factors, without_length) in enumerate(zip(branch.factors, branch.without_length, strict=True)):
             if without_length:
                 self._remove(e, factors if before is None else before)
                 continue
-            self._keep_equal(e, branch)
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
                 self._hold(e, member, factor, left, None if before is None else before[i])
             left, before = self._elements[e].points[-1], factors
         return BranchBounds(self._lower, self._upper, self._g_lower, self._g_upper)
-
-    def _keep_equal(self, e: int, branch: Branch) -> None:
-        """Give an element the length of the next one of its interval if that is in the same mode."""
-        row = self._elements[e].step_difference
-        if row is not None and not branch.without_length[e + 1] and branch.factors[e] == branch.factors[e + 1]:
-            self._g_lower[row] = self._g_upper[row] = 0.0
 
     def _hold(
         self, e: int, member: ConditionFactors, factor: ActiveFactor, left: PointIndices, before: ActiveFactor | None
@@ -175,7 +172,7 @@ def _element_indices(branch_transcription: BranchTranscription) -> list[ElementI
                             for j in range(points)
                         ],
                         state_rows={i: [first_row + r for r in own] for i, own in state_rows[n].items()},
-                        step_difference=first_row + len(block.lower) - count + 1 + n if n + 1 < count else None,
+                        step_difference=first_row + len(block.lower) - count + 1 + n,
                     )
                 )
             first_row += len(block.lower)

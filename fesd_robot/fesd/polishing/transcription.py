@@ -79,6 +79,16 @@ class BranchTranscription:
         """Return the bounds on variables and rows of `problem` that keep the active factors of a branch at zero."""
         return BoundsBuilder(self).bounds(branch)
 
+    def equally_long(self, branch: Branch) -> list[int]:
+        """Return the elements whose successor in their interval has a length and the same mode, and so the same length.
+
+        Args:
+            branch: whose modes count.
+        """
+        last = set(np.cumsum(self.transcription.elements) - 1)
+        numbers = enumerate(pairwise(zip(branch.factors, branch.without_length, strict=True)))
+        return [e for e, (one, other) in numbers if e not in last and one == other and not one[1]]
+
     def with_equal_steps(self, branch: Branch) -> Mpcc:
         """Return the problem with pairs in which neighbouring elements of one mode are equally long, as on the branch.
 
@@ -88,11 +98,7 @@ class BranchTranscription:
         Args:
             branch: whose modes count.
         """
-        problem, indices, pairs = self.transcription.problem, self.transcription.indices, []
-        for e, (before, after) in enumerate(pairwise(branch.factors)):
-            same_interval = indices.place(e).interval == indices.place(e + 1).interval
-            if same_interval and before == after and not (branch.without_length[e] or branch.without_length[e + 1]):
-                pairs.append(e)
+        problem, indices, pairs = self.transcription.problem, self.transcription.indices, self.equally_long(branch)
         steps = ca.SX.sym("h", 2)
         equal = Block(
             name="equal_steps",
