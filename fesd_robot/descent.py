@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import islice
 
 from fesd_robot.adapters import certificate_of
@@ -57,23 +56,25 @@ def descended(
 
     Source: phase II of MPECopt, Nurkanovic, Leyffer, arXiv 2501.13835.
     """
+    certificate = _certificate(solved, task, deadline)
     for _ in range(MOST_DESCENTS):
-        problem = solved.polisher.with_equal_steps(solved.branch) if solved.solution.exact else None
-        certificate = certificate_of(
-            problem or solved.transcription.problem, solved.solution, task.solver.tolerance, deadline.left
-        )
-        better = (
-            _better(solved, certificate, options, task, deadline, progress, stop) if problem and certificate else None
-        )
+        better = _better(solved, certificate, options, task, deadline, progress, stop)
         if better is None:
             break
-        solved = better
+        solved, certificate = better, _certificate(better, task, deadline)
     return solved, certificate
+
+
+def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certificate | None:
+    """Return the certificate of a motion, on the grid of its branch if it is exact."""
+    exact, transcription = solved.solution.exact, solved.transcription
+    problem = solved.polisher.with_equal_steps(solved.branch) if exact else transcription.problem
+    return certificate_of(problem, solved.solution, task.solver.tolerance, deadline.left)
 
 
 def _better(
     solved: SolvedMotion,
-    certificate: Certificate,
+    certificate: Certificate | None,
     options: HomotopyOptions,
     task: Task,
     deadline: Deadline,
@@ -81,25 +82,19 @@ def _better(
     stop: Stop | None,
 ) -> SolvedMotion | None:
     """Return a motion that costs less on one of the branches that the direction points to, None if there is none."""
-    if certificate.direction is None:
+    if not solved.solution.exact or certificate is None or certificate.direction is None:
         return None
     begin, solution, w = time.perf_counter(), solved.solution, solved.solution.w
     objective = solution.residuals.objective
     below = objective - LEAST_GAIN * max(1.0, abs(objective))
     pivots = Pivots(solved.transcription, solved.polisher.conditions, w, solved.branch, certificate.direction)
-    solver = BranchSolver(
-        solved.transcription.problem,
-        solved.polisher,
-        options,
-        deadline.remaining,
-        stop=stop,
-        progress=progress,
-    )
+    problem = solved.transcription.problem
+    solver = BranchSolver(problem, solved.polisher, options, deadline.remaining, stop=stop, progress=progress)
     for branch in islice(pivots.branches(), MOST_PIVOTS):
         end = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)
         if end and end.residuals.objective < below:
             found = solver.solution(end, solution, time.perf_counter() - begin)
-            better = replace(solved.continued(solved.polisher, found, rounds=solved.rounds), seconds=solved.seconds)
+            better = solved.continued(solved.polisher, found)
             if better.audit.violations and task.method.accuracy != "none":
                 better = refined(better, options, task.method.accuracy, deadline, progress, stop)
             cheaper = better.solution.residuals.objective < below

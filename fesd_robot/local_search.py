@@ -155,7 +155,7 @@ class _Search:
         if found is None:
             polisher, found = self._polisher, own
         if found.residuals.objective < solution.residuals.objective:
-            yield solved.continued(polisher, found, search=self._summary(moves))
+            yield replace(solved.continued(polisher, found), search=self._summary(moves))
 
     def _summary(self, moves: list[str]) -> LocalSearch:
         """Return what was done, and which moves lead to a motion."""

@@ -83,7 +83,7 @@ def refined(
         if following is None:
             break
         solved = following
-    return replace(solved, seconds=time.perf_counter() - begin)
+    return replace(solved, seconds=solved.seconds + time.perf_counter() - begin)
 
 
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
@@ -161,4 +161,4 @@ def _continued(
     )
     if solution is None:
         return None
-    return solved.continued(polisher, solution, rounds=solved.rounds + 1)
+    return replace(solved.continued(polisher, solution), rounds=solved.rounds + 1)

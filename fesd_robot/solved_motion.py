@@ -51,18 +51,14 @@ class SolvedMotion:
         self,
         polisher: BranchTranscription,
         solution: MpccSolution,
-        *,
-        search: LocalSearch | None = None,
-        rounds: int = 0,
     ) -> SolvedMotion:
-        """Return the motion of a solution that continues this one.
+        """Return the motion of a solution that continues this one, searched and refined as this one was.
 
         Args:
             polisher, solution: of the solution.
-            search: how it was searched; that of this motion if omitted.
-            rounds: of refinement.
         """
-        return replace(SolvedMotion.of(self.motion, polisher, solution), search=search or self.search, rounds=rounds)
+        own = SolvedMotion.of(self.motion, polisher, solution)
+        return replace(own, search=self.search, rounds=self.rounds, seconds=self.seconds)
 
     @property
     def transcription(self) -> Transcription:
