@@ -6,17 +6,9 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from fesd_robot.fesd.neighbours import Move, Surroundings, moves, with_room, without_room
-from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import (
-    TRIALS,
-    BranchPoint,
-    BranchSolver,
-    HomotopyOptions,
-    NlpReport,
-    PolishingReport,
-    continue_on_branch,
-)
+from fesd_robot.fesd.neighbours import Move, Surroundings, moves
+from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, NlpReport, PolishingReport
+from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.plans.plan import LocalSearch
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
@@ -76,19 +68,19 @@ class _Search:
         stop: Stop | None,
     ) -> None:
         self._begin = time.perf_counter()
-        self._solved, self._options, self._deadline = solved, options, deadline
-        self._progress, self._stop = progress, stop
-        self._transcription, w, branch = with_room(solved.transcription, solved.solution.w, solved.branch)
-        self._start, self._polisher = BranchPoint(w, branch), BranchTranscription(self._transcription)
-        problem, remaining = self._transcription.problem, deadline.share(SHARE_OF_TIME).remaining
-        self._solver = BranchSolver(problem, self._polisher, options, remaining, few_evaluations=False, stop=stop)
+        self._solved, self._deadline, self._progress = solved, deadline, progress
+        self._around = Neighbourhood.of(
+            solved.transcription, solved.solution.w, solved.branch, options, deadline.share(SHARE_OF_TIME), stop
+        )
+        self._solver, self._transcription = self._around.solver, self._around.transcription
+        self._conditions = self._around.polisher.conditions
         self._tried: set[object] = set()
         self._trials = 0
         self._moves: list[str] = []
 
     def run(self) -> Iterator[SolvedMotion]:
         """Search until no neighbour is cheaper; yield the best motion, the one half way to it, and the first."""
-        best, patience, last = self._solver.exact(self._start, updates=FIRST_UPDATES), 0, None
+        best, patience, last = self._solver.exact(self._around.start, updates=FIRST_UPDATES), 0, None
         trail = [best] if best else []
         while best and patience < len(TRIALS) and not self._solver.ended_early:
             found = self._cheaper_neighbour(best, patience, last)
@@ -109,7 +101,7 @@ class _Search:
     ) -> tuple[Move, PolishingReport] | None:
         """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
         below = best.residuals.objective - GAIN * abs(best.residuals.objective)
-        around = Surroundings(self._transcription, self._polisher.conditions, best.branch)
+        around = Surroundings(self._transcription, self._conditions, best.branch)
         for move, intervals in self._untried(best, around, patience, last):
             self._trials += 1
             window = self._solver.window(around.variables(intervals))
@@ -124,7 +116,7 @@ class _Search:
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
     ) -> Iterator[tuple[Move, range]]:
         """Yield the moves that were not tried yet with what there is in their windows, and these."""
-        found = list(moves(self._transcription, self._polisher.conditions, best.w, best.branch))
+        found = list(moves(self._transcription, self._conditions, best.w, best.branch))
         if patience and len(found) > MOST_PATIENT_MOVES:
             return
         first = next((i for i, move in enumerate(found) if move.key == last), 0)
@@ -139,21 +131,7 @@ class _Search:
     def _without_room(self, best: PolishingReport, moves: list[str]) -> Iterator[SolvedMotion]:
         """Yield the motion with as many elements as it needs, as it is if that fails; nothing if it is not cheaper."""
         solved, solution = self._solved, self._solved.solution
-        fewer, w, branch = without_room(self._transcription, best.w, best.branch, solved.transcription.elements)
-        polisher = BranchTranscription(fewer)
-        own = replace(solution, w=best.w, residuals=best.residuals, branch=best.branch)
-        found = continue_on_branch(
-            fewer.problem,
-            polisher,
-            BranchPoint(w, branch),
-            own,
-            self._options,
-            seconds_left=self._deadline.remaining,
-            progress=self._progress,
-            stop=self._stop,
-        )
-        if found is None:
-            polisher, found = self._polisher, own
+        polisher, found = self._around.without_room(best, solution, self._deadline, self._progress)
         if found.residuals.objective < solution.residuals.objective:
             yield replace(solved.continued(polisher, found), search=self._summary(moves))
 

@@ -22,6 +22,7 @@ from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import Effort, statistics_of
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import refined
+from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
@@ -101,7 +102,9 @@ def attempt(
     problem, build_seconds = transcription.problem, deadline.spent
 
     options, polisher = homotopy_options(task), BranchTranscription(transcription)
-    solution = solve(problem, options, polisher=polisher, progress=report, stop=stop)
+    repair = Repair(transcription, options, deadline, report, stop)
+    solution = solve(problem, options, polisher=polisher, progress=report, stop=stop, otherwise=repair)
+    polisher, solution = repair.repaired(polisher, solution)
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)

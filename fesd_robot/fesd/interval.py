@@ -30,6 +30,7 @@ class Interval:
         layout: order of the own variables.
         variables, parameters: w and p, SX symbols.
         cost: name -> term of the cost, SX scalar.
+        exploitable: the sum of those that only complementarity keeps from falling without limit.
         rows: SX (n_g); `lower`, `upper`, `labels`: their bounds and what they are.
         complementarities: the conditions.
         auxiliary: w -> values of the auxiliary variables that fit the others.
@@ -39,6 +40,7 @@ class Interval:
     variables: ca.SX
     parameters: ca.SX
     cost: dict[str, ca.SX]
+    exploitable: ca.SX
     rows: ca.SX
     lower: np.ndarray
     upper: np.ndarray
@@ -76,6 +78,7 @@ class Interval:
             index=index,
             values=values,
             complementarities=self.complementarities,
+            exploitable=self.exploitable,
         )
 
 
@@ -130,11 +133,13 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     rows += equal.equations
     bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
     w, held = ca.vertcat(left, own), sum(one.expression.numel() for one in rows)
+    costs = _cost_terms(ocp, options, parts, own[: layout.n_u], p)
     return Interval(
         layout=layout,
         variables=w,
         parameters=p,
-        cost=_cost_terms(ocp, options, parts, own[: layout.n_u], p) | _equilibration_cost(equal),
+        cost=costs | _equilibration_cost(equal),
+        exploitable=sum((costs[name] for name in ocp.exploitable_costs), ca.SX(0)),
         rows=ca.vertcat(*[one.expression for one in rows], bounded.rows),
         lower=np.concatenate([np.zeros(held), bounded.lower]),
         upper=np.concatenate([np.zeros(held), bounded.upper]),

@@ -11,6 +11,10 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
 
+EXPLOITED_SIGMA = 0.1
+"""Sigma of the velocity level above which the weight of a cost that relaxed pairs can be exploited for falls as
+1 / sigma: a product of factors that may be as large as sigma gains no more there than it would here."""
+
 
 @dataclass(frozen=True)
 class BlockDerivatives:
@@ -63,6 +67,8 @@ def differentiate(
     sigma, slack = ca.SX.sym("sigma", 2), ca.SX.sym("slack", slacks)
     x = ca.vertcat(w, slack) if slacks else w
     f, g, G, H = (ca.densify(part) for part in block.function(w, p))
+    if not block.exploitable.is_zero():
+        f -= (1 - EXPLOITED_SIGMA / ca.fmax(sigma[1], EXPLOITED_SIGMA)) * block.exploitable_cost(w, p)
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
         side[row]

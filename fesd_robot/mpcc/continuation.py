@@ -150,7 +150,7 @@ class BranchSolver:
             objective: the value.
             trial: how to try.
         """
-        found = self._tried(start, window, trial)
+        found = self.tried(start, window, trial)
         if found is None or found.residuals.constraint_violation > trial.violation:
             return None
         if not found.residuals.objective < objective:
@@ -159,8 +159,14 @@ class BranchSolver:
         end = self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
         return end if end and end.residuals.objective < objective else None
 
-    def _tried(self, start: BranchPoint, window: Window, trial: Trial) -> PolishingReport | None:
-        """Return the end of a trial, None if no time is left."""
+    def tried(self, start: BranchPoint, window: Window, trial: Trial) -> PolishingReport | None:
+        """Return the end of a trial, which is not exact; None if no time is left.
+
+        Args:
+            start: where it begins.
+            window: what may move in it.
+            trial: how to try.
+        """
         w, branch, found = start.w, start.branch, None
         for _ in range(1 + TRIAL_UPDATES):
             found = self._nlp.solve_once(
@@ -190,6 +196,8 @@ class BranchSolver:
             earlier,
             w=end.w,
             residuals=end.residuals,
+            feasible=True,
+            solved=True,
             branch=end.branch,
             status=end.status,
             reports=[*earlier.reports, *self.reports],

@@ -47,6 +47,7 @@ def solve(
     polisher: Polisher | None = None,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
+    otherwise: Callable[[np.ndarray], bool] | None = None,
 ) -> MpccSolution:
     """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
 
@@ -68,6 +69,8 @@ def solve(
         polisher: reads branches of this problem, see `polishing`.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
+        otherwise: called with the point, (n), at the end of the loose homotopy, and at the end of all, if no branch on
+            which it may lie leads to an exact point; True ends the solve, for the caller has found another way.
 
     Raises:
         ModelError: the relaxation cannot hold vanishing constraints, and the problem has some.
@@ -83,7 +86,7 @@ def solve(
         problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
     )
     branch_nlp = BranchNlp.of(polisher, options.compile) if polisher and options.polish else None
-    return _Homotopy(problem, options, nlp, branch_nlp, progress, stop).solution(time.perf_counter() - begin)
+    return _Homotopy(problem, options, nlp, branch_nlp, progress, stop, otherwise).solution(time.perf_counter() - begin)
 
 
 @dataclass(frozen=True)
@@ -105,9 +108,10 @@ class _Homotopy:
         branch_nlp: BranchNlp | None,
         progress: Callable[[NlpReport], None] | None,
         stop: Callable[[int, float], bool] | None,
+        otherwise: Callable[[np.ndarray], bool] | None,
     ) -> None:
         self._problem, self._options, self._nlp, self._branch_nlp = problem, options, nlp, branch_nlp
-        self._progress, self._stop = progress, stop
+        self._progress, self._stop, self._otherwise = progress, stop, otherwise
         self._elastic = nlp.slacks.count > 0
         sigma_start = options.sigma_start or max(chosen_start(problem, options.velocity_level_ratio), options.tolerance)
         last = options.tolerance if self._elastic else nlp.relaxation.last_sigma(options.tolerance)
@@ -152,10 +156,19 @@ class _Homotopy:
             if end is None:
                 return False
             self._polish(self._branch_nlp, end[0])
-            if self._polished.exact or self._status.ended_early:
+            if self._polished.exact or self._status.ended_early or self._found_otherwise(self._point):
                 return False
-            sigmas = end
+            completed = self._converge(end)
+            if not (self._polished.exact or self._status.ended_early):
+                self._found_otherwise(self._best)
+            return completed
         return self._converge(sigmas)
+
+    def _found_otherwise(self, point: NlpPoint) -> bool:
+        """Whether the caller finds an exact point where polishing did not."""
+        if self._polished.costlier or self._otherwise is None:
+            return False
+        return self._otherwise(point.x[: self._problem.size])
 
     def _search(self, sigmas: Sigmas) -> Sigmas | None:
         """Follow the loose homotopy to where it is polished; return its last sigmas, None if it failed before.

@@ -26,6 +26,8 @@ class Block:
         lower, upper: bounds of g, shape (n_g,).
         constraints: label of every row of g within its copy.
         complementarities: conditions whose factors G and H are SX scalars in w and p.
+        exploitable: the part of the cost that only complementarity keeps from falling without limit, SX scalar in w and
+            p; a homotopy gives it little weight while pairs are relaxed.
         index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
         values: values of p, shape (n_p, K).
 
@@ -46,6 +48,7 @@ class Block:
     index: np.ndarray
     values: np.ndarray
     complementarities: Sequence[Complementarity] = ()
+    exploitable: ca.SX = field(default_factory=lambda: ca.SX(0))
 
     def __post_init__(self) -> None:
         n_w, n_p, n_g = self.variables.numel(), self.parameters.numel(), self.rows.numel()
@@ -72,6 +75,11 @@ class Block:
         sides = ([getattr(condition, side) for condition in self.complementarities] for side in "GH")
         G, H = (ca.vertcat(ca.SX(0, 1), *factors) for factors in sides)
         return ca.Function(self.name, [self.variables, self.parameters], [self.cost, self.rows, G, H])
+
+    @cached_property
+    def exploitable_cost(self) -> ca.Function:
+        """(w, p) -> the exploitable part of the cost."""
+        return ca.Function("exploitable", [self.variables, self.parameters], [self.exploitable])
 
     @cached_property
     def vanishing(self) -> np.ndarray:

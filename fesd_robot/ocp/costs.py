@@ -29,6 +29,14 @@ def running_costs(parts: ProblemParts) -> Terms:
     return _united(term(parts) for term in INTEGRANDS.values())
 
 
+def exploitable_costs(parts: ProblemParts) -> list[str]:
+    """Return the names of the running costs that only complementarity keeps from falling without limit.
+
+    While friction need not oppose slipping, the work that it takes may be negative.
+    """
+    return list(_slipping(parts))
+
+
 def terminal_costs(parts: ProblemParts) -> Terms:
     """Return name -> cost of the state at the end."""
     return _united(term(parts) for term in FINAL_TERMS.values())

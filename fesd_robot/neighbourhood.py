@@ -1,0 +1,107 @@
+"""A motion with room for switches in every interval, and what solves the branch NLPs of its neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.neighbours import with_room, without_room
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import (
+    BranchPoint,
+    BranchSolver,
+    HomotopyOptions,
+    MpccSolution,
+    NlpReport,
+    PolishingReport,
+    continue_on_branch,
+)
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """A motion with one element more in every interval, any of which may fill it.
+
+    Attributes:
+        polisher: of the transcription with these elements.
+        start: the motion, and its branch.
+        solver: of branch NLPs there.
+        elements: of every interval of the motion, without the room.
+        options: of the homotopy.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
+    """
+
+    polisher: BranchTranscription
+    start: BranchPoint
+    solver: BranchSolver
+    elements: Sequence[int]
+    options: HomotopyOptions
+    stop: Stop | None
+
+    @classmethod
+    def of(
+        cls,
+        transcription: Transcription,
+        w: np.ndarray,
+        branch: Branch,
+        options: HomotopyOptions,
+        deadline: Deadline,
+        stop: Stop | None,
+        progress: Callable[[NlpReport], None] | None = None,
+    ) -> Neighbourhood:
+        """Return the neighbourhood of a motion.
+
+        Args:
+            transcription, w, branch: the motion.
+            options: of the homotopy.
+            deadline: of all NLPs.
+            stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
+            progress: called after every NLP of the solver.
+        """
+        roomy, start, own = with_room(transcription, w, branch)
+        polisher = BranchTranscription(roomy)
+        solver = BranchSolver(
+            roomy.problem, polisher, options, deadline.remaining, few_evaluations=False, stop=stop, progress=progress
+        )
+        return cls(polisher, BranchPoint(start, own), solver, transcription.elements, options, stop)
+
+    @property
+    def transcription(self) -> Transcription:
+        """With room."""
+        return self.polisher.transcription
+
+    def without_room(
+        self,
+        end: PolishingReport,
+        earlier: MpccSolution,
+        deadline: Deadline,
+        progress: Callable[[NlpReport], None] | None,
+    ) -> tuple[BranchTranscription, MpccSolution]:
+        """Return an exact motion with as many elements as it needs, as it is if that fails.
+
+        Args:
+            end: the motion.
+            earlier: the solution that it continues.
+            deadline: of the NLP.
+            progress: called after it.
+        """
+        fewer, w, branch = without_room(self.transcription, end.w, end.branch, self.elements)
+        own = replace(self.solver.solution(end, earlier, 0.0), reports=earlier.reports)
+        polisher = BranchTranscription(fewer)
+        found = continue_on_branch(
+            fewer.problem,
+            polisher,
+            BranchPoint(w, branch),
+            own,
+            self.options,
+            seconds_left=deadline.remaining,
+            progress=progress,
+            stop=self.stop,
+        )
+        return (polisher, found) if found else (self.polisher, own)

@@ -1,0 +1,135 @@
+"""Repair: from a point that no branch fits to an exact motion, by moves that lower what its branch violates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.neighbours import Move, intervals_of, moves
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, MpccSolution, NlpReport, PolishingReport
+from fesd_robot.neighbourhood import Neighbourhood
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+MOST_TRIALS = 60
+"""Neighbours that are tried in all."""
+
+SHARE_OF_TIME = 0.3
+"""Share of the time that a task has left which the repair may take: where it finds nothing the homotopy goes on."""
+
+LEAST_FALL = 0.7
+"""Of the violation: a neighbour that has less than this part of it is the one whose neighbours are tried next."""
+
+
+class Repair:
+    """What is tried where no branch of a point leads to an exact motion.
+
+    The branch was misread, or there are too few elements for its switches. So every interval gets one element more, and
+    the branch NLP is solved as far as it goes. As long as it does not converge, its neighbours (`fesd.neighbours`) are
+    tried, those first that are nearest to where it violates its constraints most, and the first that violates them
+    clearly less takes its place.
+
+    Args:
+        transcription: of the point.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the repair.
+    """
+
+    def __init__(
+        self,
+        transcription: Transcription,
+        options: HomotopyOptions,
+        deadline: Deadline,
+        progress: Callable[[NlpReport], None] | None,
+        stop: Stop | None,
+    ) -> None:
+        self._transcription, self._options, self._deadline = transcription, options, deadline
+        self._progress, self._stop = progress, stop
+        self._found: tuple[Neighbourhood, PolishingReport] | None = None
+
+    def __call__(self, w: np.ndarray) -> bool:
+        """Look for an exact motion near a point, (n); return whether there is one."""
+        branch = BranchTranscription(self._transcription).branch(w)
+        if all(branch.without_length):
+            return False
+        deadline = self._deadline.share(SHARE_OF_TIME)
+        around = Neighbourhood.of(
+            self._transcription, w, branch, self._options, deadline, self._stop, progress=self._progress
+        )
+        end = _exact_end(around)
+        self._found = (around, end) if end else None
+        return end is not None
+
+    def repaired(
+        self, polisher: BranchTranscription, solution: MpccSolution
+    ) -> tuple[BranchTranscription, MpccSolution]:
+        """Return the exact motion that was found, the homotopy's end if none was.
+
+        Args:
+            polisher, solution: of the homotopy.
+        """
+        if self._found is None:
+            return polisher, solution
+        around, end = self._found
+        return around.without_room(end, solution, self._deadline, self._progress)
+
+
+def _exact_end(around: Neighbourhood) -> PolishingReport | None:
+    """Return the exact end of a neighbour, None if none is found."""
+    solver, everything = around.solver, np.ones(around.transcription.problem.size, dtype=bool)
+    whole = solver.window(everything)
+    best: PolishingReport | None = None
+    for trial in TRIALS:
+        found = solver.tried(around.start, whole, trial)
+        if found and _is_better(around, found, best, 1.0):
+            best = found
+    tried: set[object] = set()
+    while best and not solver.ended_early:
+        end = solver.exact(BranchPoint(best.w, best.branch)) if _is_promising(best) else None
+        if end or len(tried) >= MOST_TRIALS:
+            return end
+        following = None
+        for move in _nearest_first(around, best):
+            modes = (move.branch.factors, move.branch.without_length)
+            if modes in tried:
+                continue
+            tried.add(modes)
+            found = solver.tried(BranchPoint(move.w, move.branch), whole, TRIALS[0])
+            if found and _is_better(around, found, best, LEAST_FALL):
+                following = found
+                break
+            if len(tried) >= MOST_TRIALS or solver.ended_early:
+                break
+        best = following
+    return None
+
+
+def _is_promising(found: PolishingReport) -> bool:
+    """Whether the end of a trial may be near an exact one."""
+    return found.residuals.constraint_violation <= TRIALS[-1].violation
+
+
+def _is_better(around: Neighbourhood, found: PolishingReport, best: PolishingReport | None, part: float) -> bool:
+    """Whether a trial violates less than a part of what the best did, and has a length in every interval."""
+    violation = found.residuals.constraint_violation
+    if not np.isfinite(found.w).all():
+        return False
+    shrunk = found.branch.without_length
+    if any(all(shrunk[e] for e in own) for own in intervals_of(around.transcription.elements)):
+        return False
+    return best is None or violation < part * best.residuals.constraint_violation
+
+
+def _nearest_first(around: Neighbourhood, best: PolishingReport) -> Iterator[Move]:
+    """Yield the moves from a branch, those first that are nearest to the interval in which most is violated."""
+    found = list(moves(around.transcription, around.polisher.conditions, best.w, best.branch))
+    worst = best.residuals.worst_constraint
+    at = worst.place.interval if worst else None
+    if at is not None:
+        found.sort(key=lambda move: max(move.intervals.start - at, at - move.intervals.stop + 1, 0))
+    yield from found
