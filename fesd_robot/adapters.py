@@ -12,12 +12,14 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.contact import Scene
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.fesd import Element
-from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify, conflict_at
 from fesd_robot.ocp import MotionProblem, with_promises
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.columns import control_interval
+from fesd_robot.plans.conflict_words import conflict_words
 from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.findings import findings_of_notes
 from fesd_robot.plans.full_model import full_model_of
@@ -40,6 +42,8 @@ logger = logging.getLogger(__name__)
 CERTIFICATE_SECONDS = 30.0
 """Longest time for each answer about the kind of a solution."""
 
+CONFLICT_SECONDS = 10.0
+"""Longest time for what stands against each other in a task that is not solved."""
 
 EXACT_PRODUCT = 1e-14
 """Product of a pair that counts as zero in an exact solution: sides up to 1e-8 are zero, the root of it over ten."""
@@ -154,6 +158,22 @@ def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seco
         return None
     product = EXACT_PRODUCT if solution.exact else tolerance
     return certify(problem, solution.w, tolerance=product, time_limit=seconds)
+
+
+def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndarray, seconds_left: float) -> str:
+    """Return which demands of a task stand against each other at a point that is not feasible; empty if none is found.
+
+    Args:
+        motion: the task.
+        polisher: of the transcription.
+        w: the point, (n).
+        seconds_left: of the task's time.
+    """
+    seconds = min(CONFLICT_SECONDS, 0.5 * seconds_left)
+    if seconds <= 0 or not np.isfinite(w).all():
+        return ""
+    conflict = conflict_at(polisher.problem, polisher.bounds(polisher.branch(w)), w, seconds)
+    return conflict_words(conflict, names_of(motion), motion.grid.intervals) if conflict else ""
 
 
 def assembled_plan(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from fesd_robot.adapters import (
     assembled_plan,
+    conflict_of,
     homotopy_options,
     motion_outcome,
     with_promised_goal,
@@ -28,6 +29,7 @@ from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
+from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
 
 LEAST_SECONDS = 1e-3
@@ -57,7 +59,8 @@ def plan(
     Returns:
         The cheapest solved plan of the starts, else the first that is solved, else one that only misses the goal, else
         the first of all; `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was
-        tried.
+        tried. The message of a plan that is not solved names what stands against each other, and a change of the task
+        with which it is solved, if one of `strategies.suggestions` helps.
 
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
@@ -73,7 +76,8 @@ def plan(
         attempts.append(AttemptedPlan(overrides, result, deadline.spent - begin))
         if attempts[-1].final:
             break
-    return best_plan(attempts)
+    best = best_plan(attempts)
+    return best if attempts[-1].final or not task.solver.retries else _with_what_helps(best, task, deadline, stop)
 
 
 def attempt(
@@ -122,7 +126,10 @@ def attempt(
     full_intervals = [] if solution.solved else solved.polisher.out_of_elements(w)
     outcome = motion_outcome(motion, solved.physical, physics)
     jumps = isinstance(task.reference, Jumps)
-    status = status_of(solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps)
+    in_the_way = "" if solution.solved else conflict_of(motion, solved.polisher, w, deadline.left)
+    status = status_of(
+        solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps, in_the_way
+    )
     cost_terms = transcription.cost_terms(w)
     effort = Effort(reports, build_seconds, deadline.spent - build_seconds)
     statistics = statistics_of(problem, solution, effort, cost_terms, solved.stages, solved.search, solved.refinement)
@@ -147,6 +154,17 @@ def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop 
         return own
     fallbacks = [fallback(task) for fallback in FALLBACKS[: task.solver.retries]]
     return own + fallbacks + ([SOFT_GOAL] if fallbacks and promises_goal(task) else [])
+
+
+def _with_what_helps(plan: Plan, task: Task, deadline: Deadline, stop: Stop | None) -> Plan:
+    """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
+    for words, changed in suggestions(task):
+        settings: Overrides = {"solver.local_search": False, **_time_left(deadline)}
+        found = attempt(with_overrides(changed, settings), stop=stop)
+        if found.status.solved:
+            message = f"{plan.status.message} Tried, and solved: the same task with {words}."
+            return plan.model_copy(update={"status": plan.status.model_copy(update={"message": message})})
+    return plan
 
 
 def _time_left(deadline: Deadline) -> Overrides:

@@ -5,6 +5,7 @@ multiplier of a bound, a row or a side; Filippov multipliers are variables like 
 """
 
 from fesd_robot.mpcc.certificate import Certificate, certify
+from fesd_robot.mpcc.conflict import Conflict, Demand, conflict_at
 from fesd_robot.mpcc.continuation import TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
 from fesd_robot.mpcc.homotopy import solve
 from fesd_robot.mpcc.options import HomotopyOptions
@@ -22,6 +23,8 @@ __all__ = [
     "BranchPoint",
     "BranchSolver",
     "Certificate",
+    "Conflict",
+    "Demand",
     "HomotopyOptions",
     "Mpcc",
     "MpccSolution",
@@ -34,6 +37,7 @@ __all__ = [
     "Residuals",
     "Trial",
     "certify",
+    "conflict_at",
     "continue_on_branch",
     "solve",
 ]

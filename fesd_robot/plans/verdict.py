@@ -21,6 +21,7 @@ def status_of(
     certificate: Certificate | None = None,
     out_of_elements: Sequence[int] = (),
     jumps: bool = False,
+    in_the_way: str = "",
 ) -> Status:
     """Return the status of a solved MPCC and its audit; solved only if every answer is good.
 
@@ -35,6 +36,7 @@ def status_of(
         certificate: what kind of point it is, if that was computed.
         out_of_elements: intervals without an element to spare, for the message.
         jumps: whether the task asks for jumps, so that a motion that never leaves the ground does not solve it.
+        in_the_way: which demands stand against each other, for the message.
     """
     residuals = solution.residuals
     audit_passed = not audit.violations
@@ -70,7 +72,8 @@ def status_of(
         )
         at = f"sigma = {sigma:.0e}" if sigma else "the exact problem"
         hint = _elements(residuals, out_of_elements)
-        message = f"Not solved: {solution.status} at {at}; {where}; {hint}{solution.status.advice}."
+        against = f"what stands against each other there: {in_the_way}; " if in_the_way else ""
+        message = f"Not solved: {solution.status} at {at}; {where}; {against}{hint}{solution.status.advice}."
     return Status(
         solved=solution.solved and audit_passed and not grounded,
         nlp=solution.status.value,

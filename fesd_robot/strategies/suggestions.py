@@ -1,0 +1,45 @@
+"""What may help a task that no attempt has solved: changes of what it asks for, to be tried one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from fesd_robot.task import Task
+
+MORE_TIME, HIGHER_LIMITS = 1.25, 1.5
+"""Factors on the duration, and on the limits of all controls."""
+
+
+def suggestions(task: Task) -> Iterator[tuple[str, Task]]:
+    """Yield what is changed, in words, and the changed task: more time, then higher limits of the controls.
+
+    A duration that is chosen stays as it is, and so do limits of the model that the task does not repeat.
+
+    Args:
+        task: that was not solved.
+    """
+    if isinstance(task.horizon.duration, float):
+        duration = MORE_TIME * task.horizon.duration
+        points = [
+            point if point.time is None else point.model_copy(update={"time": MORE_TIME * point.time})
+            for point in task.waypoints
+        ]
+        horizon = task.horizon.model_copy(update={"duration": duration})
+        yield f"horizon.duration: {duration:g}", task.model_copy(update={"horizon": horizon, "waypoints": points})
+    changed: dict[str, Any] = {}
+    if task.robot.actuators:
+        actuators = {name: _stronger(actuator) for name, actuator in task.robot.actuators.items()}
+        changed["robot"] = task.robot.model_copy(update={"actuators": actuators})
+    elif task.limits.effort:
+        effort = {name: (HIGHER_LIMITS * low, HIGHER_LIMITS * high) for name, (low, high) in task.limits.effort.items()}
+        changed["limits"] = task.limits.model_copy(update={"effort": effort})
+    if changed:
+        yield f"limits of all controls {HIGHER_LIMITS:g} times as high", task.model_copy(update=changed)
+
+
+def _stronger(actuator: Any) -> Any:
+    """Return an actuator with higher limits."""
+    return actuator.model_copy(
+        update={"lower": HIGHER_LIMITS * actuator.lower, "upper": HIGHER_LIMITS * actuator.upper}
+    )
