@@ -53,7 +53,8 @@ def plan(
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
             (0, NaN); True ends the solve, and the best iterate is returned as not solved.
-        retrying: called before fallback settings are used, with these and the plan that was not solved.
+        retrying: called before fallback settings or changes of the task are tried, with these and the plan that was not
+            solved.
         started: called with the seed and the plan of every one of several starts when it is there.
 
     Returns:
@@ -77,7 +78,9 @@ def plan(
         if attempts[-1].final:
             break
     best = best_plan(attempts)
-    return best if attempts[-1].final or not task.solver.retries else _with_what_helps(best, task, deadline, stop)
+    if best.status.solved or attempts[-1].final or stop_requested(stop) or not task.solver.retries:
+        return best
+    return _with_what_helps(best, task, deadline, progress, stop, retrying)
 
 
 def attempt(
@@ -156,14 +159,28 @@ def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop 
     return own + fallbacks + ([SOFT_GOAL] if fallbacks and promises_goal(task) else [])
 
 
-def _with_what_helps(plan: Plan, task: Task, deadline: Deadline, stop: Stop | None) -> Plan:
+def _with_what_helps(
+    plan: Plan,
+    task: Task,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+    retrying: Callable[[Overrides, Plan], None] | None,
+) -> Plan:
     """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
-    for words, changed in suggestions(task):
+    last = plan
+    for changes, changed in suggestions(task):
+        if retrying:
+            retrying(changes, last)
         settings: Overrides = {"solver.local_search": False, **_time_left(deadline)}
-        found = attempt(with_overrides(changed, settings), stop=stop)
-        if found.status.solved:
+        last = attempt(with_overrides(changed, settings), progress=progress, stop=stop)
+        tried = AttemptedPlan(changes, last, 0.0)
+        if tried.solved:
+            words = ", ".join(f"{key} = {value}" for key, value in changes.items())
             message = f"{plan.status.message} Tried, and solved: the same task with {words}."
             return plan.model_copy(update={"status": plan.status.model_copy(update={"message": message})})
+        if tried.final:
+            break
     return plan
 
 

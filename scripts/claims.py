@@ -81,7 +81,7 @@ CLAIMS: dict[str, Claim] = {
     "hopper_stairs": Claim({"foot": ContactClaim((2, 6), longest=0.3)}),
     "hopper_wedge": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
     "monoped_three_holes": Claim({"foot": ContactClaim((3, 3), longest=0.9)}),
-    "monoped_two_jumps": Claim({"foot": ContactClaim((2, 6), longest=0.9, highest=0.25)}),
+    "monoped_two_jumps": Claim({"foot": ContactClaim((2, 12), longest=0.3, highest=0.15)}),
     "published_hopper_five_jumps": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "published_hopper_one_jump": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "pusher_slider": Claim({"sole": ContactClaim(slides=(0.39, 0.41)), "push": ContactClaim((2, 2))}),

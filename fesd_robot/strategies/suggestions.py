@@ -11,8 +11,8 @@ MORE_TIME, HIGHER_LIMITS = 1.25, 1.5
 """Factors on the duration, and on the limits of all controls."""
 
 
-def suggestions(task: Task) -> Iterator[tuple[str, Task]]:
-    """Yield what is changed, in words, and the changed task: more time, then higher limits of the controls.
+def suggestions(task: Task) -> Iterator[tuple[dict[str, Any], Task]]:
+    """Yield what is changed, name -> value, and the changed task: more time, then higher limits of the controls.
 
     A duration that is chosen stays as it is, and so do limits of the model that the task does not repeat.
 
@@ -26,7 +26,7 @@ def suggestions(task: Task) -> Iterator[tuple[str, Task]]:
             for point in task.waypoints
         ]
         horizon = task.horizon.model_copy(update={"duration": duration})
-        yield f"horizon.duration: {duration:g}", task.model_copy(update={"horizon": horizon, "waypoints": points})
+        yield {"horizon.duration": duration}, task.model_copy(update={"horizon": horizon, "waypoints": points})
     changed: dict[str, Any] = {}
     if task.robot.actuators:
         actuators = {name: _stronger(actuator) for name, actuator in task.robot.actuators.items()}
@@ -35,7 +35,7 @@ def suggestions(task: Task) -> Iterator[tuple[str, Task]]:
         effort = {name: (HIGHER_LIMITS * low, HIGHER_LIMITS * high) for name, (low, high) in task.limits.effort.items()}
         changed["limits"] = task.limits.model_copy(update={"effort": effort})
     if changed:
-        yield f"limits of all controls {HIGHER_LIMITS:g} times as high", task.model_copy(update=changed)
+        yield {"limits of all controls": f"{HIGHER_LIMITS:g} times as high"}, task.model_copy(update=changed)
 
 
 def _stronger(actuator: Any) -> Any:

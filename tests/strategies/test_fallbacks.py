@@ -51,6 +51,7 @@ def _planned(
 ) -> tuple[Plan, Attempts, list[dict[str, Any]]]:
     attempts, reported = Attempts(example, outcomes), list[dict[str, Any]]()
     monkeypatch.setattr(planner, "attempt", attempts)
+    monkeypatch.setattr(planner, "suggestions", lambda _: iter(()))
     task = with_overrides(task, {f"solver.{key}": value for key, value in solver.items()})
     return planner.plan(task, retrying=lambda changes, _: reported.append(dict(changes))), attempts, reported
 
