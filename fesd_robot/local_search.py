@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from fesd_robot.fesd.neighbours import Move, Surroundings, moves
+from fesd_robot.fesd.neighbours import Move, Surroundings, filled, moves
 from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, NlpReport, PolishingReport
 from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.plans.plan import LocalSearch
@@ -23,6 +23,9 @@ many more, and patience with each of them would take most of the time."""
 
 SHARE_OF_TIME = 0.5
 """Share of the time that a task has left which the search may take: refinement and certificate need some, too."""
+
+MOST_FILLINGS = 2
+"""How often elements that have shrunk to nothing are put to use again."""
 
 FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
@@ -80,7 +83,7 @@ class _Search:
 
     def run(self) -> Iterator[SolvedMotion]:
         """Search until no neighbour is cheaper; yield the best motion, the one half way to it, and the first."""
-        best, patience, last = self._solver.exact(self._around.start, updates=FIRST_UPDATES), 0, None
+        best, patience, last = self._filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES)), 0, None
         trail = [best] if best else []
         while best and patience < len(TRIALS) and not self._solver.ended_early:
             found = self._cheaper_neighbour(best, patience, last)
@@ -91,9 +94,8 @@ class _Search:
             best, patience, last = better, 0, move.key
             trail.append(better)
             self._moves.append(f"{move.what}: {better.residuals.objective:.6g}")
-        for number in sorted({len(trail) - 1, len(trail) // 2}, reverse=True):
-            if trail:
-                yield from self._without_room(trail[number], self._moves[:number])
+        for number in sorted({len(trail) - 1, len(trail) // 2} - {0, -1}, reverse=True):
+            yield self._without_room(trail[number], self._moves[:number])
         yield replace(self._solved, search=self._summary([]))
 
     def _cheaper_neighbour(
@@ -105,12 +107,20 @@ class _Search:
         for move, intervals in self._untried(best, around, patience, last):
             self._trials += 1
             window = self._solver.window(around.variables(intervals))
-            end = self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience])
-            if end:
+            end = self._filled(self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience]))
+            if end and end.residuals.objective < below:
                 return move, end
             if self._solver.ended_early:
                 break
         return None
+
+    def _filled(self, end: PolishingReport | None) -> PolishingReport | None:
+        """Return an exact motion with all elements in use, None if there is none nearby."""
+        for _ in range(MOST_FILLINGS):
+            if end is None or not any(end.branch.without_length):
+                break
+            end = self._solver.exact(BranchPoint(*filled(self._transcription, end.w, end.branch)))
+        return end
 
     def _untried(
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
@@ -128,12 +138,10 @@ class _Search:
                 self._tried.add(seen)
                 yield move, window
 
-    def _without_room(self, best: PolishingReport, moves: list[str]) -> Iterator[SolvedMotion]:
-        """Yield the motion with as many elements as it needs, as it is if that fails; nothing if it is not cheaper."""
-        solved, solution = self._solved, self._solved.solution
-        polisher, found = self._around.without_room(best, solution, self._deadline, self._progress)
-        if found.residuals.objective < solution.residuals.objective:
-            yield replace(solved.continued(polisher, found), search=self._summary(moves))
+    def _without_room(self, best: PolishingReport, moves: list[str]) -> SolvedMotion:
+        """Return a motion with as many elements as it needs, as it is if that fails."""
+        polisher, found = self._around.without_room(best, self._solved.solution, self._deadline, self._progress)
+        return replace(self._solved.continued(polisher, found), search=self._summary(moves))
 
     def _summary(self, moves: list[str]) -> LocalSearch:
         """Return what was done, and which moves lead to a motion."""

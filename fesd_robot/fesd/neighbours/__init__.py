@@ -3,7 +3,7 @@
 from fesd_robot.fesd.neighbours.moves import Move, moves
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.neighbours.pivots import Pivots
-from fesd_robot.fesd.neighbours.room import with_room, without_room
+from fesd_robot.fesd.neighbours.room import filled, with_room, without_room
 from fesd_robot.fesd.neighbours.window import Surroundings
 
-__all__ = ["Move", "Pivots", "Surroundings", "intervals_of", "moves", "with_room", "without_room"]
+__all__ = ["Move", "Pivots", "Surroundings", "filled", "intervals_of", "moves", "with_room", "without_room"]

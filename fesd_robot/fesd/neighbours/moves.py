@@ -18,7 +18,7 @@ from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.transcription import Transcription
 
 SHORT_RUN = 3
-"""A run of at most so many intervals may be left out between two different modes."""
+"""A run of at most so many intervals may be left out between two different modes, or at an end of the motion."""
 
 Key = tuple[str, int, str]
 
@@ -74,7 +74,7 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
     - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
       of several contacts that happen at most an interval apart.
     - A touchdown gets an impact wherever it lies inside an interval, and none on a boundary.
-    - A mode between two that are the same, or a short one between two others, is left out.
+    - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
 
     Args:
@@ -139,11 +139,12 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
 
 
 def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
-    """Yield the changes that leave one run out."""
-    for n in range(1, len(runs) - 1):
-        before, run, after = runs[n - 1 : n + 2]
-        others = {before.mode, after.mode} if run.last - run.first < SHORT_RUN else set()
-        for mode in {before.mode} if before.mode == after.mode else sorted(others, key=str):
+    """Yield the changes that leave one run out; the first and the last, which have one neighbour, if they are short."""
+    for n, run in enumerate(runs):
+        neighbours = [other.mode for other in (*runs[max(n - 1, 0) : n], *runs[n + 1 : n + 2])]
+        short = run.last - run.first < SHORT_RUN
+        same = len(neighbours) == 2 and neighbours[0] == neighbours[1]
+        for mode in sorted(set(neighbours), key=str) if same or short else ():
             patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
             kind = "flight" if modes.is_flight(run.mode) else "contact"
             what = f"no {kind} of contact '{modes.name}' in intervals {run.first} to {run.last}"

@@ -30,6 +30,20 @@ def with_room(transcription: Transcription, w: np.ndarray, branch: Branch) -> tu
     return _with_elements(transcription, w, branch, [count + SPARE_ELEMENTS for count in transcription.elements])
 
 
+def filled(transcription: Transcription, w: np.ndarray, branch: Branch) -> tuple[np.ndarray, Branch]:
+    """Return the same point, and its branch, with all elements in use: those of a mode share its time in an interval.
+
+    An element that has shrunk to nothing would leave its interval to fewer ones, whose errors a cost can gain from.
+
+    Args:
+        transcription: in which any element may fill its interval.
+        w: a point of it, (n).
+        branch: on which it lies.
+    """
+    _, point, own = _with_elements(transcription, w, branch, transcription.elements)
+    return point, own
+
+
 def without_room(
     transcription: Transcription, w: np.ndarray, branch: Branch, least: Sequence[int]
 ) -> tuple[Transcription, np.ndarray, Branch]:
