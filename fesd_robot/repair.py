@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import Move, intervals_of, moves
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -55,7 +56,7 @@ class Repair:
     def __call__(self, w: np.ndarray) -> bool:
         """Look for an exact motion near a point, (n); return whether there is one."""
         branch = BranchTranscription(self._transcription).branch(w)
-        if all(branch.without_length):
+        if not _has_lengths(self._transcription, branch):
             return False
         deadline = self._deadline.share(SHARE_OF_TIME)
         around = Neighbourhood.of(
@@ -116,13 +117,14 @@ def _is_promising(found: PolishingReport) -> bool:
 
 def _is_better(around: Neighbourhood, found: PolishingReport, best: PolishingReport | None, part: float) -> bool:
     """Whether a trial violates less than a part of what the best did, and has a length in every interval."""
-    violation = found.residuals.constraint_violation
-    if not np.isfinite(found.w).all():
+    if not np.isfinite(found.w).all() or not _has_lengths(around.transcription, found.branch):
         return False
-    shrunk = found.branch.without_length
-    if any(all(shrunk[e] for e in own) for own in intervals_of(around.transcription.elements)):
-        return False
-    return best is None or violation < part * best.residuals.constraint_violation
+    return best is None or found.residuals.constraint_violation < part * best.residuals.constraint_violation
+
+
+def _has_lengths(transcription: Transcription, branch: Branch) -> bool:
+    """Whether every interval has an element with a length."""
+    return not any(all(branch.without_length[e] for e in own) for own in intervals_of(transcription.elements))
 
 
 def _nearest_first(around: Neighbourhood, best: PolishingReport) -> Iterator[Move]:

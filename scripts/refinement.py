@@ -1,7 +1,7 @@
 """Motions that begin inexact, before and after their refinement: audit, local errors and what it took.
 
-    scripts/run scripts/refinement.py                     # all
-    scripts/run scripts/refinement.py hopper_one_jump     # these only
+    python scripts/refinement.py                     # all
+    python scripts/refinement.py hopper_one_jump     # these only
 
 Every task is solved once; its exact motion is audited as it was found, and after refinement. The estimate of local
 errors is held against a four times finer integration of every element. The table goes to docs/results/refinement.md.
@@ -31,6 +31,7 @@ from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans.audit_record import ENTRIES, Audit
 from fesd_robot.refine import refined
+from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.deadline import Deadline
 
@@ -71,9 +72,11 @@ def measure(name: str) -> list[str]:
     task = load_task(ROOT / "tasks" / f"{name}.yaml", TASKS[name])
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
-    polisher = BranchTranscription(transcription)
+    polisher, repair = BranchTranscription(transcription), Repair(transcription, options, Deadline(), None, None)
     begin = time.perf_counter()
-    solution = solve(transcription.problem, options, polisher=polisher)
+    solution = solve(transcription.problem, options, polisher=polisher, otherwise=repair)
+    polisher, solution = repair.repaired(polisher, solution)
+    transcription = polisher.transcription
     seconds = time.perf_counter() - begin
     start = [" ".join([name, *TASKS[name]]), f"{seconds:.0f} s"]
     if not solution.exact:
@@ -120,9 +123,7 @@ def main() -> int:
         "with one more stage each, for the elements with errors above "
         f"{SMALLEST:g}. Iterations are IPOPT's, of all rounds."
     )
-    made = (
-        f"Made by `scripts/run scripts/refinement.py`, Python {platform.python_version()}, casadi {casadi.__version__}."
-    )
+    made = f"Made by `python scripts/refinement.py`, Python {platform.python_version()}, casadi {casadi.__version__}."
     table = [f"| {' | '.join(COLUMNS)} |", f"|{' --- |' * len(COLUMNS)}", *(f"| {' | '.join(row)} |" for row in rows)]
     PAGE.write_text("\n".join(["# Refinement", "", made, "", words, "", *table, ""]), encoding="utf-8")
     print("\n".join(table))

@@ -1,6 +1,6 @@
 """The same task on processors whose last bits differ: which motion the default call returns on each.
 
-    scripts/run scripts/repeatability.py hopper_one_jump block_push --processes 2
+    python scripts/repeatability.py hopper_one_jump block_push --processes 2
 
 A processor is simulated by another linear solver, by interpreted instead of compiled functions, and by starts that are
 moved by 1e-12. The table goes to docs/results/repeatability.md. Exit code 1 if costs of a task differ by more than two

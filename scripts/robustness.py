@@ -1,8 +1,8 @@
 """Variations of all shipped tasks: how many are solved, in which attempt, and at which cost.
 
-    scripts/run scripts/robustness.py                          # all (scripts/variations.py): hours
-    scripts/run scripts/robustness.py hopper_one_jump          # of these tasks only
-    scripts/run scripts/robustness.py --time-limit 120 --set solver.local_search=false
+    python scripts/robustness.py                          # all (scripts/variations.py): hours
+    python scripts/robustness.py hopper_one_jump          # of these tasks only
+    python scripts/robustness.py --time-limit 120 --set solver.local_search=false
 
 Every variation is planned in a process of its own with default settings. The table goes to docs/results/robustness.md.
 *Best known* is the lowest cost that any run of this script has found, kept in docs/results/robustness_best.json. Exit
@@ -152,7 +152,7 @@ def main() -> int:
             rows.append(row := job.result())
             print(" ".join(row.cells(None)), flush=True)
     made = (
-        f"Made by `scripts/run scripts/robustness.py {' '.join(sys.argv[1:])}`".replace(" `", "`")
+        f"Made by `python scripts/robustness.py {' '.join(sys.argv[1:])}`".replace(" `", "`")
         + f", {arguments.processes} processes on {os.cpu_count()} cores, Python {platform.python_version()}, "
         f"casadi {casadi.__version__}."
     )
