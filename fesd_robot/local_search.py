@@ -27,6 +27,15 @@ SHARE_OF_TIME = 0.5
 MOST_FILLINGS = 2
 """How often elements that have shrunk to nothing are put to use again."""
 
+DETOUR_LOSS = 0.25
+"""Of the cost: a neighbour that costs at most so much more is worth going on from, where none is cheaper."""
+
+MOST_DETOURS = 10
+"""How many of them are, the cheapest first."""
+
+MOST_TRIALS = 200
+"""Trials after which no detour is begun; long motions need as many without any."""
+
 FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
 
@@ -44,7 +53,8 @@ def searched(
     the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower cost, the
     branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the search
     goes on from there with the same kind of move; a move that failed is tried again only if something has changed in
-    its window.
+    its window. Where no neighbour is cheaper, the search goes on from the cheapest of them, one after the other, until
+    one of these detours ends below the motion that it left.
 
     Args:
         solved: the motion to start from; the only one if it is not exact.
@@ -80,36 +90,77 @@ class _Search:
         self._tried: set[object] = set()
         self._trials = 0
         self._moves: list[str] = []
+        self._rejected: list[tuple[Move, PolishingReport]] = []
 
     def run(self) -> Iterator[SolvedMotion]:
         """Search until no neighbour is cheaper; yield the best motion, the one half way to it, and the first."""
-        best, patience, last = self._filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES)), 0, None
-        trail = [best] if best else []
-        while best and patience < len(TRIALS) and not self._solver.ended_early:
-            found = self._cheaper_neighbour(best, patience, last)
-            if found is None:
-                patience, last = patience + 1, None
-                continue
-            move, better = found
-            best, patience, last = better, 0, move.key
-            trail.append(better)
-            self._moves.append(f"{move.what}: {better.residuals.objective:.6g}")
-        for number in sorted({len(trail) - 1, len(trail) // 2} - {0, -1}, reverse=True):
+        first = self._filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES))
+        trail = [first] if first else []
+        if first:
+            trail += self._descent(first, len(TRIALS))
+            while (further := self._detour(trail[-1])) is not None:
+                trail += further
+                trail += self._descent(trail[-1], len(TRIALS))
+        costs = [one.residuals.objective for one in trail]
+        lows = [number for number, cost in enumerate(costs) if cost <= min(costs[: number + 1])]
+        for number in sorted({lows[-1], lows[len(lows) // 2]} - {0} if lows else (), reverse=True):
             yield self._without_room(trail[number], self._moves[:number])
         yield replace(self._solved, search=self._summary([]))
+
+    def _descent(self, best: PolishingReport, patience: int) -> list[PolishingReport]:
+        """Return ever cheaper motions, each a neighbour of the one before, until there is none.
+
+        Args:
+            best: where to begin.
+            patience: how many of `TRIALS` are tried with the neighbours of the last.
+        """
+        trail: list[PolishingReport] = []
+        level, last = 0, None
+        self._rejected = []
+        while level < patience and not self._solver.ended_early:
+            found = self._cheaper_neighbour(best, level, last)
+            if found is None:
+                level, last = level + 1, None
+                continue
+            move, best = found
+            level, last, self._rejected = 0, move.key, []
+            trail.append(best)
+            self._moves.append(f"{move.what}: {best.residuals.objective:.6g}")
+        return trail
+
+    def _detour(self, best: PolishingReport) -> list[PolishingReport] | None:
+        """Return motions that lead to a cheaper one over a neighbour that costs a little more; None if none does."""
+        objective = best.residuals.objective
+        reach, goal = objective + DETOUR_LOSS * abs(objective), objective - GAIN * abs(objective)
+        for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
+            if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
+                break
+            start, moves = self._filled(self._solver.exact_after(trial)), len(self._moves)
+            if start is None:
+                continue
+            self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
+            trail = [start, *self._descent(start, 1)]
+            if trail[-1].residuals.objective < goal:
+                return trail
+            del self._moves[moves:]
+        return None
 
     def _cheaper_neighbour(
         self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
     ) -> tuple[Move, PolishingReport] | None:
         """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
-        below = best.residuals.objective - GAIN * abs(best.residuals.objective)
+        below, trial = best.residuals.objective - GAIN * abs(best.residuals.objective), TRIALS[patience]
         around = Surroundings(self._transcription, self._conditions, best.branch)
         for move, intervals in self._untried(best, around, patience, last):
             self._trials += 1
             window = self._solver.window(around.variables(intervals))
-            end = self._filled(self._solver.cheaper(BranchPoint(move.w, move.branch), window, below, TRIALS[patience]))
-            if end and end.residuals.objective < below:
-                return move, end
+            found = self._solver.tried(BranchPoint(move.w, move.branch), window, trial)
+            if found and found.residuals.constraint_violation <= trial.violation:
+                promising = found.residuals.objective < below
+                end = self._filled(self._solver.exact_after(found)) if promising else None
+                if end and end.residuals.objective < below:
+                    return move, end
+                self._rejected += [] if promising else [(move, found)]
             if self._solver.ended_early:
                 break
         return None

@@ -22,11 +22,11 @@ def searched() -> Plan:
 
 
 def test_a_searched_plan_is_cheaper_and_true(searched: Plan) -> None:
-    """At least one move was accepted, every one lowers the cost, and the refined plan passes the audit."""
+    """At least one move was accepted, the last ends at the lowest cost, and the refined plan passes the audit."""
     search = searched.statistics.search
     assert search is not None and search.moves and search.trials >= len(search.moves)
     costs = [float(move.rsplit(": ", 1)[1]) for move in search.moves]
-    assert costs == sorted(costs, reverse=True) and costs[-1] < 0.98 * search.cost_before
+    assert costs[-1] == min(costs) and costs[-1] < 0.98 * search.cost_before
     assert searched.status.solved and searched.audit.violations == []
     assert searched.status.b_stationary != "unknown"
 

@@ -139,25 +139,14 @@ class BranchSolver:
             end = end or self._solve(start, starting, iterations, updates)
         return end
 
-    def cheaper(self, start: BranchPoint, window: Window, objective: float, trial: Trial) -> PolishingReport | None:
-        """Return an exact end on a branch whose cost is below a value, None if there is none nearby.
-
-        A trial in the window, not exact, decides whether the whole problem is solved.
+    def exact_after(self, trial: PolishingReport) -> PolishingReport | None:
+        """Return the exact end on the branch of a trial's end, None if there is none nearby.
 
         Args:
-            start: where the trial begins.
-            window: what may move in the trial.
-            objective: the value.
-            trial: how to try.
+            trial: its end.
         """
-        found = self.tried(start, window, trial)
-        if found is None or found.residuals.constraint_violation > trial.violation:
-            return None
-        if not found.residuals.objective < objective:
-            return None
-        promising = BranchPoint(found.w, found.branch)
-        end = self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
-        return end if end and end.residuals.objective < objective else None
+        promising = BranchPoint(trial.w, trial.branch)
+        return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
 
     def tried(self, start: BranchPoint, window: Window, trial: Trial) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.

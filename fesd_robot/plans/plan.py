@@ -156,7 +156,7 @@ class LocalSearch(Record):
         seconds, iterations: how long it took, IPOPT iterations.
         trials: neighbours that were tried.
         cost_before: of the exact motion that was found first.
-        moves: what was changed, one after the other, in words, with the cost afterwards.
+        moves: what was changed, one after the other, in words, with the cost afterwards, which may rise first.
     """
 
     seconds: float
