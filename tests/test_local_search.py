@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from fesd_robot import local_search
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.strategies.deadline import Deadline
@@ -29,6 +30,18 @@ def test_a_searched_plan_is_cheaper_and_true(searched: Plan) -> None:
     assert costs[-1] == min(costs) and costs[-1] < 0.98 * search.cost_before
     assert searched.status.solved and searched.audit.violations == []
     assert searched.status.b_stationary != "unknown"
+
+
+def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without detours the same search ends no cheaper, and every cost that is no record is followed by a record."""
+    monkeypatch.setattr(local_search, "MOST_DETOURS", 0)
+    straight = plan(load_task(TASK, list(SHORT_JUMP)))
+    ours, theirs = searched.statistics.search, straight.statistics.search
+    assert ours is not None and theirs is not None
+    costs = [[float(move.rsplit(": ", 1)[1]) for move in one.moves] for one in (ours, theirs)]
+    assert costs[1] == sorted(costs[1], reverse=True)
+    assert costs[0][: len(costs[1])] == costs[1] and costs[0][-1] == min(costs[0])
+    assert ours.trials >= theirs.trials
 
 
 def test_search_can_be_left_out(searched: Plan) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
-from fesd_robot.fesd.neighbours import Pivots, Surroundings, moves, with_room, without_room
+from fesd_robot.fesd.neighbours import Pivots, Surroundings, filled, moves, with_room, without_room
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of, pattern_of
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -161,6 +161,41 @@ def test_room_keeps_the_motion() -> None:
         assert min(abs(element.end - 1 / 3) for element in elements) <= 1e-9, "the switch stays where it is"
         for before, after, one, other in zip(elements, elements[1:], modes.factors, modes.factors[1:], strict=False):
             assert one != other or before.step == pytest.approx(after.step, abs=1e-12)
+
+
+def test_short_runs_at_the_ends_can_be_left_out(hopper: BranchTranscription) -> None:
+    """A flight in the last interval becomes contact, one in the first two as well; a longer one stays."""
+    w = hopper.transcription.problem.start
+    for flying, left_out in (({5}, [{5}]), ({0, 1}, [{0, 1}]), ({0, 1, 2, 3}, [])):
+        branch, (modes,) = branch_of(hopper, flying)
+        found = [move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "no flight" in move.what]
+        assert [set(move.intervals) for move in found] == left_out
+        for move in found:
+            flight, stick = flight_and_stick(modes)
+            assert patterns(hopper, modes, move.branch) == [(stick,)] * 6 and flight != stick
+
+
+def test_elements_without_length_are_put_to_use(hopper: BranchTranscription) -> None:
+    """All elements have a length again, equal within a mode, and the motion at the ends of intervals is the same."""
+    transcription = hopper.transcription
+    rng, elements = np.random.default_rng(0), list(transcription.unpack(transcription.problem.start))
+    step = elements[0].step
+    branch, _ = branch_of(hopper, {2, 3})
+    short = [e % 4 in (1, 2) for e in range(len(elements))]
+    time, at = 0.0, rng.uniform(-1, 1, elements[0].x.shape[1])
+    for e, element in enumerate(elements):
+        length = 0.0 if short[e] else 2 * step
+        end = at if short[e] else rng.uniform(-1, 1, len(at))
+        fractions = transcription.options.tableau.c[:, None]
+        elements[e] = replace(element, start=time, step=length, x_left=at, x=at + fractions * (end - at))
+        time, at = time + length, end
+    w = transcription.pack(elements)
+    point, whole = filled(transcription, w, replace(branch, without_length=tuple(short)))
+    again = transcription.unpack(point)
+    assert not any(whole.without_length) and whole.factors == branch.factors
+    assert [element.step for element in again] == pytest.approx([step] * len(again))
+    ends = [element.x[-1] for element in elements[3::4]]
+    assert [element.x[-1] for element in again[3::4]] == [pytest.approx(end) for end in ends]
 
 
 def test_a_branch_keeps_elements_of_one_mode_equal() -> None:
