@@ -53,28 +53,29 @@ class Repair:
         self._progress, self._stop = progress, stop
         self._found: tuple[Neighbourhood, PolishingReport] | None = None
 
-    def __call__(self, w: np.ndarray) -> bool:
-        """Look for an exact motion near a point, (n); return whether there is one."""
+    def __call__(self, w: np.ndarray) -> float | None:
+        """Look for an exact motion near a point, (n); return what it costs, None if there is none."""
         branch = BranchTranscription(self._transcription).branch(w)
         if not _has_lengths(self._transcription, branch):
-            return False
+            return None
         deadline = self._deadline.share(SHARE_OF_TIME)
         around = Neighbourhood.of(
             self._transcription, w, branch, self._options, deadline, self._stop, progress=self._progress
         )
         end = _exact_end(around)
-        self._found = (around, end) if end else None
-        return end is not None
+        if end and (self._found is None or end.residuals.objective < self._found[1].residuals.objective):
+            self._found = around, end
+        return end.residuals.objective if end else None
 
     def repaired(
         self, polisher: BranchTranscription, solution: MpccSolution
     ) -> tuple[BranchTranscription, MpccSolution]:
-        """Return the exact motion that was found, the homotopy's end if none was.
+        """Return the homotopy's end if that is exact, else the cheapest exact motion that was found, if any.
 
         Args:
             polisher, solution: of the homotopy.
         """
-        if self._found is None:
+        if solution.exact or self._found is None:
             return polisher, solution
         around, end = self._found
         return around.without_room(end, solution, self._deadline, self._progress)

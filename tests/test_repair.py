@@ -65,4 +65,4 @@ def test_without_time_nothing_is_found(task: Task) -> None:
     """A repair without time left says so, and the homotopy's end stays as it is."""
     transcription = Transcription((motion := formulate(task)).ocp, motion.fesd)
     repair = Repair(transcription, homotopy_options(task), Deadline(0.0), None, None)
-    assert not repair(transcription.problem.start)
+    assert repair(transcription.problem.start) is None

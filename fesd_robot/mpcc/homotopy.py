@@ -47,7 +47,7 @@ def solve(
     polisher: Polisher | None = None,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Callable[[int, float], bool] | None = None,
-    otherwise: Callable[[np.ndarray], bool] | None = None,
+    otherwise: Callable[[np.ndarray], float | None] | None = None,
 ) -> MpccSolution:
     """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
 
@@ -70,7 +70,8 @@ def solve(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
         otherwise: called with the point, (n), at the end of the loose homotopy, and at the end of all, if no branch on
-            which it may lie leads to an exact point; True ends the solve, for the caller has found another way.
+            which it may lie leads to an exact point; returns the cost of an exact point that was found in another way,
+            None if there is none. A cost that is as near as that of a branch has to be ends the solve.
 
     Raises:
         ModelError: the relaxation cannot hold vanishing constraints, and the problem has some.
@@ -108,7 +109,7 @@ class _Homotopy:
         branch_nlp: BranchNlp | None,
         progress: Callable[[NlpReport], None] | None,
         stop: Callable[[int, float], bool] | None,
-        otherwise: Callable[[np.ndarray], bool] | None,
+        otherwise: Callable[[np.ndarray], float | None] | None,
     ) -> None:
         self._problem, self._options, self._nlp, self._branch_nlp = problem, options, nlp, branch_nlp
         self._progress, self._stop, self._otherwise = progress, stop, otherwise
@@ -156,19 +157,21 @@ class _Homotopy:
             if end is None:
                 return False
             self._polish(self._branch_nlp, end[0])
-            if self._polished.exact or self._status.ended_early or self._found_otherwise(self._point):
+            if self._polished.exact or self._status.ended_early or self._found_otherwise(self._point, end[0]):
                 return False
             completed = self._converge(end)
             if not (self._polished.exact or self._status.ended_early):
-                self._found_otherwise(self._best)
+                self._found_otherwise(self._best, 0.0)
             return completed
         return self._converge(sigmas)
 
-    def _found_otherwise(self, point: NlpPoint) -> bool:
-        """Whether the caller finds an exact point where polishing did not."""
+    def _found_otherwise(self, point: NlpPoint, sigma: float) -> bool:
+        """Whether the caller finds an exact point where polishing did not, and it costs little more than this one."""
         if self._polished.costlier or self._otherwise is None:
             return False
-        return self._otherwise(point.x[: self._problem.size])
+        w = point.x[: self._problem.size]
+        cost = self._otherwise(w)
+        return cost is not None and _keeps_cost(cost, self._problem.residuals(w).objective, sigma)
 
     def _search(self, sigmas: Sigmas) -> Sigmas | None:
         """Follow the loose homotopy to where it is polished; return its last sigmas, None if it failed before.
