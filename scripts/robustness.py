@@ -146,17 +146,17 @@ def main() -> int:
     if unknown := sorted(set(arguments.tasks) - {variation.name for variation in every}):
         sys.exit(f"found '{unknown[0]}', expected one of {', '.join(sorted({one.name for one in every}))}")
     chosen = [variation for variation in every if not arguments.tasks or variation.name in arguments.tasks]
-    rows: list[Row] = []
-    with ProcessPoolExecutor(arguments.processes) as pool:
-        for job in [pool.submit(planned, variation, overrides) for variation in chosen]:
-            rows.append(row := job.result())
-            print(" ".join(row.cells(None)), flush=True)
     made = (
         f"Made by `python scripts/robustness.py {' '.join(sys.argv[1:])}`".replace(" `", "`")
         + f", {arguments.processes} processes on {os.cpu_count()} cores, Python {platform.python_version()}, "
         f"casadi {casadi.__version__}."
     )
-    arguments.page.write_text(page(rows, made), encoding="utf-8")
+    rows: list[Row] = []
+    with ProcessPoolExecutor(arguments.processes) as pool:
+        for job in [pool.submit(planned, variation, overrides) for variation in chosen]:
+            rows.append(row := job.result())
+            print(" ".join(row.cells(None)), flush=True)
+            arguments.page.write_text(page(rows, made), encoding="utf-8")  # nothing is lost if the script is ended
     first = sum(row.solved and row.attempts == 1 for row in rows)
     print(f"{first} of {len(rows)} at the first attempt, {sum(row.solved for row in rows)} by the call")
     return 0 if first >= NEEDED * len(rows) else 1
