@@ -95,15 +95,13 @@ class _Search:
     def run(self) -> Iterator[SolvedMotion]:
         """Search until no neighbour is cheaper; yield the best motion, the one half way to it, and the first."""
         first = self._filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES))
-        trail = [first] if first else []
-        if first:
-            trail += self._descent(first, len(TRIALS))
-            while (further := self._detour(trail[-1])) is not None:
-                trail += further
-                trail += self._descent(trail[-1], len(TRIALS))
+        trail = [first, *self._descent(first, len(TRIALS))] if first else []
+        while trail and (further := self._detour(trail[-1])):
+            trail += further
+            trail += self._descent(trail[-1], len(TRIALS))
         costs = [one.residuals.objective for one in trail]
         lows = [number for number, cost in enumerate(costs) if cost <= min(costs[: number + 1])]
-        for number in sorted({lows[-1], lows[len(lows) // 2]} - {0} if lows else (), reverse=True):
+        for number in sorted({*lows[-1:], *lows[len(lows) // 2 :][:1]} - {0}, reverse=True):
             yield self._without_room(trail[number], self._moves[:number])
         yield replace(self._solved, search=self._summary([]))
 
@@ -128,8 +126,8 @@ class _Search:
             self._moves.append(f"{move.what}: {best.residuals.objective:.6g}")
         return trail
 
-    def _detour(self, best: PolishingReport) -> list[PolishingReport] | None:
-        """Return motions that lead to a cheaper one over a neighbour that costs a little more; None if none does."""
+    def _detour(self, best: PolishingReport) -> list[PolishingReport]:
+        """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does."""
         objective = best.residuals.objective
         reach, goal = objective + DETOUR_LOSS * abs(objective), objective - GAIN * abs(objective)
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
@@ -143,7 +141,7 @@ class _Search:
             if trail[-1].residuals.objective < goal:
                 return trail
             del self._moves[moves:]
-        return None
+        return []
 
     def _cheaper_neighbour(
         self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
@@ -154,13 +152,12 @@ class _Search:
         for move, intervals in self._untried(best, around, patience, last):
             self._trials += 1
             window = self._solver.window(around.variables(intervals))
-            found = self._solver.tried(BranchPoint(move.w, move.branch), window, trial)
+            found = self._solver.tried(BranchPoint(move.w, move.branch), trial, window)
             if found and found.residuals.constraint_violation <= trial.violation:
-                promising = found.residuals.objective < below
-                end = self._filled(self._solver.exact_after(found)) if promising else None
-                if end and end.residuals.objective < below:
+                if not found.residuals.objective < below:
+                    self._rejected.append((move, found))
+                elif (end := self._filled(self._solver.exact_after(found))) and end.residuals.objective < below:
                     return move, end
-                self._rejected += [] if promising else [(move, found)]
             if self._solver.ended_early:
                 break
         return None

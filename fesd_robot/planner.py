@@ -21,6 +21,7 @@ from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
 from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import Effort, statistics_of
+from fesd_robot.plans.tables import settings_line
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
@@ -176,8 +177,7 @@ def _with_what_helps(
         last = attempt(with_overrides(changed, settings), progress=progress, stop=stop)
         tried = AttemptedPlan(changes, last, 0.0)
         if tried.solved:
-            words = ", ".join(f"{key} = {value}" for key, value in changes.items())
-            message = f"{plan.status.message} Tried, and solved: the same task with {words}."
+            message = f"{plan.status.message} Tried, and solved: the same task with {settings_line(changes)}."
             return plan.model_copy(update={"status": plan.status.model_copy(update={"message": message})})
         if tried.final:
             break

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
@@ -83,11 +83,10 @@ class Repair:
 
 def _exact_end(around: Neighbourhood) -> PolishingReport | None:
     """Return the exact end of a neighbour, None if none is found."""
-    solver, everything = around.solver, np.ones(around.transcription.problem.size, dtype=bool)
-    whole = solver.window(everything)
+    solver = around.solver
     best: PolishingReport | None = None
     for trial in TRIALS:
-        found = solver.tried(around.start, whole, trial)
+        found = solver.tried(around.start, trial)
         if found and _is_better(around, found, best, 1.0):
             best = found
     tried: set[object] = set()
@@ -101,7 +100,7 @@ def _exact_end(around: Neighbourhood) -> PolishingReport | None:
             if modes in tried:
                 continue
             tried.add(modes)
-            found = solver.tried(BranchPoint(move.w, move.branch), whole, TRIALS[0])
+            found = solver.tried(BranchPoint(move.w, move.branch), TRIALS[0])
             if found and _is_better(around, found, best, LEAST_FALL):
                 following = found
                 break
@@ -128,11 +127,11 @@ def _has_lengths(transcription: Transcription, branch: Branch) -> bool:
     return not any(all(branch.without_length[e] for e in own) for own in intervals_of(transcription.elements))
 
 
-def _nearest_first(around: Neighbourhood, best: PolishingReport) -> Iterator[Move]:
-    """Yield the moves from a branch, those first that are nearest to the interval in which most is violated."""
+def _nearest_first(around: Neighbourhood, best: PolishingReport) -> list[Move]:
+    """Return the moves from a branch, those first that are nearest to the interval in which most is violated."""
     found = list(moves(around.transcription, around.polisher.conditions, best.w, best.branch))
     worst = best.residuals.worst_constraint
     at = worst.place.interval if worst else None
     if at is not None:
         found.sort(key=lambda move: max(move.intervals.start - at, at - move.intervals.stop + 1, 0))
-    yield from found
+    return found

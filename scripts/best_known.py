@@ -10,7 +10,6 @@ not planned stay as they are. Exit code 1 if a default costs more than a twentie
 
 from __future__ import annotations
 
-import argparse
 import os
 import platform
 import sys
@@ -21,13 +20,13 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
+from arguments import ROOT, task_parser
 
 from fesd_robot import load_task, plan
 from fesd_robot.planner import attempt
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 
-ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "results" / "best_known.md"
 ALLOWED = 0.05
 
@@ -92,11 +91,7 @@ def earlier_rows(page: Path) -> dict[str, list[str]]:
 
 def main() -> int:
     """Plan every task from every start and write the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="*", default=sorted(file.stem for file in (ROOT / "tasks").glob("*.yaml")))
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--page", type=Path, default=PAGE)
-    arguments = parser.parse_args()
+    arguments = task_parser(__doc__, PAGE).parse_args()
     rows, far = earlier_rows(arguments.page), []
     with ProcessPoolExecutor(arguments.processes) as pool:
         jobs = {name: [pool.submit(planned, name, one) for one in (None, *STARTS)] for name in arguments.tasks}

@@ -9,7 +9,6 @@ per cent although the sequence of contacts differs, or if a task is not solved o
 
 from __future__ import annotations
 
-import argparse
 import os
 import platform
 import sys
@@ -18,7 +17,6 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import groupby
-from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -26,13 +24,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
+from arguments import ROOT, task_parser
 
 from fesd_robot import load_task, plan, planner
 from fesd_robot.mpcc import Mpcc, MpccSolution
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 
-ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "results" / "repeatability.md"
 SPREAD = 0.02
 MOVED = 1e-12
@@ -77,11 +75,7 @@ def sequence(result: Plan) -> tuple[tuple[str, ...], ...]:
 
 def main() -> int:
     """Plan every task on every processor and write the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="*", default=sorted(file.stem for file in (ROOT / "tasks").glob("*.yaml")))
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--page", type=Path, default=PAGE)
-    arguments = parser.parse_args()
+    arguments = task_parser(__doc__, PAGE).parse_args()
     rows, wrong = [], []
     with ProcessPoolExecutor(arguments.processes) as pool:
         jobs = {name: [pool.submit(planned, name, one) for one in PROCESSORS] for name in arguments.tasks}

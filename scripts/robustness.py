@@ -11,7 +11,6 @@ code 1 if fewer than 95 of 100 are solved at the first attempt.
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import platform
@@ -26,12 +25,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
+from arguments import ROOT, task_parser
 from variations import Variation, variations
 
 from fesd_robot import plan
 from fesd_robot.plans.tables import markdown_table
 
-ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "results" / "robustness.md"
 BEST = ROOT / "docs" / "results" / "robustness_best.json"
 NEEDED = 0.95
@@ -134,22 +133,18 @@ def page(rows: list[Row], made: str) -> str:
 
 def main() -> int:
     """Plan the variations and write the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="*", help="names of tasks; default: all")
+    parser = task_parser(__doc__, PAGE)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a setting for all of them")
     parser.add_argument("--time-limit", type=float, help="seconds for each")
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--page", type=Path, default=PAGE)
     arguments = parser.parse_args()
     overrides = [*arguments.set, *([f"solver.time_limit={arguments.time_limit}"] if arguments.time_limit else [])]
     every = variations()
     if unknown := sorted(set(arguments.tasks) - {variation.name for variation in every}):
         sys.exit(f"found '{unknown[0]}', expected one of {', '.join(sorted({one.name for one in every}))}")
-    chosen = [variation for variation in every if not arguments.tasks or variation.name in arguments.tasks]
+    chosen = [variation for variation in every if variation.name in arguments.tasks]
     made = (
-        f"Made by `python scripts/robustness.py {' '.join(sys.argv[1:])}`".replace(" `", "`")
-        + f", {arguments.processes} processes on {os.cpu_count()} cores, Python {platform.python_version()}, "
-        f"casadi {casadi.__version__}."
+        f"Made by `{' '.join(['python scripts/robustness.py', *sys.argv[1:]])}`, {arguments.processes} processes on "
+        f"{os.cpu_count()} cores, Python {platform.python_version()}, casadi {casadi.__version__}."
     )
     rows: list[Row] = []
     with ProcessPoolExecutor(arguments.processes) as pool:

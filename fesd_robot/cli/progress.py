@@ -47,8 +47,9 @@ def cells(report: NlpReport) -> list[str]:
 
 def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
     """Return the sentence before an attempt with fallback settings."""
-    what = ", ".join(f"{key} = {value}" for key, value in changes.items())
-    return f"{failed.status.message} Next attempt: {what}."
+    from fesd_robot.plans.tables import settings_line
+
+    return f"{failed.status.message} Next attempt: {settings_line(changes)}."
 
 
 def start_line(seed: int, result: Plan) -> str:

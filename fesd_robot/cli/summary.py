@@ -35,10 +35,12 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
 
 def _attempts(plan: Plan) -> list[str]:
     """Return which attempt the plan is of, if there were several."""
+    from fesd_robot.plans.tables import settings_line
+
     attempts, kept = plan.statistics.attempts, plan.statistics.kept_attempt
     if len(attempts) < 2 or kept is None:
         return []
-    settings = ", ".join(f"{key} = {value}" for key, value in kept.changes.items()) or "the task as written"
+    settings = settings_line(kept.changes) or "the task as written"
     outcome = f"solved with {settings}" if kept.solved else f"none solved, kept is that with {settings}"
     return [f"{len(attempts)} attempts in {sum(each.seconds for each in attempts):.0f} s: {outcome}"]
 

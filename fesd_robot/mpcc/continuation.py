@@ -148,13 +148,13 @@ class BranchSolver:
         promising = BranchPoint(trial.w, trial.branch)
         return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
 
-    def tried(self, start: BranchPoint, window: Window, trial: Trial) -> PolishingReport | None:
+    def tried(self, start: BranchPoint, trial: Trial, window: Window | None = None) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
 
         Args:
             start: where it begins.
-            window: what may move in it.
             trial: how to try.
+            window: what may move in it; everything if omitted.
         """
         w, branch, found = start.w, start.branch, None
         for _ in range(1 + TRIAL_UPDATES):

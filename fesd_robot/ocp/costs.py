@@ -20,6 +20,11 @@ Terms = dict[str, ca.SX]
 """Name of a term -> expression."""
 
 
+EXPLOITABLE_COSTS = ("slipping",)
+"""Running costs that only complementarity keeps from falling without limit: while friction need not oppose slipping,
+the work that it takes may be negative."""
+
+
 def running_costs(parts: ProblemParts) -> Terms:
     """Return name -> integrand in numerical time.
 
@@ -27,14 +32,6 @@ def running_costs(parts: ProblemParts) -> Terms:
     phases cost nothing.
     """
     return _united(term(parts) for term in INTEGRANDS.values())
-
-
-def exploitable_costs(parts: ProblemParts) -> list[str]:
-    """Return the names of the running costs that only complementarity keeps from falling without limit.
-
-    While friction need not oppose slipping, the work that it takes may be negative.
-    """
-    return list(_slipping(parts))
 
 
 def terminal_costs(parts: ProblemParts) -> Terms:

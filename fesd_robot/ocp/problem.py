@@ -7,7 +7,7 @@ import numpy as np
 
 from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
 from fesd_robot.ocp.constraints import path_constraints
-from fesd_robot.ocp.costs import exploitable_costs, running_costs, terminal_costs, trajectory_costs
+from fesd_robot.ocp.costs import EXPLOITABLE_COSTS, running_costs, terminal_costs, trajectory_costs
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.targets import target_constraints
 from fesd_robot.ocp.vectors import vector
@@ -33,6 +33,7 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     speed = parts.task.limits.speed_of_time
     free_gaps, slip_limits = np.full(parts.gap_states, np.inf), parts.slip_limits
     free_slip = np.full_like(slip_limits, np.inf)
+    costs = running_costs(parts)
     return OptimalControlProblem(
         system=contact_system.system,
         duration=grid.nominal,
@@ -50,8 +51,8 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         control_upper=np.append(actuation.upper, speed.upper),
         state_guess=guess,
         control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
-        running_cost=running_costs(parts),
-        exploitable_costs=exploitable_costs(parts),
+        running_cost=costs,
+        exploitable_costs=[name for name in EXPLOITABLE_COSTS if name in costs],
         terminal_cost=terminal_costs(parts),
         interval_end=ca.SX(0, 1) if grid.free else parts.clock - parts.parameters[n_q],
         interval_end_names=() if grid.free else ("clock",),

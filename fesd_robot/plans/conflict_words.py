@@ -32,7 +32,8 @@ def conflict_words(conflict: Conflict, names: Names, intervals: int) -> str:
     for demand in conflict.demands:
         label, interval = demand.label, demand.label.place.interval
         contact = label.subject.removesuffix(_GAP)
-        closed = f"contact '{contact}' on the ground" if contact in names.contacts else ""
+        is_gap = label.kind == "state" and label.subject.endswith(_GAP) and contact in names.contacts
+        closed = f"contact '{contact}' on the ground" if is_gap else ""
         what = closed or _demanded(demand, names, intervals)
         if what and interval is not None:
             prices[what] += demand.price

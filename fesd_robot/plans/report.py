@@ -7,7 +7,7 @@ import numpy as np
 from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.outcome_report import outcome_section
 from fesd_robot.plans.plan import Plan, Statistics, Status
-from fesd_robot.plans.tables import markdown_table
+from fesd_robot.plans.tables import markdown_table, settings_line
 from fesd_robot.plans.weights import weights_of
 
 
@@ -145,7 +145,7 @@ def _attempts(plan: Plan) -> str:
     attempts, kept = plan.statistics.attempts, plan.statistics.kept_attempt
     rows = [
         [
-            ", ".join(f"{key} = {value}" for key, value in each.changes.items()) or "as written",
+            settings_line(each.changes) or "as written",
             "yes" if each.solved else "no",
             "yes" if each is kept else "no",
             f"{each.objective:.6g}",

@@ -43,6 +43,12 @@ def test_limits_goals_and_contacts_are_named_with_their_intervals() -> None:
     )
 
 
+def test_a_control_with_the_name_of_a_contact_is_a_control() -> None:
+    """Only a gap makes a contact."""
+    conflict = Conflict(1.0, (_demand("control", "foot", 2, 1.0, 40.0),))
+    assert conflict_words(conflict, Names(["foot"], {}, {}, {"foot": "N"}), 10) == "foot at most 40 N in interval 2"
+
+
 def test_without_a_limit_there_is_nothing_to_say() -> None:
     """Contacts alone are no demand of the task."""
     assert conflict_words(Conflict(1.0, (_demand("state", "foot integrated gap", 2, 9.0),)), NAMES, 10) == ""
