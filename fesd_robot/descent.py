@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import islice
 
 from fesd_robot.adapters import certificate_of
@@ -58,9 +59,9 @@ def descended(
     """
     certificate = _certificate(solved, task, deadline)
     for _ in range(MOST_DESCENTS):
-        better = _better(solved, certificate, options, task, deadline, progress, stop)
+        better, followed = _better(solved, certificate, options, task, deadline, progress, stop)
         if better is None:
-            break
+            return solved, certificate and replace(certificate, followed=followed)
         solved, certificate = better, _certificate(better, task, deadline)
     return solved, certificate
 
@@ -80,26 +81,27 @@ def _better(
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
-) -> SolvedMotion | None:
-    """Return a motion that costs less on one of the branches that the direction points to, None if there is none."""
+) -> tuple[SolvedMotion | None, int]:
+    """Return a motion that costs less on one of the branches that the direction points to, and how many were tried."""
     if not solved.solution.exact or certificate is None or certificate.direction is None:
-        return None
+        return None, 0
     begin, solution, w = time.perf_counter(), solved.solution, solved.solution.w
     objective = solution.residuals.objective
     below = objective - LEAST_GAIN * max(1.0, abs(objective))
     pivots = Pivots(solved.transcription, solved.polisher.conditions, w, solved.branch, certificate.direction)
     problem = solved.transcription.problem
     solver = BranchSolver(problem, solved.polisher, options, deadline.remaining, stop=stop, progress=progress)
-    for branch in islice(pivots.branches(), MOST_PIVOTS):
-        end = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)
-        if end and end.residuals.objective < below:
-            found = solver.solution(end, solution, time.perf_counter() - begin)
-            better = solved.continued(solved.polisher, found)
+    branches = list(islice(pivots.branches(), MOST_PIVOTS))
+    for branch in branches:
+        found = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)
+        if found and found.residuals.objective < below:
+            continued = solver.solution(found, solution, time.perf_counter() - begin)
+            better = solved.continued(solved.polisher, continued)
             if better.audit.violations and task.method.accuracy != "none":
                 better = refined(better, options, task.method.accuracy, deadline, progress, stop)
             cheaper = better.solution.residuals.objective < below
             if cheaper and (solved.audit.violations or not better.audit.violations):
-                return better
+                return better, len(branches)
         if solver.ended_early:
             break
-    return None
+    return None, len(branches)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
 
 from fesd_robot.fesd.neighbours import Move, Surroundings, filled, moves
 from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, NlpReport, PolishingReport
@@ -13,6 +16,7 @@ from fesd_robot.plans.plan import LocalSearch
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.strategies.lookahead import Lookahead
 
 GAIN = 1e-3
 """Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
@@ -46,8 +50,9 @@ def searched(
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
+    processes: int = 1,
 ) -> Iterator[SolvedMotion]:
-    """Yield a motion none of whose neighbours is found to be cheaper, then the one half way to it, then the first.
+    """Yield a motion none of whose neighbours is found to be cheaper, then ever earlier ones on the way to it.
 
     First elements may have any length in their intervals. Then neighbours (`fesd.neighbours.moves`) are tried one after
     the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower cost, the
@@ -62,11 +67,42 @@ def searched(
         deadline: of the task.
         progress: called after every branch NLP of a motion that is yielded; trials are too many.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
+        processes: how many try neighbours at once; the result does not depend on it.
     """
     if not solved.solution.exact:
         yield solved
         return
-    yield from _Search(solved, options, deadline, progress, stop).run()
+    yield from _Search(solved, options, deadline, progress, stop, processes).run()
+
+
+class _Untried(NamedTuple):
+    """A move that was not tried yet.
+
+    Attributes:
+        move: the move.
+        window: intervals in which the motion may change with it.
+        seen: what there is in its window.
+    """
+
+    move: Move
+    window: range
+    seen: object
+
+
+class _Candidate(NamedTuple):
+    """A trial.
+
+    Attributes:
+        start: where it begins.
+        patience: which of `TRIALS`.
+        free: variables that may move, (n).
+        reach: cost above which it does not go on.
+    """
+
+    start: BranchPoint
+    patience: int
+    free: np.ndarray
+    reach: float
 
 
 class _Search:
@@ -79,6 +115,7 @@ class _Search:
         deadline: Deadline,
         progress: Callable[[NlpReport], None] | None,
         stop: Stop | None,
+        processes: int,
     ) -> None:
         self._begin = time.perf_counter()
         self._solved, self._deadline, self._progress = solved, deadline, progress
@@ -91,19 +128,31 @@ class _Search:
         self._trials = 0
         self._moves: list[str] = []
         self._rejected: list[tuple[Move, PolishingReport]] = []
+        self._ahead = Lookahead(self._outcome, processes, stop, self._alone)
 
     def run(self) -> Iterator[SolvedMotion]:
-        """Search until no neighbour is cheaper; yield the best motion, the one half way to it, and the first."""
+        """Search until no neighbour is cheaper; yield the best motion, ever earlier ones on the way, and the first."""
+        try:
+            trail = self._trail()
+        finally:
+            self._ahead.close()
+        costs = [one.residuals.objective for one in trail]
+        lows = [number for number, cost in enumerate(costs) if cost <= min(costs[: number + 1])]
+        back = 1
+        while back < len(lows):
+            number = lows[-back]
+            yield self._without_room(trail[number], self._moves[:number])
+            back *= 2
+        yield replace(self._solved, search=self._summary([]))
+
+    def _trail(self) -> list[PolishingReport]:
+        """Return the motions that were accepted one after the other; none if not even the first is found again."""
         first = self._filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES))
         trail = [first, *self._descent(first, len(TRIALS))] if first else []
         while trail and (further := self._detour(trail[-1])):
             trail += further
             trail += self._descent(trail[-1], len(TRIALS))
-        costs = [one.residuals.objective for one in trail]
-        lows = [number for number, cost in enumerate(costs) if cost <= min(costs[: number + 1])]
-        for number in sorted({*lows[-1:], *lows[len(lows) // 2 :][:1]} - {0}, reverse=True):
-            yield self._without_room(trail[number], self._moves[:number])
-        yield replace(self._solved, search=self._summary([]))
+        return trail
 
     def _descent(self, best: PolishingReport, patience: int) -> list[PolishingReport]:
         """Return ever cheaper motions, each a neighbour of the one before, until there is none.
@@ -128,8 +177,7 @@ class _Search:
 
     def _detour(self, best: PolishingReport) -> list[PolishingReport]:
         """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does."""
-        objective = best.residuals.objective
-        reach, goal = objective + DETOUR_LOSS * abs(objective), objective - GAIN * abs(objective)
+        below, reach = self._bounds(best)
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
             if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
@@ -138,21 +186,34 @@ class _Search:
                 continue
             self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
             trail = [start, *self._descent(start, 1)]
-            if trail[-1].residuals.objective < goal:
+            if trail[-1].residuals.objective < below:
                 return trail
             del self._moves[moves:]
         return []
+
+    @staticmethod
+    def _bounds(best: PolishingReport) -> tuple[float, float]:
+        """Return the costs below which a neighbour is cheaper, and above which it is not worth going on from."""
+        objective = best.residuals.objective
+        return objective - GAIN * abs(objective), objective + DETOUR_LOSS * abs(objective)
 
     def _cheaper_neighbour(
         self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
     ) -> tuple[Move, PolishingReport] | None:
         """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
-        below, trial = best.residuals.objective - GAIN * abs(best.residuals.objective), TRIALS[patience]
+        below, reach = self._bounds(best)
+        trial = TRIALS[patience]
         around = Surroundings(self._transcription, self._conditions, best.branch)
-        for move, intervals in self._untried(best, around, patience, last):
+        untried = list(self._untried(best, around, patience, last))
+        candidates = [
+            _Candidate(BranchPoint(one.move.w, one.move.branch), patience, around.variables(one.window), reach)
+            for one in untried
+        ]
+        for one, (found, reports) in zip(untried, self._ahead.results(candidates), strict=False):
+            move = one.move
             self._trials += 1
-            window = self._solver.window(around.variables(intervals))
-            found = self._solver.tried(BranchPoint(move.w, move.branch), trial, window)
+            self._tried.add(one.seen)
+            self._solver.reports += reports
             if found and found.residuals.constraint_violation <= trial.violation:
                 if not found.residuals.objective < below:
                     self._rejected.append((move, found))
@@ -172,19 +233,31 @@ class _Search:
 
     def _untried(
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
-    ) -> Iterator[tuple[Move, range]]:
-        """Yield the moves that were not tried yet with what there is in their windows, and these."""
+    ) -> Iterator[_Untried]:
+        """Yield the moves that were not tried yet with what there is in their windows."""
         found = list(moves(self._transcription, self._conditions, best.w, best.branch))
         if patience and len(found) > MOST_PATIENT_MOVES:
             return
-        first = next((i for i, move in enumerate(found) if move.key == last), 0)
+        first, listed = next((i for i, move in enumerate(found) if move.key == last), 0), set(self._tried)
         for move in found[first:] + found[:first]:
             window = around.window(move.intervals)
             elements = around.elements(window)
             seen = (patience, window, move.branch.factors[elements], move.branch.without_length[elements])
-            if seen not in self._tried:
-                self._tried.add(seen)
-                yield move, window
+            if seen not in listed:
+                listed.add(seen)
+                yield _Untried(move, window, seen)
+
+    def _outcome(self, candidate: _Candidate) -> tuple[PolishingReport | None, list[NlpReport]]:
+        """Return what a trial ends with, and its NLPs, which are not counted yet."""
+        solver, before = self._solver, len(self._solver.reports)
+        window = solver.window(candidate.free)
+        found = solver.tried(candidate.start, TRIALS[candidate.patience], window, candidate.reach)
+        reports = solver.reports[before:]
+        del solver.reports[before:]
+        return found, reports
+
+    def _alone(self) -> None:
+        self._solver.stop = None
 
     def _without_room(self, best: PolishingReport, moves: list[str]) -> SolvedMotion:
         """Return a motion with as many elements as it needs, as it is if that fails."""

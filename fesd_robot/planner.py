@@ -15,6 +15,7 @@ from fesd_robot.adapters import (
 from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.known_sequence import finite_elements_of, known_start
 from fesd_robot.local_search import searched
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
@@ -30,6 +31,7 @@ from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
+from fesd_robot.strategies.processes import free_cores
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
 
@@ -110,13 +112,17 @@ def attempt(
     problem, build_seconds = transcription.problem, deadline.spent
 
     options, polisher = homotopy_options(task), BranchTranscription(transcription)
-    repair = Repair(transcription, options, deadline, report, stop)
-    solution = solve(problem, options, polisher=polisher, progress=report, stop=stop, otherwise=repair)
-    polisher, solution = repair.repaired(polisher, solution)
+    found = known_start(motion, transcription, options, deadline, report, stop)
+    if found is None:
+        repair = Repair(transcription, options, deadline, report, stop)
+        solution = solve(problem, options, polisher=polisher, progress=report, stop=stop, otherwise=repair)
+        found = repair.repaired(polisher, solution)
+    polisher, solution = found
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)
-    searches = searched(solved, options, deadline, report, stop) if task.solver.local_search else [solved]
+    processes = task.solver.processes or free_cores()
+    searches = searched(solved, options, deadline, report, stop, processes) if task.solver.local_search else [solved]
     for candidate in searches:  # the cheaper ones first; the first that is true is taken
         solved = candidate
         if task.method.accuracy != "none":
@@ -148,7 +154,8 @@ def attempt(
         statistics=statistics,
     )
     summary = replay_summary(solved.replay, motion.robot.velocity_names)
-    return plan.model_copy(update={"replay": summary})
+    elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
+    return plan.model_copy(update={"replay": summary, "finite_elements": elements})
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

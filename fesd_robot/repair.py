@@ -62,7 +62,7 @@ class Repair:
         around = Neighbourhood.of(
             self._transcription, w, branch, self._options, deadline, self._stop, progress=self._progress
         )
-        end = _exact_end(around)
+        end = exact_end(around)
         if end and (self._found is None or end.residuals.objective < self._found[1].residuals.objective):
             self._found = around, end
         return end.residuals.objective if end else None
@@ -81,7 +81,7 @@ class Repair:
         return around.without_room(end, solution, self._deadline, self._progress)
 
 
-def _exact_end(around: Neighbourhood) -> PolishingReport | None:
+def exact_end(around: Neighbourhood) -> PolishingReport | None:
     """Return the exact end of a neighbour, None if none is found."""
     solver = around.solver
     best: PolishingReport | None = None

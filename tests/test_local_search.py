@@ -32,6 +32,17 @@ def test_a_searched_plan_is_cheaper_and_true(searched: Plan) -> None:
     assert searched.status.b_stationary != "unknown"
 
 
+def test_processes_change_nothing_but_the_time(searched: Plan) -> None:
+    """One process and three give the same moves, the same number of trials and iterations, and the same bits."""
+    for processes in (1, 3):
+        again = plan(load_task(TASK, [*SHORT_JUMP, f"solver.processes={processes}"])).statistics
+        assert again.search is not None and searched.statistics.search is not None
+        assert again.search.moves == searched.statistics.search.moves
+        assert again.search.trials == searched.statistics.search.trials
+        assert again.iterations == searched.statistics.iterations
+        assert again.objective == searched.statistics.objective
+
+
 def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without detours the same search ends no cheaper, and every cost that is no record is followed by a record."""
     monkeypatch.setattr(local_search, "MOST_DETOURS", 0)

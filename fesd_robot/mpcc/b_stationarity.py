@@ -22,7 +22,7 @@ from typing import Literal
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
 from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
 from fesd_robot.mpcc.problem import Mpcc
@@ -41,7 +41,7 @@ class BCertificate:
         bound: lower bound on that slope over all branches, minus infinity if none was found.
         direction: d, shape (n,), in the units of the variables; zero unless the verdict is ``refuted``.
         branch: the branch that the direction keeps to, of all pairs of the problem.
-        leaving: names of the biactive pairs that d leaves, and to where.
+        leaving: labels of the biactive pairs that d leaves.
         biactive, unresolved: pairs with both sides zero; with both above the activity, the smaller was taken as zero.
         seconds: time spent.
     """
@@ -52,7 +52,7 @@ class BCertificate:
     bound: float
     direction: np.ndarray
     branch: Branch
-    leaving: tuple[str, ...]
+    leaving: tuple[Label, ...]
     biactive: int
     unresolved: int
     seconds: float
@@ -153,13 +153,7 @@ def _decide(lpcc: Lpcc, tolerance: float, deadline: float) -> _Decision:
     return _Decision("unknown", "time limit" if late else "HiGHS could not solve a linear program", bound)
 
 
-def _leaving(at: Linearisation, biactive: np.ndarray, direction: np.ndarray, least: float) -> tuple[str, ...]:
-    """Return the names of the biactive pairs of which a side changes by more than `least`, and that side."""
-    changes = np.array([at.G_jacobian[biactive] @ direction, at.H_jacobian[biactive] @ direction])
-    side = np.argmax(abs(changes), axis=0)
-    change = changes[side, np.arange(len(biactive))]
-    return tuple(
-        f"{at.pair_labels[pair]}: {'GH'[which]} {'>' if value > 0 else '<'} 0"
-        for pair, which, value in zip(biactive, side, change, strict=True)
-        if abs(value) > least
-    )
+def _leaving(at: Linearisation, biactive: np.ndarray, direction: np.ndarray, least: float) -> tuple[Label, ...]:
+    """Return the labels of the biactive pairs of which a side changes by more than `least`."""
+    changes = np.abs([at.G_jacobian[biactive] @ direction, at.H_jacobian[biactive] @ direction]).max(axis=0)
+    return tuple(at.pair_labels[pair] for pair, change in zip(biactive, changes, strict=True) if change > least)

@@ -11,7 +11,7 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
 
-EXPLOITED_SIGMA = 0.1
+EXPLOITED_SIGMA = 0.03
 """Sigma of the velocity level above which the weight of a cost that relaxed pairs can be exploited for falls as
 1 / sigma: a product of factors that may be as large as sigma gains no more there than it would here."""
 

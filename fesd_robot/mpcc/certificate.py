@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from fesd_robot.complementarity import Branch
+from fesd_robot.complementarity import Branch, Label
 from fesd_robot.mpcc.problem import Mpcc
 
 ACTIVITY = 0.1
@@ -30,6 +30,10 @@ class Certificate:
         residual: of the stationarity equation, relative to the gradient.
         branch: of all pairs, on which a direction descends; None unless it is refuted.
         direction: that direction, (n); None unless it is refuted.
+        slope: of the cost along it, for a step as long as the trust region, relative to the gradient; zero unless it is
+            refuted.
+        leaving: labels of the biactive pairs that it leaves.
+        followed: number of branches on which the direction was followed without gain.
     """
 
     kind: Literal["S", "M", "C", "W", "none"]
@@ -39,6 +43,9 @@ class Certificate:
     residual: float
     branch: Branch | None = None
     direction: np.ndarray | None = None
+    slope: float = 0.0
+    leaving: tuple[Label, ...] = ()
+    followed: int = 0
 
 
 def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
@@ -66,5 +73,5 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
     b = b_stationary(problem, w, at=at, **activities, time_limit=time_limit)
-    descent = (b.branch, b.direction) if b.verdict == "refuted" else ()
+    descent = (b.branch, b.direction, b.slope, b.leaving) if b.verdict == "refuted" else ()
     return Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, *descent)

@@ -148,13 +148,16 @@ class BranchSolver:
         promising = BranchPoint(trial.w, trial.branch)
         return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
 
-    def tried(self, start: BranchPoint, trial: Trial, window: Window | None = None) -> PolishingReport | None:
+    def tried(
+        self, start: BranchPoint, trial: Trial, window: Window | None = None, reach: float = np.inf
+    ) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
 
         Args:
             start: where it begins.
             trial: how to try.
             window: what may move in it; everything if omitted.
+            reach: objective above which a trial that violates little does not go on.
         """
         w, branch, found = start.w, start.branch, None
         for _ in range(1 + TRIAL_UPDATES):
@@ -168,7 +171,8 @@ class BranchSolver:
             )
             if found is None or found.status.converged or not np.isfinite(found.w).all():
                 break
-            if found.residuals.constraint_violation > HOPELESS_VIOLATION:
+            violation, objective = found.residuals.constraint_violation, found.residuals.objective
+            if violation > HOPELESS_VIOLATION or (violation <= trial.violation and objective > reach):
                 break
             w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch
         return found

@@ -30,7 +30,7 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
     if not path.exists():
         raise task.error(key, f"found '{name}', but there is no file {path}{nearest_file(path)}")
     try:
-        columns = _of_plan(path) if path.is_dir() or path.suffix == ".json" else _of_csv(path)
+        columns = _of_plan(path) if is_plan(path) else _of_csv(path)
     except (OSError, UnicodeDecodeError, csv.Error, MotionFileError, PlanFileError) as error:
         raise task.error(key, f"found {path}, which cannot be read as a motion: {error}") from error
     for column in ("time", *robot.configuration_names):
@@ -46,6 +46,11 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
     if np.any(np.diff(columns["time"]) < -_ROUNDED):
         raise task.error(key, f"found times that decrease in {path}, expected increasing ones")
     return times, np.array([pin.normalize(robot.model, row) for row in rows])
+
+
+def is_plan(path: Path) -> bool:
+    """Return whether a path is that of a plan, a folder or its JSON, and not of a table."""
+    return path.is_dir() or path.suffix == ".json"
 
 
 def _of_plan(path: Path) -> dict[str, np.ndarray]:

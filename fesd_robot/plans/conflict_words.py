@@ -41,8 +41,10 @@ def conflict_words(conflict: Conflict, names: Names, intervals: int) -> str:
             contacts |= {closed} if closed else set()
     limits = sorted(set(prices) - contacts, key=lambda what: -prices[what])
     named = [what for what in limits if prices[what] >= _LEAST_SHARE * prices[limits[0]]][:_MOST_NAMED]
-    words = [what if what.startswith("the goal") else f"{what} in {_numbers(places[what])}" for what in named]
-    return ", ".join([*words, *(f"{what} in {_numbers(places[what])}" for what in sorted(contacts))]) if named else ""
+    if not named:
+        return ""
+    words = [what if what.startswith("the goal") else f"{what} in {interval_numbers(places[what])}" for what in named]
+    return ", ".join([*words, *(f"{what} in {interval_numbers(places[what])}" for what in sorted(contacts))])
 
 
 def _demanded(demand: Demand, names: Names, intervals: int) -> str:
@@ -57,7 +59,7 @@ def _demanded(demand: Demand, names: Names, intervals: int) -> str:
     return f"the goal {words}" if demand.label.kind == "state" and interval == intervals - 1 else words
 
 
-def _numbers(intervals: set[int]) -> str:
+def interval_numbers(intervals: set[int]) -> str:
     """Return numbers of intervals, neighbouring ones as ranges."""
     ranges: list[list[int]] = []
     for k in sorted(intervals):

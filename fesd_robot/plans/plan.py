@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.plans.full_model import FullModelMotion
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
@@ -74,6 +75,7 @@ class Status(Record):
         constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
         stationarity: ``S``, ``M``, ``C``, ``W`` or ``none`` of a solved problem, else ``unknown``.
         b_stationary: ``certified`` if no feasible direction descends to first order, ``refuted`` if one does.
+        b_stationary_reason: where a direction descends and what became of following it; empty unless it is refuted.
         biactive: complementarity pairs of which both sides are zero.
         unresolved: pairs of which neither side is small enough to count as zero for the two answers above.
         audit_passed: every entry of `Audit.violations` is empty.
@@ -88,6 +90,7 @@ class Status(Record):
     constraint_violation: float
     stationarity: Literal["S", "M", "C", "W", "none", "unknown"]
     b_stationary: Literal["certified", "refuted", "unknown"] = "unknown"
+    b_stationary_reason: str = ""
     biactive: int = 0
     unresolved: int = 0
     audit_passed: bool
@@ -230,6 +233,8 @@ class Plan(Record):
         outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
             earlier version wrote, which did not measure it.
         replay: how far rigid bodies with the plan's controls come from it; None in plans that do not say it.
+        finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
+            that do not have it.
     """
 
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -248,3 +253,4 @@ class Plan(Record):
     full_model: FullModelMotion | None = None
     outcome: Outcome | None = None
     replay: ReplaySummary | None = None
+    finite_elements: FiniteElements | None = None

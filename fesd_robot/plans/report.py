@@ -38,7 +38,8 @@ def _stationarity(status: Status) -> str:
     if status.stationarity == "unknown":
         return "unknown"
     pairs = f"{status.biactive} biactive pairs, {status.unresolved} undetermined"
-    return f"{status.stationarity}; B-stationarity {status.b_stationary} ({pairs})"
+    reason = f"; {status.b_stationary_reason}" if status.b_stationary_reason else ""
+    return f"{status.stationarity}; B-stationarity {status.b_stationary} ({pairs}){reason}"
 
 
 def _contacts(plan: Plan) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
+from fesd_robot.plans.descent_words import descent_words
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Status
 
@@ -83,6 +84,7 @@ def status_of(
         constraint_violation=residuals.constraint_violation,
         stationarity=certificate.kind if certificate else "unknown",
         b_stationary=certificate.b_stationary if certificate else "unknown",
+        b_stationary_reason=descent_words(certificate),
         biactive=certificate.biactive if certificate else 0,
         unresolved=certificate.unresolved if certificate else 0,
         audit_passed=audit_passed,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 
 from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, stop_requested
 from fesd_robot.strategies.fallbacks import with_overrides
+from fesd_robot.strategies.processes import end_pool, free_cores, pool_of
 from fesd_robot.task import Task
 
 _POLL = 0.2
@@ -36,6 +35,7 @@ def attempt_seeds(
     plans = solve_multistart(
         attempt,
         [with_overrides(task, {"solver.seed": seed}) for seed in seeds],
+        task.solver.processes or free_cores(),
         (lambda number, plan: started(seeds[number], plan)) if started else None,
         lambda: stop_requested(stop),
     )
@@ -49,6 +49,7 @@ def attempt_seeds(
 def solve_multistart(
     attempt: Callable[[Task], Plan],
     tasks: list[Task],
+    processes: int,
     on_result: Callable[[int, Plan], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> list[Plan | None]:
@@ -60,12 +61,12 @@ def solve_multistart(
     Args:
         attempt: a function of a module, task -> plan.
         tasks: what to solve.
+        processes: how many at once.
         on_result: called with the number of a task and its plan when it is there.
         stop: asked again and again; True ends all that still run.
     """
     plans: list[Plan | None] = [None] * len(tasks)
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(len(tasks), os.cpu_count() or 1), mp_context=context, initializer=_ignore_interrupts)
+    pool = pool_of(min(len(tasks), processes), "spawn")
     jobs = {pool.submit(attempt, task): number for number, task in enumerate(tasks)}
     try:
         for job in _finished(list(jobs), stop):
@@ -73,10 +74,7 @@ def solve_multistart(
             if on_result:
                 on_result(jobs[job], plan)
     finally:
-        processes = list(pool._processes.values())
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:  # those that still run were stopped; the others are idle
-            process.terminate()
+        end_pool(pool)
     return plans
 
 
@@ -85,9 +83,3 @@ def _finished(jobs: list[Future[Plan]], stop: Callable[[], bool] | None) -> Iter
     while waiting and not (stop and stop()):
         done, waiting = wait(waiting, timeout=_POLL, return_when=FIRST_COMPLETED)
         yield from done
-
-
-def _ignore_interrupts() -> None:
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

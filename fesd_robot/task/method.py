@@ -225,6 +225,11 @@ class Solver(Section):
         description="How many initial guesses the task is solved from, on all cores at once; the cheapest solved "
         "motion is kept, and the report lists the costs of all.",
     )
+    processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
+        default=None,
+        description="How many processes try neighbours of a motion, or initial guesses, at once; default: as many as "
+        "cores are free. The plan does not depend on it.",
+    )
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=0,
         description="Seed of the random perturbation of the initial guess, 0 for none; further starts have the next "

@@ -239,3 +239,16 @@ def test_a_direction_completes_modes(hopper: BranchTranscription) -> None:
     assert changed == [5] and foot.of_factors(completed.factors[5]) == flight
     assert foot.of_factors(completed.factors[4]) == stick
     assert not list(Pivots(transcription, hopper.conditions, w, branch, np.zeros_like(w)).branches())
+
+
+def test_a_long_contact_is_interrupted_by_a_flight(hopper: BranchTranscription) -> None:
+    """A stance of six intervals may fly in its third and fourth; stances of two stay whole."""
+    w = hopper.transcription.problem.start
+    for flying, inserted in ((set(), [{2, 3}]), ({2, 3}, [])):
+        branch, (modes,) = branch_of(hopper, flying)
+        found = [move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "inserted" in move.what]
+        flight, stick = flight_and_stick(modes)
+        assert [set(move.intervals) for move in found] == inserted
+        for move in found:
+            expected = [(flight,) if k in (2, 3) else (stick,) for k in range(6)]
+            assert patterns(hopper, modes, move.branch) == expected

@@ -115,7 +115,7 @@ def test_the_branch_of_a_descent() -> None:
     problem, point, _ = KNOWN["(y-1)^2 + x^2, M-stationary origin"]
     certificate = b_stationary(problem, np.array(point, dtype=float))
     assert certificate.direction == pytest.approx([0.01, 0.01])
-    assert _G_is_zero(certificate).tolist() == [False] and certificate.leaving == ("pair 0: G > 0",)
+    assert _G_is_zero(certificate).tolist() == [False] and [str(one) for one in certificate.leaving] == ["pair 0"]
 
 
 @pytest.mark.parametrize("name", KNOWN)
@@ -260,4 +260,4 @@ def test_a_large_problem_takes_seconds(odd: int | None) -> None:
         assert certificate.verdict == "certified"
     else:
         _check_descent(problem, problem.start, certificate)
-        assert "pair 0, copy 700: G > 0" in certificate.leaving
+        assert "pair 0, copy 700" in map(str, certificate.leaving)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -173,3 +175,18 @@ def test_the_kind_of_point_stands_beside_the_verdict(clean: Audit) -> None:
     assert (status.stationarity, status.b_stationary, status.biactive, status.unresolved) == ("M", "refuted", 7, 2)
     unknown = status_of(solution("time limit"), clean, REACHED, 1e-8)
     assert (unknown.stationarity, unknown.b_stationary) == ("unknown", "unknown")
+
+
+def test_a_refuted_certificate_has_its_reason(clean: Audit) -> None:
+    """The reason names the contact and the intervals that a direction changes, and how often it was followed."""
+    leaving = tuple(Label("gap", contact="foot", place=Place(interval=k)) for k in (3, 4, 7))
+    refuted = Certificate("M", "refuted", 3, 0, 0.0, slope=-2e-6, leaving=leaving, followed=2)
+    status = status_of(solution("converged", solved=True), clean, REACHED, 1e-8, refuted)
+    assert status.solved and status.b_stationary_reason == (
+        "the linearised cost falls (slope -2.0e-06) by changing contact 'foot' in intervals 3 to 4 and 7; "
+        "2 branches there gain nothing"
+    )
+    certified = status_of(
+        solution("converged", solved=True), clean, REACHED, 1e-8, replace(refuted, b_stationary="certified")
+    )
+    assert certified.b_stationary_reason == ""

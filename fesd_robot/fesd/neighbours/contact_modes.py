@@ -54,6 +54,11 @@ class ContactModes:
         """Return the mode that all factors of an element imply."""
         return tuple(factors[i] for i in self.members)
 
+    @property
+    def flight(self) -> ContactMode:
+        """The mode in which no condition holds anything of the contact on the ground."""
+        return tuple(ActiveFactor.H for _ in self.members)
+
     def is_flight(self, mode: ContactMode) -> bool:
         """Whether the contact has no force."""
         return all(mode[n] is ActiveFactor.H for n in self._positions)

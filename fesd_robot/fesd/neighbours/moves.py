@@ -20,6 +20,9 @@ from fesd_robot.fesd.transcription import Transcription
 SHORT_RUN = 3
 """A run of at most so many intervals may be left out between two different modes, or at an end of the motion."""
 
+LEAST_STANCE = 3
+"""A flight may be inserted into a contact of at least so many intervals; it gets the third in the middle."""
+
 Key = tuple[str, int, str]
 
 
@@ -75,6 +78,7 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
       of several contacts that happen at most an interval apart.
     - A touchdown gets an impact wherever it lies inside an interval, and none on a boundary.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
+    - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
 
     Args:
@@ -91,7 +95,7 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
         runs = runs_of(modes, patterns)
         switches.append(switches_of(modes, patterns, runs, placing))
         changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1])]
-        changes += [*_without_run(modes, runs), *_swapped(modes, runs)]
+        changes += [*_without_run(modes, runs), *_swapped(modes, runs), *_with_flight(modes, runs)]
     for change in (*changes, *_shifted_together(switches)):
         for neighbour in placing.placed(change.steps):
             yield Move(change.key, change.what, change.intervals, neighbour)
@@ -160,3 +164,15 @@ def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
                 what = f"stick or slip of contact '{modes.name}' swapped in intervals {run.first} to {run.last}"
                 patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
                 yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])
+
+
+def _with_flight(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
+    """Yield the changes that interrupt a contact by a flight."""
+    flight = next((run.mode for run in runs if modes.is_flight(run.mode)), modes.flight)
+    for n, run in enumerate(runs):
+        count = run.last - run.first + 1
+        if modes.is_flight(run.mode) or count < LEAST_STANCE:
+            continue
+        own = range(run.first + count // 3, run.last + 1 - count // 3)
+        what = f"flight of contact '{modes.name}' in intervals {own[0]} to {own[-1]} inserted"
+        yield _Change((modes.name, n, "inserted"), what, [(modes, dict.fromkeys(own, (flight,)))])

@@ -80,12 +80,12 @@ def _with_elements(
         modes = spread(sequence_of(branch, own), count)
         factors += modes
         for run, (_, parts) in zip(runs, groupby(modes), strict=True):
-            elements += _in_equal_parts(run, len(list(parts)), tableau)
+            elements += in_equal_parts(run, len(list(parts)), tableau)
     changed = replace(transcription, options=options)
     return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
 
 
-def _in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> list[Element]:
+def in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> list[Element]:
     """Return elements that follow each other in one mode as `count` elements of equal length on their polynomials."""
     ends = np.array([element.end for element in run])
     start, step = run[0].start, (ends[-1] - run[0].start) / count
@@ -96,10 +96,8 @@ def _in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> lis
         sources = [run[min(int(np.searchsorted(ends, at)), len(run) - 1)] for at in times]
         at_times = list(zip(sources, times, strict=True))
         x = np.vstack([source.at(tableau, np.array([at])) for source, at in at_times])
-        z = np.vstack([_at_stages(source, source.z, at, tableau) for source, at in at_times[: len(run[0].z)]])
-        slopes = np.vstack(
-            [_at_stages(source, source.slopes, at, tableau) for source, at in at_times[: tableau.stages]]
-        )
+        z = np.vstack([at_stages(source, source.z, at, tableau) for source, at in at_times[: len(run[0].z)]])
+        slopes = np.vstack([at_stages(source, source.slopes, at, tableau) for source, at in at_times[: tableau.stages]])
         part = replace(
             sources[0], start=start + n * step, step=step, x_left=x_left, z_left=z_left, x=x, z=z, slopes=slopes
         )
@@ -108,7 +106,7 @@ def _in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> lis
     return parts
 
 
-def _at_stages(element: Element, values: np.ndarray, at: float, tableau: Tableau) -> np.ndarray:
+def at_stages(element: Element, values: np.ndarray, at: float, tableau: Tableau) -> np.ndarray:
     """Return the polynomial through values at the stages of an element, (n_s, n), at a time."""
     fraction = (at - element.start) / element.step if element.step > 0 else 1.0
     return np.asarray(lagrange(tableau.c, np.array([fraction]))[0] @ values[: tableau.stages])

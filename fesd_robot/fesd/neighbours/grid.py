@@ -1,0 +1,187 @@
+"""The same trajectory on another control grid, with other numbers of elements and another scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.neighbours.patterns import Factors, spread
+from fesd_robot.fesd.neighbours.room import at_stages, in_equal_parts
+from fesd_robot.fesd.tableau import Tableau
+from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.transcription import Transcription
+
+ROUNDED = 1e-9
+"""Of the duration: times that differ by less are the same."""
+
+BISECTIONS = 60
+"""Halvings of an element in which the clock shows a given time; more than there are digits."""
+
+
+@dataclass(frozen=True)
+class KnownElements:
+    """A trajectory whose branch is known.
+
+    Attributes:
+        elements: in time order.
+        branch: of the trajectory.
+        tableau: of its scheme.
+        clock: index of the state that is the physical time. The last control is its speed: an element lasts as long, in
+            physical terms, as its length times that.
+    """
+
+    elements: Sequence[Element]
+    branch: Branch
+    tableau: Tableau
+    clock: int
+
+    @property
+    def duration(self) -> float:
+        """Physical time at its end."""
+        return float(self.elements[-1].x[-1, self.clock])
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A part of an element in one new interval.
+
+    Attributes:
+        element: number of the element.
+        begin, end: fractions of it.
+        length: of the part, in physical terms.
+    """
+
+    element: int
+    begin: float
+    end: float
+    length: float
+
+
+def on_grid(known: KnownElements, transcription: Transcription, least: int) -> tuple[Transcription, np.ndarray, Branch]:
+    """Return a trajectory on the control grid of a transcription, its duration stretched to that of the grid.
+
+    Elements are cut at the new ends of intervals. Elements of one mode in an interval become equally long; there are as
+    many as the modes need, at least a given number. Controls are averages over the new intervals.
+
+    Args:
+        known: of a collocation scheme, with the same states, algebraic variables and conditions.
+        transcription: of a collocation scheme.
+        least: number of elements of an interval.
+
+    Returns:
+        the transcription with these elements, the point, and its branch.
+    """
+    ocp, tableau = transcription.ocp, transcription.options.tableau
+    stretch, length = ocp.duration / known.duration, ocp.duration / ocp.intervals
+    ends = length * np.arange(1, ocp.intervals + 1)
+    pieces = _pieces(known, ends, stretch)
+    counts: list[int] = []
+    elements: list[Element] = []
+    factors: list[Factors] = []
+    for k, own in enumerate(pieces):
+        runs = [list(run) for _, run in groupby(own, key=lambda piece: known.branch.factors[piece.element])]
+        modes = [known.branch.factors[run[0].element] for run in runs]
+        counts.append(max(least, len(modes)))
+        filled = spread(modes, counts[-1])
+        speed = sum(piece.length for piece in own) / length
+        weights = [max(_advance(known, piece), ROUNDED * length) for piece in own]
+        control = np.average([known.elements[piece.element].u for piece in own], axis=0, weights=weights)
+        control = np.clip(np.append(control[:-1], speed), ocp.control_lower, ocp.control_upper)
+        start = k * length
+        for run, (_, parts) in zip(runs, groupby(filled), strict=True):
+            cut: list[Element] = []
+            for piece in run:
+                cut.append(_cut(known, piece, tableau, start, speed, stretch, control, k))
+                start = cut[-1].end
+            elements += in_equal_parts(cut, len(list(parts)), tableau)
+        factors += filled
+    options = replace(
+        transcription.options, elements=tuple(counts), step_freedom=max(counts) - 1.0, equilibration_weight=0.0
+    )
+    changed = replace(transcription, options=options)
+    branch = Branch(known.branch.conditions, tuple(factors), (False,) * len(factors))
+    return changed, changed.pack(elements), branch
+
+
+def _pieces(known: KnownElements, ends: np.ndarray, stretch: float) -> list[list[_Piece]]:
+    """Return the parts of elements in every new interval, of which the ends are given, (N)."""
+    pieces: list[list[_Piece]] = [[] for _ in ends]
+    rounded = ROUNDED * ends[-1]
+    for e, element in enumerate(known.elements):
+        if known.branch.without_length[e]:
+            continue
+        speed = float(element.u[-1])
+        begin, end = (stretch * float(x[known.clock]) for x in (element.x_left, element.x[-1]))
+        if ActiveFactor.COMPLEMENT in known.branch.factors[e] or end - begin < rounded:
+            middle = stretch * _middle(known, element.interval)
+            k = int(np.searchsorted(ends, begin + np.sign(middle - begin) * rounded))
+            pieces[min(k, len(ends) - 1)].append(_Piece(e, 0.0, 1.0, speed * element.step))
+            continue
+        first, last = (int(np.searchsorted(ends, at)) for at in (begin + rounded, end - rounded))
+        cuts = [0.0, *(_fraction(known, element, ends[k] / stretch) for k in range(first, last)), 1.0]
+        for n, k in enumerate(range(first, min(last, len(ends) - 1) + 1)):
+            share = cuts[n + 1] - cuts[n]
+            pieces[k].append(_Piece(e, cuts[n], cuts[n + 1], share * speed * element.step * stretch))
+    return pieces
+
+
+def _middle(known: KnownElements, interval: int) -> float:
+    """Return the physical time in the middle of an interval of the known trajectory."""
+    own = [element for element in known.elements if element.interval == interval]
+    return float(own[0].x_left[known.clock] + own[-1].x[-1, known.clock]) / 2
+
+
+def _fraction(known: KnownElements, element: Element, time: float) -> float:
+    """Return the fraction of an element at which the clock shows a time."""
+    low, high = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        at = element.at(known.tableau, np.array([element.start + middle * element.step]))[0, known.clock]
+        low, high = (middle, high) if at < time else (low, middle)
+    return (low + high) / 2
+
+
+def _advance(known: KnownElements, piece: _Piece) -> float:
+    """Return how far the clock goes in a piece."""
+    element = known.elements[piece.element]
+    times = element.start + element.step * np.array([piece.begin, piece.end])
+    clock = element.at(known.tableau, times)[:, known.clock]
+    return float(clock[1] - clock[0])
+
+
+def _cut(
+    known: KnownElements,
+    piece: _Piece,
+    tableau: Tableau,
+    start: float,
+    speed: float,
+    stretch: float,
+    control: np.ndarray,
+    interval: int,
+) -> Element:
+    """Return a piece as an element of another scheme and interval.
+
+    Args:
+        known: the trajectory; piece: the part of it.
+        tableau: of the scheme.
+        start: numerical time of its left end.
+        speed: of the clock.
+        stretch: factor on physical times.
+        control: of the interval, (n_u).
+        interval: its number.
+    """
+    source = known.elements[piece.element]
+    fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
+    inside = piece.begin + (piece.end - piece.begin) * np.append(0.0, fractions)
+    times = source.start + source.step * inside
+    x = source.at(known.tableau, times)
+    x[:, known.clock] *= stretch
+    z = np.vstack([at_stages(source, source.z, at, known.tableau) for at in times[1:]])
+    left = source.z_left if piece.begin == 0.0 else at_stages(source, source.z, float(times[0]), known.tableau)
+    slopes = np.vstack([at_stages(source, source.slopes, at, known.tableau) for at in times[1 : 1 + tableau.stages]])
+    scale = (piece.end - piece.begin) * source.step / (piece.length / speed)
+    return Element(interval, start, piece.length / speed, x[0], left, x[1:], z, control, slopes * scale)

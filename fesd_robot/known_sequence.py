@@ -1,0 +1,138 @@
+"""A start from an earlier plan that keeps its contact sequence, whatever the grid, the scheme and the costs are now."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd import Element, Transcription, make_tableau
+from fesd_robot.fesd.neighbours import KnownElements, on_grid
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, NlpReport, NlpStatus
+from fesd_robot.neighbourhood import Neighbourhood
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.reference_file import is_plan
+from fesd_robot.plans import read_plan
+from fesd_robot.plans.finite_elements import FiniteElements
+from fesd_robot.repair import exact_end
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+_LETTERS = {ActiveFactor.G: "G", ActiveFactor.H: "H", ActiveFactor.COMPLEMENT: "C"}
+_FACTORS = {letter: factor for factor, letter in _LETTERS.items()}
+
+logger = logging.getLogger(__name__)
+
+
+def finite_elements_of(transcription: Transcription, w: np.ndarray, branch: Branch) -> FiniteElements:
+    """Return an exact solution in numbers.
+
+    Args:
+        transcription: of the solution.
+        w, branch: the point, (n), and its branch.
+    """
+    elements, system = transcription.unpack(w), transcription.ocp.system
+    letters = ("".join(_LETTERS[factor] for factor in factors) for factors in branch.factors)
+    return FiniteElements(
+        scheme=cast(Any, transcription.options.tableau.scheme),  # one of those that a task may ask for
+        stages=transcription.options.tableau.stages,
+        states=list(system.state_names),
+        clock=list(system.state_names).index("clock"),
+        conditions=_conditions(branch),
+        interval=np.array([element.interval for element in elements]),
+        step=np.array([element.step for element in elements]),
+        left=np.concatenate([elements[0].x_left, elements[0].z_left]),
+        states_at=np.concatenate([element.x.ravel() for element in elements]),
+        algebraic_at=np.concatenate([element.z.ravel() for element in elements]),
+        slopes=np.concatenate([element.slopes.ravel() for element in elements]),
+        controls=np.concatenate([element.u for element in elements]),
+        active=[one.lower() if without else one for one, without in zip(letters, branch.without_length, strict=True)],
+    )
+
+
+def known_start(
+    motion: MotionProblem,
+    transcription: Transcription,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion with the contact sequence of the plan that `solver.warm_start` names.
+
+    The plan's elements are cut at the new ends of control intervals, and the branch NLP is solved from there; where it
+    does not converge its neighbours are tried, as in `repair`. So a motion on a control grid that contains the plan's
+    costs no more than the plan.
+
+    Args:
+        motion, transcription: the task.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
+
+    Returns:
+        None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit, or lead to no
+        motion: then its configurations are the initial guess, as those of any file.
+    """
+    task, begin = motion.task, time.perf_counter()
+    name = task.solver.warm_start
+    if name is None or task.solver.seed or not is_plan(task.folder / name):
+        return None
+    record = read_plan(task.folder / name).finite_elements
+    known = _known(record, transcription) if record else None
+    if record is None or known is None:
+        logger.warning(
+            "%s: only the configurations are taken, its contacts and states are not those of this task", name
+        )
+        return None
+    fitted, w, branch = on_grid(known, transcription, task.method.elements)
+    around = Neighbourhood.of(fitted, w, branch, options, deadline, stop, progress=progress)
+    end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True)) or exact_end(around)
+    if end is None:
+        return None
+    nothing = MpccSolution(
+        w=end.w,
+        residuals=end.residuals,
+        feasible=False,
+        solved=False,
+        branch=None,
+        status=NlpStatus.CONVERGED,
+        reports=[],
+        build_seconds=0.0,
+        solve_seconds=time.perf_counter() - begin,
+    )
+    return around.without_room(end, nothing, deadline, progress)
+
+
+def _conditions(branch: Branch) -> list[str]:
+    """Return the names of the conditions of an element."""
+    return [str(label) for label in branch.conditions]
+
+
+def _known(record: FiniteElements, transcription: Transcription) -> KnownElements | None:
+    """Return the elements of a plan; None if they are not those of a transcription's system."""
+    system, labels = transcription.ocp.system, BranchTranscription(transcription).conditions.labels
+    n_x, n_z, n_u = system.state.numel(), system.algebraic.numel(), system.control.numel()
+    count, tableau = len(record.step), make_tableau(record.scheme, record.stages)
+    fits = record.states == list(system.state_names) and record.conditions == [str(label) for label in labels]
+    if not fits or len(record.left) != n_x + n_z or len(record.controls) != count * n_u:
+        return None
+    elements: list[Element] = []
+    x_left, z_left = record.left[:n_x], record.left[n_x:]
+    x, z = record.states_at.reshape(count, -1, n_x), record.algebraic_at.reshape(count, -1, n_z)
+    slopes, u = record.slopes.reshape(count, -1, n_x), record.controls.reshape(count, n_u)
+    ends = np.append(0.0, np.cumsum(record.step))
+    for e, (start, end) in enumerate(pairwise(ends)):
+        interval = int(record.interval[e])
+        elements.append(Element(interval, start, end - start, x_left, z_left, x[e], z[e], u[e], slopes[e]))
+        x_left, z_left = x[e, -1], z[e, -1]
+    factors = tuple(tuple(_FACTORS[letter.upper()] for letter in one) for one in record.active)
+    branch = Branch(tuple(labels), factors, tuple(one.islower() for one in record.active))
+    return KnownElements(elements, branch, tableau, record.clock)

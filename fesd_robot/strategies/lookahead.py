@@ -1,0 +1,105 @@
+"""A function's results for one argument after the other, the next ones being computed meanwhile on other cores."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import TimeoutError as NotYet
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, Generic, TypeVar
+
+from fesd_robot.strategies.attempts import Stop, stop_requested
+from fesd_robot.strategies.processes import end_pool, pool_of
+
+_POLL = 0.2
+"""s between two looks at whether to stop."""
+
+_AHEAD = 1
+"""How many more arguments than there are processes wait for one."""
+
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
+
+logger = logging.getLogger(__name__)
+
+
+class Lookahead(Generic[Argument, Result]):
+    """Results of a function in the order of its arguments, whatever the number of processes.
+
+    With several processes those are forked when the first results are asked for: they know what the function refers to
+    then, and it has to depend on nothing that changes later. Arguments and results are pickled. Only Linux can fork a
+    process safely; elsewhere everything is computed in this process.
+
+    Args:
+        function: argument -> result.
+        processes: how many; with one, everything is computed in this process.
+        stop: asked while results are waited for; True ends them.
+        alone: called once in every other process, where nobody looks and nothing stops.
+    """
+
+    def __init__(
+        self, function: Callable[[Argument], Result], processes: int, stop: Stop | None, alone: Callable[[], None]
+    ) -> None:
+        self._function, self._stop, self._alone = function, stop, alone
+        self._processes = processes if sys.platform == "linux" else 1
+        self._pool: ProcessPoolExecutor | None = None
+
+    def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:
+        """Yield the results, in the order of the arguments; those that are not asked for are computed in vain."""
+        done = 0
+        try:
+            for result in self._elsewhere(arguments) if self._processes > 1 else ():
+                yield result
+                done += 1
+        except BrokenProcessPool:
+            logger.warning("a process that tried neighbours of the motion was ended; the search goes on in one process")
+            self.close()
+            self._processes = 1
+        if self._processes == 1:
+            yield from map(self._function, arguments[done:])
+
+    def close(self) -> None:
+        """End the processes."""
+        if self._pool:
+            end_pool(self._pool)
+        self._pool = None
+
+    def _elsewhere(self, arguments: Sequence[Argument]) -> Iterator[Result]:
+        self._pool = self._pool or pool_of(self._processes, "fork", _begin, (self._function, self._alone))
+        running, begun = deque[Future[Result]](), 0
+        try:
+            while running or begun < len(arguments):
+                while begun < len(arguments) and len(running) < self._processes + _AHEAD:
+                    running.append(self._pool.submit(_call, arguments[begun]))
+                    begun += 1
+                while not running[0].done():
+                    if stop_requested(self._stop):
+                        return
+                    _wait(running[0])
+                yield running.popleft().result()
+        finally:
+            for future in running:
+                future.cancel()
+
+
+def _wait(future: Future[Any]) -> None:
+    try:
+        future.exception(timeout=_POLL)
+    except NotYet:
+        return
+
+
+_function: Callable[[Any], Any]
+
+
+def _begin(function: Callable[[Any], Any], alone: Callable[[], None]) -> None:
+    global _function  # of a process that was forked to call it
+    _function = function
+    alone()
+
+
+def _call(argument: Any) -> Any:
+    return _function(argument)

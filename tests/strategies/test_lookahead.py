@@ -1,0 +1,100 @@
+"""Results of a function in the order of its arguments, computed by any number of processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+import time
+
+import pytest
+
+from fesd_robot.strategies import processes as cores
+from fesd_robot.strategies.lookahead import Lookahead
+from fesd_robot.strategies.processes import free_cores
+
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux only")
+
+
+class Squares:
+    """Squares of numbers, and the process that they come from; the larger ones are there sooner."""
+
+    def __init__(self) -> None:
+        self.offset, self.left_alone = 0, False
+
+    def __call__(self, number: int) -> tuple[int, int]:
+        if number < 0:
+            os._exit(1)
+        time.sleep(0.02 * max(5 - number, 0))
+        return number**2 + self.offset, os.getpid() if self.left_alone else 0
+
+    def alone(self) -> None:
+        self.left_alone = True
+
+
+def ahead(count: int, stop: bool = False) -> Lookahead[int, tuple[int, int]]:
+    squares = Squares()
+    return Lookahead(squares, count, (lambda *_: stop), squares.alone)
+
+
+@on_linux
+def test_order_and_values_do_not_depend_on_the_number_of_processes() -> None:
+    """The same squares in the same order from one process and from three, of which this one is none."""
+    one, three = ahead(1), ahead(3)
+    numbers = list(range(8))
+    here, there = list(one.results(numbers)), list(three.results(numbers))
+    assert [square for square, _ in here] == [square for square, _ in there] == [n**2 for n in numbers]
+    assert {process for _, process in here} == {0}
+    assert 1 < len({process for _, process in there}) <= 3 and os.getpid() not in {process for _, process in there}
+    three.close()
+
+
+@on_linux
+def test_what_is_not_asked_for_is_dropped() -> None:
+    """After a generator is left, the next arguments have their own results; what runs is not mistaken for them."""
+    several = ahead(2)
+    for square, _ in several.results([0, 1, 2, 3, 4]):
+        assert square == 0
+        break
+    assert [square for square, _ in several.results([7, 6])] == [49, 36]
+    several.close()
+
+
+@on_linux
+def test_a_stop_ends_the_results() -> None:
+    """Nothing is yielded once the user wants to stop, and nothing hangs."""
+    stopped = ahead(2, stop=True)
+    assert list(stopped.results([0, 1, 2])) == []
+    stopped.close()
+
+
+@on_linux
+def test_a_lost_process_is_replaced_by_this_one(caplog: pytest.LogCaptureFixture) -> None:
+    """Where a process dies, as by the kernel when memory is short, a warning says so and this process goes on."""
+    squares = Squares()
+    parent = os.getpid()
+
+    def fragile(number: int) -> int:
+        if number == 2 and os.getpid() != parent:
+            os._exit(1)
+        return squares(number)[0]
+
+    several = Lookahead(fragile, 2, None, squares.alone)
+    assert list(several.results([0, 1, 2, 3])) == [0, 1, 4, 9]
+    assert "was ended; the search goes on in one process" in caplog.text
+    assert list(several.results([5])) == [25]
+
+
+def test_processes_of_others_have_one_core() -> None:
+    """Of a process that was started beside others none is the parent; this one has at least one core."""
+    assert 1 <= free_cores() <= (os.cpu_count() or 1)
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(free_cores) == 1
+
+
+def test_busy_cores_are_not_free(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of eight cores three are busy with others where the load is four: this process is one of them."""
+    monkeypatch.setattr(cores.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    for load, free in ((0.0, 8), (1.0, 8), (4.0, 5), (20.0, 1)):
+        monkeypatch.setattr(cores.os, "getloadavg", lambda load=load: (load, 0.0, 0.0), raising=False)
+        assert free_cores() == free
