@@ -97,10 +97,17 @@ def entries(runs: Path) -> list[Entry]:
     ]
 
 
-def plan_anew(entry: Entry, seconds: float) -> int:
-    """Plan a task in a process of its own, say how it went, and return the exit code of `fesd-robot plan`."""
+def plan_anew(entry: Entry, seconds: float, jobs: int) -> int:
+    """Plan a task in a process of its own, say how it went, and return the exit code of `fesd-robot plan`.
+
+    Args:
+        entry: the task.
+        seconds: time limit.
+        jobs: how many tasks are planned at a time; they share the cores.
+    """
+    processes = max(1, (os.cpu_count() or 1) // jobs)
     command = [sys.executable, "-m", "fesd_robot.cli", "plan", str(entry.file), "--out", str(entry.folder), "--quiet"]
-    limit = ["--set", f"solver.time_limit={seconds:g}"]
+    limit = ["--set", f"solver.time_limit={seconds:g}", "--set", f"solver.processes={processes}"]
     done = subprocess.run([*command, *limit], capture_output=True, text=True, check=False)
     print(f"{entry.name}: {'solved' if done.returncode == 0 else done.stderr.strip()}", flush=True)
     return done.returncode
@@ -296,7 +303,7 @@ def main(words: Sequence[str] | None = None) -> int:
     codes = []
     if not arguments.redraw:
         with ThreadPoolExecutor(arguments.jobs) as pool:
-            codes = list(pool.map(lambda entry: plan_anew(entry, arguments.time_limit), chosen))
+            codes = list(pool.map(lambda entry: plan_anew(entry, arguments.time_limit, arguments.jobs), chosen))
     for entry in every:
         draw(entry)
     command = " ".join(["scripts/gallery", *(sys.argv[1:] if words is None else words)])
