@@ -131,7 +131,11 @@ class _Search:
         self._ahead = Lookahead(self._outcome, processes, stop, self._alone)
 
     def run(self) -> Iterator[SolvedMotion]:
-        """Search until no neighbour is cheaper; yield the best motion, ever earlier ones on the way, and the first."""
+        """Search until no neighbour is cheaper; yield the best motion, ever earlier ones on the way, and the first.
+
+        The first comes with all its elements in use, too: one without length may let a certificate see a descent that
+        ends there.
+        """
         try:
             trail = self._trail()
         finally:
@@ -139,7 +143,7 @@ class _Search:
         costs = [one.residuals.objective for one in trail]
         lows = [number for number, cost in enumerate(costs) if cost <= min(costs[: number + 1])]
         back = 1
-        while back < len(lows):
+        while back <= len(lows):
             number = lows[-back]
             yield self._without_room(trail[number], self._moves[:number])
             back *= 2

@@ -23,3 +23,5 @@ Overrides = Annotated[
         show_default=False,
     ),
 ]
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing unless something goes wrong.")]

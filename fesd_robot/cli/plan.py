@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fesd_robot.cli.arguments import Overrides, TaskFile
+from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
 from fesd_robot.cli.progress import Progress, progress_for
@@ -27,7 +28,7 @@ def plan(
         typer.Option("--out", metavar="DIR", help="Folder for the results; default: runs/<name of the task>."),
     ] = None,
     overrides: Overrides = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing unless something goes wrong.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Plan the motion that a task describes.
 
@@ -35,17 +36,32 @@ def plan(
 
     Ctrl-C stops the solver and writes its best iterate, marked as not solved; a second Ctrl-C aborts at once.
     """
+
+    def load() -> tuple[Task, Path]:
+        from fesd_robot.task import load_task
+
+        loaded = load_task(task, overrides or [])
+        return loaded, Path("runs") / loaded.name if out is None else out
+
+    planned(load, quiet)
+
+
+def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
+    """Plan a task, write its files, and exit as `plan` does.
+
+    Args:
+        load: returns the task, and the folder for the results.
+        quiet: print nothing unless something goes wrong.
+    """
     progress = progress_for(quiet)
     with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
         from fesd_robot.cli.summary import summary
         from fesd_robot.plans import check_output_folder
-        from fesd_robot.task import load_task
 
-        loaded = load_task(task, overrides or [])
-        folder = Path("runs") / loaded.name if out is None else out
+        task, folder = load()
         check_output_folder(folder)
-        result = _solve(loaded, progress, interrupts)
-        written = _write(result, loaded, folder, interrupts)
+        result = _solve(task, progress, interrupts)
+        written = _write(result, task, folder, interrupts)
         if not quiet:
             typer.echo("\n".join(summary(result, written, folder)))
         elif not result.status.solved:

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import deepcopy
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import Task
+from fesd_robot.task.document import override_keys
 from fesd_robot.task.messages import validation_error
-from fesd_robot.task.origins import Origins
+from fesd_robot.task.origins import KeyPath, Origin, Origins
 
 
-def task_of(plan: Plan, folder: Path | None = None) -> Task:
+def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = ()) -> Task:
     """Return the task that a plan was made for, with relative paths starting where they did then.
 
     Args:
+        plan: the plan.
         folder: where they start now; default: the folder the plan names, or the working directory if it names none.
+        overrides: ``key.path=value`` each; values are YAML, the last one for a key wins.
 
     Raises:
-        TaskError: the task is not one of this version.
+        TaskError: the task is not one of this version, or an override does not fit.
     """
     start = Path(plan.provenance.folder or "") if folder is None else folder
-    origins = Origins(start=start.absolute())
+    data, places = deepcopy(plan.task), dict[KeyPath, Origin]()
+    override_keys(data, places, overrides)
+    origins = Origins(start=start.absolute(), places=places)
     try:
-        task = Task.model_validate(plan.task)
+        task = Task.model_validate(data)
     except ValidationError as error:
         raise validation_error(error, origins) from error
     return task.with_origins(origins)

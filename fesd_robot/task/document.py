@@ -142,9 +142,22 @@ def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any],
     for old, new in renamings:
         logger.warning("%s:%d: the key '%s' is now called '%s'", path, reader.lines[tuple(old.split("."))], old, new)
     places = {today(key_path): origin for key_path, origin in places.items()}
+    override_keys(data, places, overrides)
+    return data, Origins(file=path, places=places)
+
+
+def override_keys(data: dict[str, Any], places: dict[KeyPath, Origin], overrides: Sequence[str]) -> None:
+    """Replace values of a task's plain data, and note where they came from.
+
+    Args:
+        data, places: the task and the origins of its keys, both changed.
+        overrides: ``key.path=value`` each, the value in YAML; the last one for a key wins.
+
+    Raises:
+        TaskError: an override does not fit.
+    """
     for override in overrides:
         _apply(override, data, places)
-    return data, Origins(file=path, places=places)
 
 
 def _read_text(path: Path) -> str:
