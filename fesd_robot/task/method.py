@@ -238,8 +238,8 @@ class Solver(Section):
     warm_start: Annotated[str, Field(min_length=1)] | None = Field(
         default=None,
         description="An earlier plan (its folder or plan.json), of which the contact sequence is kept, whatever its "
-        "grid, or a CSV file with 'time' and names of configuration coordinates, which is the initial guess; relative to "
-        "the task file; default: the reference is the initial guess.",
+        "grid, or a CSV file with 'time' and names of configuration coordinates, which is the initial guess; relative "
+        "to the task file; default: the reference is the initial guess.",
     )
     retries: Annotated[int, Field(strict=True, ge=0, le=8)] = Field(
         default=4,
