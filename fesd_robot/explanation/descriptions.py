@@ -54,7 +54,8 @@ def described_standing(motion: MotionProblem) -> list[str]:
         values = ", ".join(f"{name} {found[name]:.6g} {units[name]}" for name in standing.adjust)
         key, *number = standing.path
         where = {"initial": "the start", "goal": "the goal"}.get(key) or f"waypoint {int(number[0]) + 1}"
-        lines.append(f"At {where} standing on {', '.join(standing.contacts)}: {values}.")
+        rests = ", all through the last control interval" if key == "goal" and motion.task.goal.rests_on else ""
+        lines.append(f"At {where} standing on {', '.join(standing.contacts)}{rests}: {values}.")
     return lines
 
 

@@ -28,6 +28,7 @@ class OptimalControlProblem:
             without.
         initial_lower, initial_upper: bounds of x(0), (n_x).
         state_lower, state_upper: bounds of x at every stage, (n_x).
+        last_state_upper: tighter upper bounds of x at every stage of the last interval, (n_x).
         terminal_lower, terminal_upper: bounds of x at the end, (n_x).
         control_lower, control_upper: bounds of u, (n_u).
         state_guess: time -> x, start of the solver, (n_x); if omitted the middle of the bounds of x(0), or what is
@@ -54,6 +55,7 @@ class OptimalControlProblem:
     initial_upper: np.ndarray = OMITTED
     state_lower: np.ndarray = OMITTED
     state_upper: np.ndarray = OMITTED
+    last_state_upper: np.ndarray = OMITTED
     terminal_lower: np.ndarray = OMITTED
     terminal_upper: np.ndarray = OMITTED
     control_lower: np.ndarray = OMITTED
@@ -78,6 +80,7 @@ class OptimalControlProblem:
         for what, n in (("initial", n_x), ("state", n_x), ("terminal", n_x), ("control", n_u)):
             for side, infinite in (("lower", -np.inf), ("upper", np.inf)):
                 self._set(f"{what}_{side}", np.full(n, infinite), (n,))
+        self._set("last_state_upper", np.full(n_x, np.inf), (n_x,))
         near_zero = np.clip(np.zeros(n_u), self.control_lower, self.control_upper)
         self._set("control_guess", np.tile(near_zero[:, None], self.intervals), (n_u, self.intervals))
         if self.state_guess is None:

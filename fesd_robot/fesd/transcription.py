@@ -152,7 +152,9 @@ class Transcription:
         ocp, system, layout, tableau = self.ocp, self.ocp.system, self.layouts[count], self.options.tableau
         length = ocp.duration / ocp.intervals
         step = length / count
-        u, p = ocp.control_guess[:, k], ocp.parameters[:, k]
+        u, p, state_upper = ocp.control_guess[:, k], ocp.parameters[:, k], ocp.state_upper
+        if k == ocp.intervals - 1:
+            state_upper = np.minimum(state_upper, ocp.last_state_upper)
         low, high, start = np.full(layout.size, -np.inf), np.full(layout.size, np.inf), np.zeros(layout.size)
         low[: layout.n_u], high[: layout.n_u], start[: layout.n_u] = ocp.control_lower, ocp.control_upper, u
         for n in range(count):
@@ -165,7 +167,7 @@ class Transcription:
                 z = system.guess(x, u, p)
                 if layout.stage_states or j == layout.stages:
                     at_x = layout.state(n, j)
-                    low[at_x], high[at_x], start[at_x] = ocp.state_lower, ocp.state_upper, x
+                    low[at_x], high[at_x], start[at_x] = ocp.state_lower, state_upper, x
                 at_z = layout.algebraic(n, j)
                 low[at_z], high[at_z] = system.algebraic_lower, system.algebraic_upper
                 if j < layout.stages or layout.end_algebraic:

@@ -75,7 +75,7 @@ class ProblemParts:
         return np.concatenate([configuration, velocity, [time], gaps, np.zeros(len(self.slip_limits))])
 
     def bounds(
-        self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float, slip: np.ndarray
+        self, position: np.ndarray, velocity: np.ndarray, clock: float, gaps: float | np.ndarray, slip: np.ndarray
     ) -> np.ndarray:
         """Return a bound of x from those of its parts."""
-        return np.concatenate([position, velocity, [clock], np.full(self.gap_states, gaps), slip])
+        return np.concatenate([position, velocity, [clock], np.broadcast_to(gaps, self.gap_states), slip])

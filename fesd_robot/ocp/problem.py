@@ -45,6 +45,9 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
             limits.lower_position, limits.lower_velocity, -np.inf, contact_system.gap_lower, -free_slip
         ),
         state_upper=parts.bounds(limits.upper_position, limits.upper_velocity, np.inf, np.inf, free_slip),
+        last_state_upper=parts.bounds(
+            limits.upper_position, limits.upper_velocity, np.inf, _last_gaps(parts), free_slip
+        ),
         terminal_lower=np.concatenate([goal_lower, [last_clock[0]], -free_gaps, -free_slip]),
         terminal_upper=np.concatenate([goal_upper, [last_clock[1]], free_gaps, slip_limits]),
         control_lower=np.append(actuation.lower, speed.lower),
@@ -112,6 +115,15 @@ def _period(parts: ProblemParts) -> TrajectoryConstraint:
         zeros,
         [*names, *(f"start of {name}" for name in system.state_names[n + 1 : after_gaps])],
     )
+
+
+def _last_gaps(parts: ProblemParts) -> np.ndarray:
+    """Return the largest integrated gaps in the last interval, (n_p): zero where the robot is at rest on a contact.
+
+    Velocities alone would be zero at the apex of a hop, too.
+    """
+    closed = [contact.name in parts.task.goal.rests_on for contact in parts.contacts]
+    return np.where(closed, 0.0, np.inf) if parts.gap_states else np.zeros(0)
 
 
 def _initial_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:

@@ -152,6 +152,11 @@ class Goal(Configured):
         listed = self.configuration or any(point.position is not None for point in self.points)
         return bool(listed) and not self.velocity and all(point.velocity is None for point in self.points)
 
+    @property
+    def rests_on(self) -> list[str]:
+        """Contacts on which the robot stands when it is at rest, in a goal that promises both."""
+        return list(self.standing.contacts) if self.standing and self.rests and not self.soft else []
+
 
 class Waypoint(Configured):
     """What the motion should pass at one time."""

@@ -51,7 +51,8 @@ class Configured(Section):
     ) = Field(
         default=None,
         description="Contacts that touch: their names, or 'contacts' with the coordinates to 'adjust', which are found "
-        "and become part of the configuration; values given for these are where the search starts. Default: none.",
+        "and become part of the configuration; values given for these are where the search starts. At a goal at rest "
+        "they touch all through the last control interval. Default: none.",
     )
 
     @property

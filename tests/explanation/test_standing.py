@@ -31,7 +31,7 @@ def test_what_was_found_is_said() -> None:
     motion = formulate(load_task(TASKS / "solo12_jump.yaml", overrides))
     text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
     assert "Standing    At the start standing on front, hind: root_z 0.244749 m, root_pitch 0 rad." in text
-    assert "            At the goal standing on hind: HL_KFE -1.4 rad." in text
+    assert "            At the goal standing on hind, all through the last control interval: HL_KFE -1.4 rad." in text
     assert "            At waypoint 2 standing on front: root_z 0.244749 m." in text
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import TaskError
+from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.task import DEFAULT_TOLERANCE, Goal, Task
 
@@ -125,3 +126,28 @@ def test_a_period_is_neither_soft_nor_promised_twice(short: str, load: Load) -> 
         load(short.removesuffix(GOAL) + periodic + "  soft: true\n")
     assert caught.value.key == "goal.soft"
     assert "found true beside 'periodic', which always holds exactly" in caught.value.message
+
+
+@pytest.mark.parametrize(
+    ("goal", "closed"),
+    [
+        ("  configuration: {root_x: 1}\n  stand_on: [foot]\n", True),
+        ("  configuration: {root_x: 1}\n  stand_on: [foot]\n  velocity: {root_x: 0}\n", False),
+        ("  configuration: {root_x: 1}\n  stand_on: [foot]\n  soft: true\n", False),
+        (GOAL, False),
+    ],
+)
+def test_rest_on_a_contact_is_no_apex(short: str, load: Load, goal: str, closed: bool) -> None:
+    """A promised goal at rest that stands on a contact closes its gap in the whole last interval, and only there."""
+    assert short.endswith(GOAL)
+    motion = formulate(load(short.removesuffix(GOAL) + goal))
+    gap = list(motion.ocp.system.state_names).index("foot integrated gap")
+    assert (motion.ocp.last_state_upper[gap] == 0.0) == closed and np.isinf(motion.ocp.state_upper[gap])
+    transcription = Transcription(motion.ocp, motion.fesd)
+    problem, last = transcription.problem, motion.ocp.intervals - 1
+    layout = transcription.layouts[transcription.elements[last]]
+    for k, expected in ((last, 0.0 if closed else np.inf), (last - 1, np.inf)):
+        offset = transcription.indices.offsets[k]
+        for n in range(transcription.elements[k]):
+            for j in range(layout.stages):
+                assert problem.upper[offset + layout.state(n, j).start + gap] == expected

@@ -117,10 +117,13 @@ def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
 
 def test_a_hopper_may_slip_a_little() -> None:
     """A hopper that may slip 5 cm hops to rest and slips no further; what it slips is the path of its foot."""
-    task = load_task(TASKS / "hopper_one_jump.yaml", ["contacts.foot.slipping=0.05", "solver.retries=0"])
+    slippery = ["contacts.foot.slipping=0.05", "ground.friction=0.3", "solver.retries=0"]
+    task = load_task(TASKS / "hopper_one_jump.yaml", slippery)
     result = plan(task)
     assert result.status.solved and result.status.exact, result.status.message
     assert 0.01 < slid(result) <= 0.05 + 1e-6
+    foot, last = result.contacts["foot"], result.trajectory.time > 0.95 + 1e-9
+    assert {mode for mode, at in zip(foot.mode, last, strict=True) if at} <= {"stick", "slip"}, "at rest on its foot"
     assert result.outcome is not None and all(entry.met for entry in result.outcome.goal)
     assert "regularisation of the slip speeds" in result.statistics.cost_terms
     assert result.statistics.cost_terms["regularisation of the slip speeds"] < 1e-2 * result.statistics.objective
