@@ -85,7 +85,8 @@ class Entry:
                 task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"}
             )
         now, then = formulate(task).task.model_dump(mode="json"), {**last.task, "solver": {**last.task["solver"]}}
-        then["solver"]["time_limit"] = now["solver"]["time_limit"]
+        for key in ("time_limit", "processes"):  # what the gallery itself sets, and what changes no plan
+            then["solver"][key] = now["solver"][key]
         return last if now == then else None
 
 
