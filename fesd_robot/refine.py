@@ -25,7 +25,13 @@ from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
 ROUNDS = 10
-"""Most refinements of a plan, one after the other."""
+"""Most refinements of a plan to one accuracy, one after the other."""
+
+SPARE = 0.1
+"""Of its limit: an audit whose entries are all below that passes with something to spare."""
+
+TIGHTENED = 1.0, 0.1, 0.01
+"""Factors on the accuracy, as long as the audit has less to spare."""
 
 MOST_FAILURES = 6
 """How many finer transcriptions may be found without solution, in all rounds together; each costs hundreds of IPOPT
@@ -60,6 +66,9 @@ def refined(
 ) -> SolvedMotion:
     """Return an exact solution refined on its branch until its local errors and its bounds between stages are right.
 
+    If an entry of the audit is then above a tenth of its limit (`SPARE`), a tenth of the accuracy is asked for, and a
+    hundredth; what comes nearest is kept.
+
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
     else holds the bounds that are violated between stages, all of them or those that are violated least, and solves the
     branch NLP again from the interpolated point. A round that finds no solution ends it, and so do `MOST_FAILURES`.
@@ -72,8 +81,28 @@ def refined(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
     """
-    begin, failures = time.perf_counter(), 0
-    while solved.solution.exact and solved.rounds < ROUNDS:
+    begin, best = time.perf_counter(), None
+    for factor in TIGHTENED if solved.solution.exact else ():
+        solved = _to_accuracy(solved, options, factor * accuracy, deadline, progress, stop)
+        if best is None or solved.audit.worst[0] < best.audit.worst[0]:
+            best = solved
+        if best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
+            break
+    best = best or solved
+    return replace(best, rounds=solved.rounds, seconds=solved.seconds + time.perf_counter() - begin)
+
+
+def _to_accuracy(
+    solved: SolvedMotion,
+    options: HomotopyOptions,
+    accuracy: float,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> SolvedMotion:
+    """Return an exact solution refined to an accuracy; the args are those of `refined`."""
+    failures, last = 0, solved.rounds + ROUNDS
+    while solved.rounds < last:
         following = None
         for finer in _finer(solved, accuracy):
             following = _continued(solved, finer, options, deadline, progress, stop)
@@ -83,7 +112,7 @@ def refined(
         if following is None:
             break
         solved = following
-    return replace(solved, seconds=solved.seconds + time.perf_counter() - begin)
+    return solved
 
 
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:

@@ -29,7 +29,6 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.plans.audit_record import ENTRIES, Audit
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
@@ -57,16 +56,6 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def worst_entry(audit: Audit) -> tuple[float, str]:
-    """Return the largest ratio of an entry to its limit, and its name."""
-    ratios = []
-    for name, entry in ENTRIES.items():
-        value = getattr(audit, name)
-        if value is not None:
-            ratios.append(((-value if entry.smallest else value) / audit.tolerances[name], name))
-    return max(ratios)
-
-
 def measure(name: str) -> list[str]:
     """Return the cells of one task."""
     task = load_task(ROOT / "tasks" / f"{name}.yaml", TASKS[name])
@@ -90,7 +79,7 @@ def measure(name: str) -> list[str]:
     begin = time.perf_counter()
     after = refined(before, options, task.method.accuracy, Deadline(None), reports.append, None)
     spent = time.perf_counter() - begin
-    (most, worst), (left, last) = worst_entry(before.audit), worst_entry(after.audit)
+    (most, worst), (left, last) = before.audit.worst, after.audit.worst
     return [
         *start,
         f"{len(before.audit.violations)} violated",

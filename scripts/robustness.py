@@ -4,9 +4,9 @@
     python scripts/robustness.py hopper_one_jump          # of these tasks only
     python scripts/robustness.py --time-limit 120 --set solver.local_search=false
 
-Every variation is planned in a process of its own with default settings. The table goes to docs/results/robustness.md.
-*Best known* is the lowest cost that any run of this script has found, kept in docs/results/robustness_best.json. Exit
-code 1 if fewer than 95 of 100 are solved at the first attempt.
+Every variation is planned in a process of its own with default settings. The table goes to docs/results/robustness.md;
+rows of tasks that are not planned stay as they are (docs/results/robustness.json). *Best known* is the lowest cost that
+any run of this script has found. Exit code 1 if fewer than 95 of 100 are solved at the first attempt.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -32,8 +32,9 @@ from fesd_robot import plan
 from fesd_robot.plans.tables import markdown_table
 
 PAGE = ROOT / "docs" / "results" / "robustness.md"
-BEST = ROOT / "docs" / "results" / "robustness_best.json"
 NEEDED = 0.95
+
+SUMMARY = ("task", "variations", "solved at the first attempt", "solved", "median seconds")
 
 HEADER = ("task", "seed", "variation", "solved", "attempts", "flights", "slides [m]", "iterations", "seconds", "cost",
           "above best known", "stationarity", "first attempt, if not solved")  # fmt: skip
@@ -55,6 +56,7 @@ class Row:
     cost: float
     stationarity: str
     first_message: str
+    made: str
 
     @property
     def key(self) -> str:
@@ -67,11 +69,11 @@ class Row:
         words = (self.attempts, self.flights, f"{self.slides:.3g}", self.iterations, f"{self.seconds:.0f}")
         numbers = [*map(str, words), f"{self.cost:.5g}" if self.solved else "", above]
         known = [self.task, str(self.seed), self.variation, "yes" if self.solved else "no"]
-        return [*known, *numbers, self.stationarity, self.first_message]
+        return [*known, *numbers, self.stationarity, self.first_message.partition(". ")[0]]
 
 
-def planned(variation: Variation, overrides: list[str]) -> Row:
-    """Plan one variation."""
+def planned(variation: Variation, overrides: list[str], made: str) -> Row:
+    """Plan one variation; `made` says how."""
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         result = plan(variation.task(Path(folder), *overrides))
@@ -91,31 +93,41 @@ def planned(variation: Variation, overrides: list[str]) -> Row:
         cost=result.statistics.objective,
         stationarity=f"{result.status.stationarity}, {result.status.b_stationary}",
         first_message="" if first.solved else first.message.removeprefix("Not solved: "),
+        made=made,
     )
 
 
-def updated_best(rows: list[Row]) -> dict[str, float]:
-    """Return the lowest costs known, those of some rows included, and keep them."""
-    best: dict[str, float] = json.loads(BEST.read_text(encoding="utf-8")) if BEST.exists() else {}
-    for row in rows:
+def with_rows(file: Path, new: list[Row]) -> tuple[list[Row], dict[str, float]]:
+    """Return all rows of a file in the order of the variations, new ones in their place, and the lowest costs known.
+
+    Both are kept in the file: rows of variations that are not planned stay, those of variations that are no more go.
+    """
+    known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {"rows": [], "best": {}}
+    rows = {row.key: row for row in [*(Row(**one) for one in known["rows"]), *new]}
+    keys = [f"{one.name} {one.seed}: {one.what}" for one in variations()]
+    ordered, best = [rows[key] for key in keys if key in rows], dict(known["best"])
+    for row in ordered:
         if row.solved:
             best[row.key] = min(best.get(row.key, np.inf), row.cost)
-    BEST.write_text(json.dumps(dict(sorted(best.items())), indent=1) + "\n", encoding="utf-8")
-    return best
+    content = {"rows": [asdict(row) for row in ordered], "best": dict(sorted(best.items()))}
+    file.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return ordered, best
 
 
-def page(rows: list[Row], made: str) -> str:
+def page(rows: list[Row], best: dict[str, float]) -> str:
     """Return the page."""
-    best, count = updated_best(rows), len(rows)
+    count, every = len(rows), len(variations())
     solved = [row for row in rows if row.solved]
     first = [row for row in solved if row.attempts == 1]
     above = [row.cost / best[row.key] - 1 for row in solved]
     seconds = [row.seconds for row in rows]
+    made = "; ".join(dict.fromkeys(row.made for row in rows))
     return "\n".join(
         [
             "# Variations of the shipped tasks",
             "",
-            made,
+            f"Made by {made}; Python {platform.python_version()}, casadi {casadi.__version__}. {count} of {every} "
+            "variations.",
             "",
             "Robot, ground, goal, weights (times 0.1 to 10), limits, grid and initial guess are varied one at a time, "
             "with committed seeds (`scripts/variations.py`). No setting was made for any of them. *Best known* is the "
@@ -126,9 +138,19 @@ def page(rows: list[Row], made: str) -> str:
             f"{np.quantile(seconds, 0.9):.0f} s. Costs above the best known: median {np.median(above):.1%}, "
             f"{sum(one > 0.02 for one in above)} of {len(above)} by more than 2 %.",
             "",
+            markdown_table(SUMMARY, [of_task(name, rows) for name in dict.fromkeys(row.task for row in rows)]),
+            "",
             markdown_table(HEADER, [row.cells(best.get(row.key)) for row in rows]),
         ]
     )
+
+
+def of_task(name: str, rows: list[Row]) -> list[str]:
+    """Return the line of a task."""
+    own = [row for row in rows if row.task == name]
+    solved = [row for row in own if row.solved]
+    first = sum(row.attempts == 1 for row in solved)
+    return [name, str(len(own)), str(first), str(len(solved)), f"{np.median([row.seconds for row in own]):.0f}"]
 
 
 def main() -> int:
@@ -142,16 +164,14 @@ def main() -> int:
     if unknown := sorted(set(arguments.tasks) - {variation.name for variation in every}):
         sys.exit(f"found '{unknown[0]}', expected one of {', '.join(sorted({one.name for one in every}))}")
     chosen = [variation for variation in every if variation.name in arguments.tasks]
-    made = (
-        f"Made by `{' '.join(['python scripts/robustness.py', *sys.argv[1:]])}`, {arguments.processes} processes on "
-        f"{os.cpu_count()} cores, Python {platform.python_version()}, casadi {casadi.__version__}."
-    )
-    rows: list[Row] = []
+    options = " ".join(f"--set {one}" for one in overrides)
+    made = f"`python scripts/robustness.py {options}`".replace(" `", "`") + f", {arguments.processes} processes"
+    file, rows = arguments.page.with_suffix(".json"), list[Row]()
     with ProcessPoolExecutor(arguments.processes) as pool:
-        for job in [pool.submit(planned, variation, overrides) for variation in chosen]:
+        for job in [pool.submit(planned, variation, overrides, made) for variation in chosen]:
             rows.append(row := job.result())
             print(" ".join(row.cells(None)), flush=True)
-            arguments.page.write_text(page(rows, made), encoding="utf-8")  # nothing is lost if the script is ended
+            arguments.page.write_text(page(*with_rows(file, rows)), encoding="utf-8")  # the script may be ended
     first = sum(row.solved and row.attempts == 1 for row in rows)
     print(f"{first} of {len(rows)} at the first attempt, {sum(row.solved for row in rows)} by the call")
     return 0 if first >= NEEDED * len(rows) else 1

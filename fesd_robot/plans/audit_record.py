@@ -224,6 +224,16 @@ class Audit(Record):
         violations = [name for name, value in values.items() if not ENTRIES[name].passes(value, limits[name])]
         return cls(**dict(values), tolerances=limits, violations=violations)
 
+    @property
+    def worst(self) -> tuple[float, str]:
+        """The largest ratio of an entry that was checked to its limit, and its name."""
+        checked = ((getattr(self, name), name, entry) for name, entry in ENTRIES.items())
+        return max(
+            ((-value if entry.smallest else value) / self.tolerances[name], name)
+            for value, name, entry in checked
+            if value is not None
+        )
+
 
 ENTRIES: dict[str, AuditEntry] = {
     name: note for name, field in Audit.model_fields.items() for note in field.metadata if isinstance(note, AuditEntry)
