@@ -25,6 +25,9 @@ MOST_PIVOTS = 3
 PIVOT_ITERATIONS = 50
 """IPOPT iterations on each; those that descend need about 30."""
 
+PIVOT_SECONDS = 10.0
+"""Most seconds on each; where its equations are singular, IPOPT's corrections of them take minutes and lead nowhere."""
+
 LEAST_GAIN = 1e-4
 """Of the cost, relative to the larger of it and one; less is no descent: where a foot grazes the ground without force,
 linearised constraints allow a little that the real ones do not."""
@@ -66,6 +69,11 @@ def descended(
     return solved, certificate
 
 
+def _seconds(deadline: Deadline) -> Callable[[], float]:
+    """Return what says how long the next pivot may take."""
+    return lambda: min(PIVOT_SECONDS, deadline.left)
+
+
 def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certificate | None:
     """Return the certificate of a motion, on the grid of its branch if it is exact."""
     exact, transcription = solved.solution.exact, solved.transcription
@@ -90,7 +98,7 @@ def _better(
     below = objective - LEAST_GAIN * max(1.0, abs(objective))
     pivots = Pivots(solved.transcription, solved.polisher.conditions, w, solved.branch, certificate.direction)
     problem = solved.transcription.problem
-    solver = BranchSolver(problem, solved.polisher, options, deadline.remaining, stop=stop, progress=progress)
+    solver = BranchSolver(problem, solved.polisher, options, _seconds(deadline), stop=stop, progress=progress)
     branches = list(islice(pivots.branches(), MOST_PIVOTS))
     for branch in branches:
         found = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)

@@ -20,7 +20,7 @@ from fesd_robot.mpcc import Block
 PARTS = 4
 """Parts of an element on each of which the coefficients of its polynomials keep a bound."""
 
-SLACK = 2e-7
+SLACK = 5e-8
 """By how much the coefficients may pass a bound, in the unit of the variable. Without it there would be no interior
 where a variable begins at its bound without slope, as the gap of a foot that lifts off gently."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
@@ -226,13 +227,12 @@ class Audit(Record):
 
     @property
     def worst(self) -> tuple[float, str]:
-        """The largest ratio of an entry that was checked to its limit, and its name."""
-        checked = ((getattr(self, name), name, entry) for name, entry in ENTRIES.items())
-        return max(
-            ((-value if entry.smallest else value) / self.tolerances[name], name)
-            for value, name, entry in checked
-            if value is not None
-        )
+        """The largest ratio of an entry that was checked to its limit, infinite for NaN, and the entry's name."""
+        ratios = [(math.inf, name) for name in ENTRIES if math.isnan(getattr(self, name) or 0.0)]
+        for name, entry in ENTRIES.items():
+            if (value := getattr(self, name)) is not None:
+                ratios.append(((-value if entry.smallest else value) / self.tolerances[name], name))
+        return max(ratios, key=lambda one: one[0])
 
 
 ENTRIES: dict[str, AuditEntry] = {

@@ -14,6 +14,7 @@ import pytest
 from fesd_robot.adapters import numeric_physics
 from fesd_robot.contact import Plane
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.plans import Plan
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import ENTRIES, Audit
 from fesd_robot.plans.measured import Measured, Names
@@ -395,3 +396,12 @@ def test_two_corners_share_friction_as_the_motion_says() -> None:
     found, rest = split_contact_force(rows.T @ sliding.ravel() + [1, 0, -0.1], rows, closed, near=sliding)
     np.testing.assert_allclose(found - sliding, [[0, 0.5], [0, 0.5]], atol=1e-12)
     np.testing.assert_allclose(rest, 0, atol=1e-12)
+
+
+def test_the_worst_entry_is_the_nearest_to_its_limit(plan: Plan) -> None:
+    """Ratios to the limits, of smallest values with their sign changed; what was not checked does not count."""
+    clean = plan.audit.model_copy(update=dict.fromkeys(ENTRIES, 0.0))
+    limit = clean.tolerances["min_gap"]
+    assert clean.model_copy(update={"min_gap": -0.3 * limit, "max_gap_drift": None}).worst == (0.3, "min_gap")
+    assert clean.model_copy(update={"min_gap": 5.0}).worst[0] == 0.0
+    assert not clean.model_copy(update={"max_clock_error": float("nan")}).worst[0] <= 0.1

@@ -20,7 +20,7 @@ from fesd_robot.fesd.transcription import Transcription
 BETWEEN = 24
 """Equal parts of an element at whose ends it is looked at."""
 
-VIOLATION = 5e-7
+VIOLATION = 1e-7
 """Violation of a bound between stages above which it is held there too, in the unit of the variable."""
 
 PENETRATION = 4e-6
