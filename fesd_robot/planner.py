@@ -78,7 +78,7 @@ def plan(
         changed = with_overrides(task, {**overrides, **_time_left(deadline)})
         result = attempt(changed, promised=not task.goal.soft, progress=progress, stop=stop)
         attempts.append(AttemptedPlan(overrides, result, deadline.spent - begin))
-        if attempts[-1].final:
+        if attempts[-1].final or stop_requested(stop):
             break
     best = best_plan(attempts)
     if best.status.solved or attempts[-1].final or stop_requested(stop) or not task.solver.retries:
