@@ -69,11 +69,6 @@ def descended(
     return solved, certificate
 
 
-def _seconds(deadline: Deadline) -> Callable[[], float]:
-    """Return what says how long the next pivot may take."""
-    return lambda: min(PIVOT_SECONDS, deadline.left)
-
-
 def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certificate | None:
     """Return the certificate of a motion, on the grid of its branch if it is exact."""
     exact, transcription = solved.solution.exact, solved.transcription
@@ -98,7 +93,9 @@ def _better(
     below = objective - LEAST_GAIN * max(1.0, abs(objective))
     pivots = Pivots(solved.transcription, solved.polisher.conditions, w, solved.branch, certificate.direction)
     problem = solved.transcription.problem
-    solver = BranchSolver(problem, solved.polisher, options, _seconds(deadline), stop=stop, progress=progress)
+    solver = BranchSolver(
+        problem, solved.polisher, options, lambda: min(PIVOT_SECONDS, deadline.left), stop=stop, progress=progress
+    )
     branches = list(islice(pivots.branches(), MOST_PIVOTS))
     for branch in branches:
         found = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)

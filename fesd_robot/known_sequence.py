@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.fesd import Element, Transcription, make_tableau
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -23,6 +23,9 @@ from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.repair import exact_end
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+
+_CLOCK = "clock"
+"""Name of the state that is the physical time."""
 
 _LETTERS = {ActiveFactor.G: "G", ActiveFactor.H: "H", ActiveFactor.COMPLEMENT: "C"}
 _FACTORS = {letter: factor for factor, letter in _LETTERS.items()}
@@ -43,8 +46,7 @@ def finite_elements_of(transcription: Transcription, w: np.ndarray, branch: Bran
         scheme=cast(Any, transcription.options.tableau.scheme),  # one of those that a task may ask for
         stages=transcription.options.tableau.stages,
         states=list(system.state_names),
-        clock=list(system.state_names).index("clock"),
-        conditions=_conditions(branch),
+        conditions=_names(branch.conditions),
         interval=np.array([element.interval for element in elements]),
         step=np.array([element.step for element in elements]),
         left=np.concatenate([elements[0].x_left, elements[0].z_left]),
@@ -92,7 +94,7 @@ def known_start(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name
         )
         return None
-    fitted, w, branch = on_grid(known, transcription, task.method.elements)
+    fitted, w, branch = on_grid(known, transcription)
     around = Neighbourhood.of(fitted, w, branch, options, deadline, stop, progress=progress)
     end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True)) or exact_end(around)
     if end is None:
@@ -111,9 +113,9 @@ def known_start(
     return around.without_room(end, nothing, deadline, progress)
 
 
-def _conditions(branch: Branch) -> list[str]:
-    """Return the names of the conditions of an element."""
-    return [str(label) for label in branch.conditions]
+def _names(conditions: Sequence[Label]) -> list[str]:
+    """Return the names of conditions."""
+    return [str(label) for label in conditions]
 
 
 def _known(record: FiniteElements, transcription: Transcription) -> KnownElements | None:
@@ -121,7 +123,7 @@ def _known(record: FiniteElements, transcription: Transcription) -> KnownElement
     system, labels = transcription.ocp.system, BranchTranscription(transcription).conditions.labels
     n_x, n_z, n_u = system.state.numel(), system.algebraic.numel(), system.control.numel()
     count, tableau = len(record.step), make_tableau(record.scheme, record.stages)
-    fits = record.states == list(system.state_names) and record.conditions == [str(label) for label in labels]
+    fits = record.states == list(system.state_names) and record.conditions == _names(labels)
     if not fits or len(record.left) != n_x + n_z or len(record.controls) != count * n_u:
         return None
     elements: list[Element] = []
@@ -135,4 +137,4 @@ def _known(record: FiniteElements, transcription: Transcription) -> KnownElement
         x_left, z_left = x[e, -1], z[e, -1]
     factors = tuple(tuple(_FACTORS[letter.upper()] for letter in one) for one in record.active)
     branch = Branch(tuple(labels), factors, tuple(one.islower() for one in record.active))
-    return KnownElements(elements, branch, tableau, record.clock)
+    return KnownElements(elements, branch, tableau, record.states.index(_CLOCK))

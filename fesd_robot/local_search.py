@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fesd_robot.fesd.neighbours import Move, Surroundings, filled, moves
+from fesd_robot.fesd.neighbours import Move, Surroundings, moves
 from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, NlpReport, PolishingReport
 from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.plans.plan import LocalSearch
@@ -27,9 +27,6 @@ many more, and patience with each of them would take most of the time."""
 
 SHARE_OF_TIME = 0.5
 """Share of the time that a task has left which the search may take: refinement and certificate need some, too."""
-
-MOST_FILLINGS = 2
-"""How often elements that have shrunk to nothing are put to use again."""
 
 DETOUR_LOSS = 0.25
 """Of the cost: a neighbour that costs at most so much more is worth going on from, where none is cheaper."""
@@ -151,7 +148,7 @@ class _Search:
 
     def _trail(self) -> list[PolishingReport]:
         """Return the motions that were accepted one after the other; none if not even the first is found again."""
-        first = self._filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES))
+        first = self._around.filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES))
         trail = [first, *self._descent(first, len(TRIALS))] if first else []
         while trail and (further := self._detour(trail[-1])):
             trail += further
@@ -185,7 +182,7 @@ class _Search:
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
             if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
-            start, moves = self._filled(self._solver.exact_after(trial)), len(self._moves)
+            start, moves = self._around.filled(self._solver.exact_after(trial)), len(self._moves)
             if start is None:
                 continue
             self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
@@ -221,19 +218,11 @@ class _Search:
             if found and found.residuals.constraint_violation <= trial.violation:
                 if not found.residuals.objective < below:
                     self._rejected.append((move, found))
-                elif (end := self._filled(self._solver.exact_after(found))) and end.residuals.objective < below:
+                elif (end := self._around.filled(self._solver.exact_after(found))) and end.residuals.objective < below:
                     return move, end
             if self._solver.ended_early:
                 break
         return None
-
-    def _filled(self, end: PolishingReport | None) -> PolishingReport | None:
-        """Return an exact motion with all elements in use, None if there is none nearby."""
-        for _ in range(MOST_FILLINGS):
-            if end is None or not any(end.branch.without_length):
-                break
-            end = self._solver.exact(BranchPoint(*filled(self._transcription, end.w, end.branch)))
-        return end
 
     def _untried(
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None

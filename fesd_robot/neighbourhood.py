@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.neighbours import with_room, without_room
+from fesd_robot.fesd.neighbours import filled, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import (
     BranchPoint,
@@ -22,6 +22,9 @@ from fesd_robot.mpcc import (
 )
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+
+MOST_FILLINGS = 2
+"""How often elements that have shrunk to nothing are put to use again."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,14 @@ class Neighbourhood:
     def transcription(self) -> Transcription:
         """With room."""
         return self.polisher.transcription
+
+    def filled(self, end: PolishingReport | None) -> PolishingReport | None:
+        """Return an exact motion with all elements in use, None if there is none nearby."""
+        for _ in range(MOST_FILLINGS):
+            if end is None or not any(end.branch.without_length):
+                break
+            end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, end.branch)))
+        return end
 
     def without_room(
         self,

@@ -31,7 +31,7 @@ from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
-from fesd_robot.strategies.processes import free_cores
+from fesd_robot.strategies.processes import processes_of
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
 
@@ -121,8 +121,10 @@ def attempt(
 
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)
-    processes = task.solver.processes or free_cores()
-    searches = searched(solved, options, deadline, report, stop, processes) if task.solver.local_search else [solved]
+    if task.solver.local_search:
+        searches = searched(solved, options, deadline, report, stop, processes_of(task))
+    else:
+        searches = iter([solved])
     for candidate in searches:  # the cheaper ones first; the first that is true is taken
         solved = candidate
         if task.method.accuracy != "none":

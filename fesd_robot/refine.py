@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -81,38 +82,39 @@ def refined(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
     """
-    begin, best = time.perf_counter(), None
+    continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
+    best = solved
     for factor in TIGHTENED if solved.solution.exact else ():
-        solved = _to_accuracy(solved, options, factor * accuracy, deadline, progress, stop)
-        if best is None or solved.audit.worst[0] < best.audit.worst[0]:
+        solved = _to_accuracy(solved, factor * accuracy, continued)
+        if factor == TIGHTENED[0] or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
         if best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
             break
-    best = best or solved
-    return replace(best, rounds=solved.rounds, seconds=solved.seconds + time.perf_counter() - begin)
+    return best if best is solved else replace(best, rounds=solved.rounds, seconds=solved.seconds)
 
 
 def _to_accuracy(
-    solved: SolvedMotion,
-    options: HomotopyOptions,
-    accuracy: float,
-    deadline: Deadline,
-    progress: Callable[[NlpReport], None] | None,
-    stop: Stop | None,
+    solved: SolvedMotion, accuracy: float, continued: Callable[[SolvedMotion, Finer], SolvedMotion | None]
 ) -> SolvedMotion:
-    """Return an exact solution refined to an accuracy; the args are those of `refined`."""
-    failures, last = 0, solved.rounds + ROUNDS
+    """Return an exact solution refined to an accuracy.
+
+    Args:
+        solved: of a collocation scheme.
+        accuracy: largest local error of an element.
+        continued: solves a finer transcription.
+    """
+    begin, failures, last = time.perf_counter(), 0, solved.rounds + ROUNDS
     while solved.rounds < last:
         following = None
         for finer in _finer(solved, accuracy):
-            following = _continued(solved, finer, options, deadline, progress, stop)
+            following = continued(solved, finer)
             failures += following is None
             if following is not None or failures >= MOST_FAILURES:
                 break
         if following is None:
             break
         solved = following
-    return solved
+    return replace(solved, seconds=solved.seconds + time.perf_counter() - begin)
 
 
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:

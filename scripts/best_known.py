@@ -6,9 +6,9 @@ Every task is planned by the default call and then from ten other starts: other 
 schedules of sigma, each with its own search, refinement and audit. Beside them an annealed walk starts from the default
 plan, which knows no derivatives: a neighbour is drawn, and what is dearer is accepted, too, with a probability that
 falls with the loss and with time; from its cheapest motion the task is planned again, as a warm start. All motions are
-held against the task as it is: the same grid of controls, limits, goal and costs.
-The table goes to docs/results/best_known.md. Rows of tasks that are
-not planned stay as they are. Exit code 1 if a default costs more than a twentieth above the best.
+held against the task as it is: the same grid of controls, limits, goal and costs. The table goes to
+docs/results/best_known.md. Rows of tasks that are not planned stay as they are. Exit code 1 if a default costs more
+than a twentieth above the best.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from arguments import ROOT, task_parser
 from fesd_robot import load_task, plan, read_plan, write_plan
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.neighbours import filled, moves
+from fesd_robot.fesd.neighbours import moves
 from fesd_robot.known_sequence import finite_elements_of, known_start
 from fesd_robot.mpcc import TRIALS, BranchPoint, PolishingReport
 from fesd_robot.neighbourhood import Neighbourhood
@@ -119,10 +119,7 @@ def walked(around: Neighbourhood, draw: np.random.Generator) -> PolishingReport 
         loss = trial.residuals.objective - now.residuals.objective
         if loss > 0 and draw.random() >= math.exp(-loss / warmth):
             continue
-        end = around.solver.exact_after(trial)
-        if end and any(end.branch.without_length):
-            end = around.solver.exact(BranchPoint(*filled(around.transcription, end.w, end.branch)))
-        if end:
+        if end := around.filled(around.solver.exact_after(trial)):
             now, lowest = end, min(lowest, end, key=lambda one: one.residuals.objective)
     return lowest
 

@@ -164,8 +164,8 @@ def main() -> int:
     if unknown := sorted(set(arguments.tasks) - {variation.name for variation in every}):
         sys.exit(f"found '{unknown[0]}', expected one of {', '.join(sorted({one.name for one in every}))}")
     chosen = [variation for variation in every if variation.name in arguments.tasks]
-    options = " ".join(f"--set {one}" for one in overrides)
-    made = f"`python scripts/robustness.py {options}`".replace(" `", "`") + f", {arguments.processes} processes"
+    command = " ".join(["python scripts/robustness.py", *(f"--set {one}" for one in overrides)])
+    made = f"`{command}`, {arguments.processes} processes"
     file, rows = arguments.page.with_suffix(".json"), list[Row]()
     with ProcessPoolExecutor(arguments.processes) as pool:
         for job in [pool.submit(planned, variation, overrides, made) for variation in chosen]:

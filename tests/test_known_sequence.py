@@ -95,7 +95,7 @@ def test_cut_elements_are_on_the_same_polynomials(folder: Path, intervals: int) 
     assert record is not None
     known = _known(record, transcription)
     assert known is not None
-    fitted, w, branch = on_grid(known, transcription, 3)
+    fitted, w, branch = on_grid(known, transcription)
     elements, clock = fitted.unpack(w), known.clock
     last = np.cumsum(fitted.elements) - 1
     ends = [elements[e].x[-1, clock] for e in last]

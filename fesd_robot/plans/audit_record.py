@@ -35,9 +35,13 @@ class AuditEntry:
         """Return the tolerance for a robot that takes `lifting`, J, to lift by one metre: its weight in N."""
         return max(self.tolerance, self.lifting_ratio * lifting)
 
+    def excess(self, value: float) -> float:
+        """Return what is held against the limit: a value, or the negative of a smallest one."""
+        return -value if self.smallest else value
+
     def passes(self, value: float, limit: float) -> bool:
         """Whether a value keeps to its limit; NaN does not."""
-        return (-value if self.smallest else value) <= limit
+        return self.excess(value) <= limit
 
     def bound(self, limit: float) -> str:
         """Return the limit as an inequality in words, e.g. ``<= 0.001``."""
@@ -228,11 +232,9 @@ class Audit(Record):
     @property
     def worst(self) -> tuple[float, str]:
         """The largest ratio of an entry that was checked to its limit, infinite for NaN, and the entry's name."""
-        ratios = [(math.inf, name) for name in ENTRIES if math.isnan(getattr(self, name) or 0.0)]
-        for name, entry in ENTRIES.items():
-            if (value := getattr(self, name)) is not None:
-                ratios.append(((-value if entry.smallest else value) / self.tolerances[name], name))
-        return max(ratios, key=lambda one: one[0])
+        checked = [(name, value) for name in ENTRIES if (value := getattr(self, name)) is not None]
+        ratios = {name: ENTRIES[name].excess(value) / self.tolerances[name] for name, value in checked}
+        return max((math.inf if math.isnan(ratio) else ratio, name) for name, ratio in ratios.items())
 
 
 ENTRIES: dict[str, AuditEntry] = {

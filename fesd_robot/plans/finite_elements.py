@@ -13,7 +13,6 @@ class FiniteElements(Record):
     Attributes:
         scheme, stages: of the elements, such as ``radau_iia``.
         states: names of the states.
-        clock: which of them is the physical time.
         conditions: names of the complementarity conditions of an element.
         interval: control interval of every element, (E,).
         step: length in numerical time, (E,).
@@ -29,7 +28,6 @@ class FiniteElements(Record):
     scheme: Literal["radau_iia", "gauss_legendre"]
     stages: int
     states: list[str]
-    clock: int
     conditions: list[str]
     interval: Array
     step: Array

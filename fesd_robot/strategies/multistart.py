@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, stop_requested
 from fesd_robot.strategies.fallbacks import with_overrides
-from fesd_robot.strategies.processes import end_pool, free_cores, pool_of
+from fesd_robot.strategies.processes import end_pool, pool_of, processes_of
 from fesd_robot.task import Task
 
 _POLL = 0.2
@@ -35,7 +35,7 @@ def attempt_seeds(
     plans = solve_multistart(
         attempt,
         [with_overrides(task, {"solver.seed": seed}) for seed in seeds],
-        task.solver.processes or free_cores(),
+        processes_of(task),
         (lambda number, plan: started(seeds[number], plan)) if started else None,
         lambda: stop_requested(stop),
     )

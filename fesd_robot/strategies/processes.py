@@ -11,20 +11,27 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
+from fesd_robot.task import Task
+
 _PARENT_DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
 
 def free_cores() -> int:
-    """Return how many cores this process may use that are not busy with others, at least one.
-
-    A process that was itself started to work beside others has one.
-    """
-    if multiprocessing.parent_process() is not None:
-        return 1
+    """Return how many cores this process may use that are not busy with others, at least one."""
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     others = max(os.getloadavg()[0] - 1.0, 0.0) if hasattr(os, "getloadavg") else 0.0
     return max(1, own - round(others))
+
+
+def processes_of(task: Task) -> int:
+    """Return how many processes may work on a task at once: those it asks for, by default one a free core.
+
+    A process that was itself started to work beside others has no further ones.
+    """
+    if multiprocessing.parent_process() is not None:
+        return 1
+    return task.solver.processes or free_cores()
 
 
 def pool_of(

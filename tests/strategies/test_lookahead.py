@@ -6,12 +6,16 @@ import multiprocessing
 import os
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 from fesd_robot.strategies import processes as cores
 from fesd_robot.strategies.lookahead import Lookahead
-from fesd_robot.strategies.processes import free_cores
+from fesd_robot.strategies.processes import free_cores, processes_of
+from fesd_robot.task import load_task
+
+TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
 
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux only")
 
@@ -86,10 +90,13 @@ def test_a_lost_process_is_replaced_by_this_one(caplog: pytest.LogCaptureFixture
 
 
 def test_processes_of_others_have_one_core() -> None:
-    """Of a process that was started beside others none is the parent; this one has at least one core."""
+    """A process that was started beside others has no further ones, even if its task asks for some; this one may."""
     assert 1 <= free_cores() <= (os.cpu_count() or 1)
+    task = load_task(TASK, ["solver.processes=3"])
+    assert processes_of(task) == 3 and processes_of(load_task(TASK)) <= (os.cpu_count() or 1)
     with multiprocessing.get_context("spawn").Pool(1) as pool:
-        assert pool.apply(free_cores) == 1
+        assert pool.apply(processes_of, (load_task(TASK),)) == 1
+        assert pool.apply(processes_of, (task,)) == 1
 
 
 def test_busy_cores_are_not_free(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours.patterns import Factors, spread
-from fesd_robot.fesd.neighbours.room import at_stages, in_equal_parts
+from fesd_robot.fesd.neighbours.room import at_stages, in_equal_parts, with_counts
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -61,16 +61,15 @@ class _Piece:
     length: float
 
 
-def on_grid(known: KnownElements, transcription: Transcription, least: int) -> tuple[Transcription, np.ndarray, Branch]:
+def on_grid(known: KnownElements, transcription: Transcription) -> tuple[Transcription, np.ndarray, Branch]:
     """Return a trajectory on the control grid of a transcription, its duration stretched to that of the grid.
 
     Elements are cut at the new ends of intervals. Elements of one mode in an interval become equally long; there are as
-    many as the modes need, at least a given number. Controls are averages over the new intervals.
+    many as the modes need, at least as many as the transcription has. Controls are averages over the new intervals.
 
     Args:
         known: of a collocation scheme, with the same states, algebraic variables and conditions.
         transcription: of a collocation scheme.
-        least: number of elements of an interval.
 
     Returns:
         the transcription with these elements, the point, and its branch.
@@ -85,7 +84,7 @@ def on_grid(known: KnownElements, transcription: Transcription, least: int) -> t
     for k, own in enumerate(pieces):
         runs = [list(run) for _, run in groupby(own, key=lambda piece: known.branch.factors[piece.element])]
         modes = [known.branch.factors[run[0].element] for run in runs]
-        counts.append(max(least, len(modes)))
+        counts.append(max(transcription.elements[k], len(modes)))
         filled = spread(modes, counts[-1])
         speed = sum(piece.length for piece in own) / length
         weights = [max(_advance(known, piece), ROUNDED * length) for piece in own]
@@ -99,10 +98,7 @@ def on_grid(known: KnownElements, transcription: Transcription, least: int) -> t
                 start = cut[-1].end
             elements += in_equal_parts(cut, len(list(parts)), tableau)
         factors += filled
-    options = replace(
-        transcription.options, elements=tuple(counts), step_freedom=max(counts) - 1.0, equilibration_weight=0.0
-    )
-    changed = replace(transcription, options=options)
+    changed = with_counts(transcription, counts)
     branch = Branch(known.branch.conditions, tuple(factors), (False,) * len(factors))
     return changed, changed.pack(elements), branch
 

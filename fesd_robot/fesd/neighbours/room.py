@@ -60,17 +60,24 @@ def without_room(
     return _with_elements(transcription, w, branch, counts)
 
 
+def with_counts(transcription: Transcription, counts: Sequence[int]) -> Transcription:
+    """Return the transcription with given numbers of elements in its intervals, any of which may fill its interval.
+
+    A branch NLP makes elements of one mode equally long anyway, so that step equilibration has no weight.
+    """
+    options = replace(
+        transcription.options, elements=tuple(counts), step_freedom=max(counts) - 1.0, equilibration_weight=0.0
+    )
+    return replace(transcription, options=options)
+
+
 def _with_elements(
     transcription: Transcription, w: np.ndarray, branch: Branch, counts: Sequence[int]
 ) -> tuple[Transcription, np.ndarray, Branch]:
     """Return the transcription with other numbers of elements, its point on the same polynomials, and its branch.
 
-    All elements have a length, and those of one mode are equally long, which a branch NLP asks for anyway, so that step
-    equilibration has no weight.
+    All elements have a length, and those of one mode are equally long.
     """
-    options = replace(
-        transcription.options, elements=tuple(counts), step_freedom=max(counts) - 1.0, equilibration_weight=0.0
-    )
     old, tableau = transcription.unpack(w), transcription.options.tableau
     elements: list[Element] = []
     factors: list[Factors] = []
@@ -81,7 +88,7 @@ def _with_elements(
         factors += modes
         for run, (_, parts) in zip(runs, groupby(modes), strict=True):
             elements += in_equal_parts(run, len(list(parts)), tableau)
-    changed = replace(transcription, options=options)
+    changed = with_counts(transcription, counts)
     return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
 
 
