@@ -115,6 +115,7 @@ def _robot(motion: MotionProblem) -> list[str]:
         *_table(velocity_rows),
         *armature,
         *_damping(robot),
+        *_springs(robot),
         *_shapes(motion),
     ]
 
@@ -131,6 +132,11 @@ def _reduction(section: RobotSection) -> list[str]:
 def _damping(robot: Robot) -> list[str]:
     values = {name: d for name, d in zip(robot.velocity_names, robot.model.damping, strict=True) if d > 0}
     return [f"Damping: {listed(values)} (N s/m or N m s/rad)."] if values else []
+
+
+def _springs(robot: Robot) -> list[str]:
+    values = [f"{robot.velocity_names[v]} {stiffness:g} from {rest:g}" for v, _, stiffness, rest in robot.springs]
+    return [f"Springs: {', '.join(values)} (N/m from m, or N m/rad from rad)."] if values else []
 
 
 def _shapes(motion: MotionProblem) -> list[str]:

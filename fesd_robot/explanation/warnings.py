@@ -11,7 +11,7 @@ import numpy as np
 from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
-from fesd_robot.ocp.standing import touching_configuration
+from fesd_robot.ocp.standing import posture_of, touching_configuration
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.robot.units import configuration_units
@@ -68,7 +68,7 @@ def _degrees(motion: MotionProblem) -> Iterator[str]:
     task, units = motion.task, configuration_units(motion.robot)
     groups: dict[str, Mapping[str, float]] = {f"postures.{name}": each for name, each in task.postures.items()}
     for path, state in task.states:
-        posture = {} if state.posture is None else task.postures[state.posture]
+        posture = posture_of(task, motion.robot, state.posture)
         own = {name: value for name, value in state.configuration.items() if posture.get(name) != value}
         groups[".".join((*path, "configuration"))] = own
     if isinstance(task.reference, Jumps):

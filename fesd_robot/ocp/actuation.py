@@ -38,19 +38,32 @@ class Actuation:
 def actuators_of(task: Task, robot: Robot) -> dict[str, JointActuator | GeneralizedForceActuator]:
     """Return the task's actuators; by default one for every joint with an effort limit that is not said to be passive.
 
-    Joints of the root move nothing by themselves, and joints without an effort limit may well have no motor.
+    Joints of the root move nothing by themselves, and joints without an effort limit may well have no motor. Motors of
+    the model file that push several joints follow.
     """
     if task.robot.actuators is not None:
         return dict(task.robot.actuators)
-    efforts = dict(zip(robot.velocity_names, robot.effort_limit, strict=True))
-    return {
+    efforts = dict(zip(robot.velocity_names, zip(robot.lower_effort, robot.upper_effort, strict=True), strict=True))
+    single = {
         name: JointActuator(type="joint", joint=name)
         for name in robot.joint_names
         if name in efforts
         and name not in robot.root_names
         and name not in task.robot.passive
-        and (0 < efforts[name] < math.inf or name in task.limits.effort)
+        and (_drives(*efforts[name]) or name in task.limits.effort)
     }
+    several = {
+        name: GeneralizedForceActuator(
+            type="generalized_force", force=dict(drive.force), lower=drive.lower, upper=drive.upper
+        )
+        for name, drive in robot.drives.items()
+    }
+    return {**single, **several}
+
+
+def _drives(lower: float, upper: float) -> bool:
+    """Whether effort limits are those of a motor."""
+    return lower < upper and math.isfinite(upper - lower)
 
 
 def build_actuation(task: Task, robot: Robot) -> Actuation:
@@ -102,8 +115,8 @@ def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -
             "use type: generalized_force for others"
         )  # fmt: skip
     row = robot.velocity_names.index(actuator.joint)
-    effort = float(robot.effort_limit[row])
-    low, high = task.limits.effort.get(actuator.joint, (-effort, effort))
+    own = float(robot.lower_effort[row]), float(robot.upper_effort[row])
+    low, high = task.limits.effort.get(actuator.joint, own)
     low = actuator.lower if actuator.lower is not None else low
     high = actuator.upper if actuator.upper is not None else high
     if not (math.isfinite(low) and math.isfinite(high) and low < high):

@@ -42,6 +42,7 @@ from fesd_robot.robot import (
     damping_force,
     mass_matrix,
     nonlinear_effects,
+    spring_force,
 )
 from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.task import GROUND, CircleCircleContact, Task
@@ -194,7 +195,10 @@ def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics
         control=u,
         configuration_derivative=configuration_derivative(robot, q, v),
         mass_matrix=mass_matrix(robot, q),
-        force=ca.mtimes(actuation.matrix(q), u) - nonlinear_effects(robot, q, v) - damping_force(robot, v),
+        force=ca.mtimes(actuation.matrix(q), u)
+        - nonlinear_effects(robot, q, v)
+        - damping_force(robot, v)
+        - spring_force(robot, q),
         configuration_names=robot.configuration_names,
         velocity_names=robot.velocity_names,
         control_names=actuation.names,

@@ -85,6 +85,13 @@ def with_configurations(task: Task, robot: Robot, contacts: Sequence[PlanarConta
     return task.model_copy(update={"goal": goal, "waypoints": waypoints})
 
 
+def posture_of(task: Task, robot: Robot, name: str | None) -> Mapping[str, float]:
+    """Return the values of a posture by coordinate, the task's own before one of the model file; none without name."""
+    if name is None:
+        return {}
+    return task.postures[name] if name in task.postures else robot.postures[name]
+
+
 def touching_configuration(
     robot: Robot,
     contacts: Sequence[PlanarContact],
@@ -163,7 +170,7 @@ class _Search:
         """Return a section with its whole configuration; what it leaves out is as in `base` (n_q)."""
         if section.complete:
             return section
-        posture = {} if section.posture is None else self.task.postures[section.posture]
+        posture = posture_of(self.task, self.robot, section.posture)
         values = {**posture, **section.configuration}
         standing = _standing(self.task, self.robot, path, section)
         if standing is not None:

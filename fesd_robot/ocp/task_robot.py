@@ -40,6 +40,7 @@ def load_task_robot(task: Task) -> Robot:
         robot.joint_names,
         robot.frame_names,
         list(actuators_of(task, robot)),
+        list(robot.postures),
     )
     robot = with_joint_properties(robot, armature=section.armature, damping=section.damping)
     positions = zip(robot.lower_position, robot.upper_position, strict=True)
@@ -48,6 +49,7 @@ def load_task_robot(task: Task) -> Robot:
         dict(zip(robot.configuration_names, positions, strict=True)),
         {name: (-v, v) for name, v in zip(robot.velocity_names, robot.velocity_limit, strict=True)},
         configuration_units(robot),
+        robot.postures,
     )
     _check_distinct_contacts(task, robot)
     return robot

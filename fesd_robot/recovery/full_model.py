@@ -119,12 +119,12 @@ class FullModel:
         The acceleration at a sample is that of the reduced robot under its controls and contact forces. The efforts are
         what the full model needs for it: the inverse dynamics by Pinocchio's recursive Newton-Euler algorithm,
 
-            a_r = M_r^-1 (B u + J_r^T f - D_r v_r - h_r),   tau = M C a_r + h + D C v_r - J^T f_feet
+            a_r = M_r^-1 (B u + J_r^T f - k_r - h_r),   tau = M C a_r + h + k - J^T f_feet
 
-        so that a joint that is held has the effort that holds it, and the efforts of joints in unison add up to the
-        control that the plan has for all of them, C^T tau = B u. A joint that follows another by <mimic> in the file
-        has no motor: its effort is zero, and the leader's moves both. A contact that stands for n feet gives each the
-        n-th part of its force.
+        with k = D v + K (q - r) of damping and springs, so that a joint that is held has the effort that holds it, and
+        the efforts of joints in unison add up to the control that the plan has for all of them, C^T tau = B u. A joint
+        that follows another by <mimic> in the file has no motor: its effort is zero, and the leader's moves both. A
+        contact that stands for n feet gives each the n-th part of its force.
 
         Args:
             physics: of the reduced robot, with the contacts in the order of the scene.
@@ -138,7 +138,7 @@ class FullModel:
             a_r = np.linalg.lstsq(physics.mass_matrix(q_r), driving, rcond=None)[0]
             q, v, a = self.configuration(q_r), self.velocity(v_r), self.velocity(a_r)
             feet = f[self._of_contact] * self._shares[:, None]
-            tau = pin.rnea(model, self._data, q, v, a) + self._physics.damping * v
+            tau = pin.rnea(model, self._data, q, v, a) + self._physics.resistance(q, v)
             tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet)
             position.append([_position(link, q) for link in links])
             velocity.append([link.multiplier * v[link.v_indices.start] for link in links])

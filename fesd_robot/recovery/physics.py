@@ -43,6 +43,7 @@ class NumericPhysics:
         self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in _frames(geometry)}
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
+        self._springs = robot.springs
         self.friction = np.array(list(friction.values()))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -72,8 +73,19 @@ class NumericPhysics:
         return np.asarray(self._control_matrix(q)) @ u
 
     def required_force(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """M a + h + D v - B u, what the contacts must supply, (n_v)."""
-        return np.asarray(pin.rnea(self._model, self._data, q, v, a)) + self.damping * v - self.generalized_force(q, u)
+        """M a + h + D v + K (q - r) - B u, what the contacts must supply, (n_v)."""
+        return (
+            np.asarray(pin.rnea(self._model, self._data, q, v, a))
+            + self.resistance(q, v)
+            - self.generalized_force(q, u)
+        )
+
+    def resistance(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """D v + K (q - r), what overcomes damping and springs, (n_v)."""
+        result = self.damping * v
+        for row, entry, stiffness, rest in self._springs:
+            result[row] += stiffness * (q[entry] - rest)
+        return result
 
     def difference(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """The displacement from one configuration to another, (n_v)."""
@@ -95,11 +107,12 @@ class NumericPhysics:
         return float(pin.computeTotalMass(self._model))
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic energy (with armature) plus potential energy, J."""
+        """Kinetic energy (with armature) plus potential energy, of gravity and of the springs, J."""
         # Pinocchio computes the potential energy of no model with mimic joints, but the centre of mass of all.
         weight = self.mass * self._model.gravity.linear
         potential = -weight @ pin.centerOfMass(self._model, self._data, q)
-        return float(0.5 * v @ self.mass_matrix(q) @ v + potential)
+        stored = sum(stiffness * (q[entry] - rest) ** 2 for _, entry, stiffness, rest in self._springs)
+        return float(0.5 * v @ self.mass_matrix(q) @ v + potential + 0.5 * stored)
 
     def _position(self, frame: str) -> np.ndarray:
         return np.array(self._data.oMf[self._frames[frame]].translation)

@@ -19,10 +19,10 @@ class ContactDynamics:
     Attributes:
         jacobian: J, rows J_n and J_t of every contact, (2 n_c, n_v).
         velocity: J v, m/s, (2 n_c).
-        acceleration: M^-1 (B u - h - D v), of the robot without contact forces, (n_v).
+        acceleration: M^-1 (B u - h - D v - K (q - r)), of the robot without contact forces, (n_v).
         response: M^-1 J^T, (n_v, 2 n_c).
         compliance: W = J M^-1 J^T, 1/kg, (2 n_c, 2 n_c).
-        free: J M^-1 (B u - h - D v) + (dJ/dt) v, m/s^2, (2 n_c).
+        free: J times that acceleration + (dJ/dt) v, m/s^2, (2 n_c).
         friction: coefficients, (n_c).
     """
 

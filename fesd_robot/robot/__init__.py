@@ -23,6 +23,7 @@ __all__ = [
     "nonlinear_effects",
     "potential_energy",
     "rnea",
+    "spring_force",
     "with_joint_properties",
 ]
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
         nonlinear_effects,
         potential_energy,
         rnea,
+        spring_force,
     )
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import example_robots
@@ -51,6 +53,7 @@ else:
                 "nonlinear_effects",
                 "potential_energy",
                 "rnea",
+                "spring_force",
             ],
             "fesd_robot.robot.kinematics": [
                 "center_of_mass",

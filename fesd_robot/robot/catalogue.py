@@ -62,11 +62,11 @@ def _entry(name: str, file: Path) -> Entry:
         robot = load_robot(file, root="free_flyer")
     except RobotError as error:
         return Entry(name, str(file), error=str(error).removeprefix(f"{file}: "))
-    root, efforts = len(robot.root_names), robot.effort_limit
+    root, width = len(robot.root_names), robot.upper_effort - robot.lower_effort
     return Entry(
         name,
         str(file),
         degrees_of_freedom=robot.model.nv - root,
-        driven=int(np.sum(np.isfinite(efforts[root:]) & (efforts[root:] > 0))),
+        driven=int(np.sum(np.isfinite(width[root:]) & (width[root:] > 0))),
         mass=float(pin.computeTotalMass(robot.model)),
     )

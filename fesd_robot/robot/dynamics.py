@@ -1,6 +1,6 @@
-"""The equations of motion M(q) dv/dt + h(q, v) + D v = τ and the energies as CasADi expressions.
+"""The equations of motion M(q) dv/dt + h(q, v) + D v + K (q - r) = τ and the energies as CasADi expressions.
 
-The damping D v is an expression of its own, as in Pinocchio; dry joint friction and springs are not part of them.
+Damping D v and springs K (q - r) are expressions of their own; dry joint friction is not part of them.
 """
 
 from __future__ import annotations
@@ -86,6 +86,27 @@ def damping_force(robot: Robot, v: ca.SX) -> ca.SX:
         DimensionError: if v has the wrong shape.
     """
     return ca.sparsify(ca.sparsify(ca.DM(robot.model.damping)) * column("v", v, robot.model.nv))
+
+
+def spring_force(robot: Robot, q: ca.SX) -> ca.SX:
+    """Return the joint forces that overcome the springs.
+
+        K (q - r) with the diagonal K of ``robot.stiffness`` and the rest positions r of ``robot.spring_rest``
+
+    Args:
+        robot: the robot.
+        q: configuration, shape (nq, 1), m and rad.
+
+    Returns:
+        shape (nv, 1), N and N m.
+
+    Raises:
+        DimensionError: if q has the wrong shape.
+    """
+    q, result = column("q", q, robot.model.nq), ca.SX(robot.model.nv, 1)
+    for v, entry, stiffness, rest in robot.springs:
+        result[v] = stiffness * (q[entry] - rest)
+    return result
 
 
 def mass_matrix(robot: Robot, q: ca.SX) -> ca.SX:
@@ -183,9 +204,9 @@ def kinetic_energy(robot: Robot, q: ca.SX, v: ca.SX) -> ca.SX:
 
 
 def potential_energy(robot: Robot, q: ca.SX) -> ca.SX:
-    """Return the potential energy in gravity, zero at the origin of the world.
+    """Return the potential energy in gravity, zero at the origin of the world, and of the springs.
 
-        V = −gᵀ Σ m_i c_i
+        V = −gᵀ Σ m_i c_i + ½ Σ k_j (q_j − r_j)²
 
     Args:
         robot: the robot.
@@ -199,7 +220,8 @@ def potential_energy(robot: Robot, q: ca.SX) -> ca.SX:
 
     Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 2.13.
     """
-    return ca.dot(ca.sparsify(ca.DM(-robot.model.gravity.linear)), first_moment(robot, q))
+    stored = [stiffness * (q[entry] - rest) ** 2 / 2 for _, entry, stiffness, rest in robot.springs]
+    return ca.dot(ca.sparsify(ca.DM(-robot.model.gravity.linear)), first_moment(robot, q)) + sum(stored)
 
 
 class _Motion(NamedTuple):

@@ -14,11 +14,11 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
-from fesd_robot.robot.couple import couple_joints
+from fesd_robot.robot.couple import couple_joints, coupling_signs
 from fesd_robot.robot.lock import lock_joints
-from fesd_robot.robot.mjcf import check_mjcf, composite_names, correct_mjcf_model, mjcf_notes
+from fesd_robot.robot.model_file import ModelFile
 from fesd_robot.robot.paths import locate_robot, package_directories
-from fesd_robot.robot.robot import Format, Robot
+from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.root import (
     ROOT_JOINT,
     ROOTS,
@@ -31,7 +31,9 @@ from fesd_robot.robot.root import (
 from fesd_robot.robot.tree import Tree, build_tree
 from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
 
-_FORMATS: dict[str, Format] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
+_FORMATS = ("robot", "mujoco", "sdf")
+"""First elements of URDF, MJCF and SDF files."""
+
 _NO_LIMIT_FROM = 1e19
 """Numbers from here on stand for no limit in Pinocchio's models."""
 
@@ -69,24 +71,8 @@ def load_robot(
     if root not in ROOTS:
         raise RobotError(f"There is no root joint '{root}'{nearest(root, ROOTS)}.")
     path = locate_robot(source, search_path)
-    document = _parse_xml(path)
-    file_format = _FORMATS[document.tag]
-    composites: dict[str, list[str]] = {}
-    notes: list[str] = []
-    if file_format == "mjcf":
-        check_mjcf(path, document, moving_root=root != "fixed")
-        model = _build(path, lambda joint: _build_mjcf(path, joint), root)
-        correct_mjcf_model(path, document, model)
-        composites = composite_names(document)
-        notes += mjcf_notes(document)
-    elif file_format == "sdf":
-        if not pin.WITH_SDFORMAT:
-            raise RobotError(f"{path}: this build of Pinocchio reads no SDF files; convert it to URDF or MJCF.")
-        model = _build(path, lambda joint: _build_sdf(path, joint), root)
-    else:
-        leaders = check_urdf(path, document)
-        notes += urdf_notes(document, leaders)
-        model = _build(path, lambda joint: _build_urdf(path, joint, leaders), root)
+    read = _read(path, root)
+    model, signs, notes, composites = read.model, dict[str, float](), list(read.notes), dict(read.composites)
     if model.nv == 0:
         raise RobotError(f"{path}: the robot has no moving joint; if it floats, set root to 'free_flyer'.")
     if locked:
@@ -97,48 +83,57 @@ def load_robot(
             "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
         )
     if coupled:
+        signs = coupling_signs(model, coupled)
         model = couple_joints(model, coupled)
+    reduced = read.reduced(model, locked or {}, coupled or {}, signs)
     robot = robot_from_model(
-        model,
+        replace(reduced, notes=notes, composites=composites),
         source=path,
-        file_format=file_format,
         package_directories=package_directories(path, search_path),
-        composites=composites,
-        notes=notes,
     )
     return with_joint_properties(robot, armature=armature or {}, damping=damping or {})
 
 
-def robot_from_model(
-    model: pin.Model,
-    *,
-    source: Path,
-    file_format: Format,
-    package_directories: tuple[Path, ...],
-    composites: Mapping[str, Sequence[str]],
-    notes: Sequence[str],
-) -> Robot:
-    """Return the robot of a Pinocchio model.
+def _read(path: Path, root: Root) -> ModelFile:
+    """Return what a file says, with a root joint under its first link."""
+    document = _parse_xml(path)
+    if document.tag == "mujoco":
+        from fesd_robot.robot.mjcf import read_mjcf
+
+        read = read_mjcf(path, root)
+    elif document.tag == "sdf":
+        if not pin.WITH_SDFORMAT:
+            raise RobotError(f"{path}: this build of Pinocchio reads no SDF files; convert it to URDF or MJCF.")
+        read = ModelFile(_build(path, lambda joint: _build_sdf(path, joint), root), "sdf")
+    else:
+        leaders = check_urdf(path, document)
+        model = _build(path, lambda joint: _build_urdf(path, joint, leaders), root)
+        read = ModelFile(model, "urdf", notes=urdf_notes(document, leaders))
+    if root != "fixed":
+        refuse_second_root(path, read.model, root)
+    return read
+
+
+def robot_from_model(read: ModelFile, *, source: Path, package_directories: tuple[Path, ...]) -> Robot:
+    """Return the robot of a model.
 
     Args:
-        model: the model.
+        read: the model, with joints locked and coupled, and what else its file says.
         source: the file it was read from.
-        file_format: how that file is written.
         package_directories: where ``package://`` addresses are looked up.
-        composites: name of a composite joint -> names of the joints it is made of.
-        notes: what the file says that the equations of motion leave out.
 
     Raises:
         RobotError: for a joint type that is not supported, or a body without a proper mass.
     """
-    tree = build_tree(model, composites)
+    model = read.model
+    tree = build_tree(model, read.composites)
     _check_masses(source, model)
     configuration_names, velocity_names = _coordinate_names(tree, model)
     lower_position, upper_position = _position_limits(model, tree)
     return Robot(
         name=model.name,
         source=source,
-        format=file_format,
+        format=read.format,
         package_directories=package_directories,
         model=model,
         tree=tree,
@@ -147,10 +142,16 @@ def robot_from_model(
         lower_position=lower_position,
         upper_position=upper_position,
         velocity_limit=_without_sentinels(model.velocityLimit),
-        effort_limit=_without_sentinels(np.minimum(np.abs(model.lowerEffortLimit), np.abs(model.upperEffortLimit))),
+        lower_effort=_without_sentinels(np.minimum(model.lowerEffortLimit, model.upperEffortLimit)),
+        upper_effort=_without_sentinels(np.maximum(model.lowerEffortLimit, model.upperEffortLimit)),
+        stiffness=_by_coordinate(velocity_names, {name: spring.stiffness for name, spring in read.springs.items()}),
+        spring_rest=_by_coordinate(velocity_names, {name: spring.rest for name, spring in read.springs.items()}),
+        drives=read.drives,
+        postures=read.postures,
         frame_names=list(dict.fromkeys(frame.name for frame in model.frames)),
         neutral=_frozen(pin.neutral(model)),
-        notes=(*notes, *_model_notes(model, velocity_names)),
+        notes=(*read.notes, *_model_notes(model, velocity_names)),
+        shapes=read.shapes,
     )
 
 
@@ -192,8 +193,6 @@ def _build(path: Path, build: Callable[[pin.JointModel | None], pin.Model], root
         except Exception as error:
             said = " ".join([*complaints(), _last_sentence(str(error))])
             raise RobotError(f"{path} cannot be read: {said.removesuffix('.')}.") from error
-    if root != "fixed":
-        refuse_second_root(path, model, root)
     return model
 
 
@@ -204,12 +203,6 @@ def _build_urdf(path: Path, root_joint: pin.JointModel | None, leaders: Mapping[
     if root_joint is None:
         return pin.buildModelFromUrdf(str(path), **options)
     return pin.buildModelFromUrdf(str(path), root_joint, ROOT_JOINT, **options)
-
-
-def _build_mjcf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
-    if root_joint is None:
-        return pin.buildModelFromMJCF(str(path))
-    return pin.buildModelFromMJCFAndRootJoint(str(path), root_joint, ROOT_JOINT)
 
 
 def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
@@ -309,17 +302,15 @@ def _frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
+def _by_coordinate(velocity_names: Sequence[str], values: Mapping[str, float]) -> np.ndarray:
+    """Return values by velocity coordinate of those that some joints have; the others have none."""
+    return _frozen(np.array([values.get(name, 0.0) for name in velocity_names]))
+
+
 def _model_notes(model: pin.Model, velocity_names: list[str]) -> list[str]:
-    lower, upper = np.abs(model.lowerEffortLimit), np.abs(model.upperEffortLimit)
-    findings = {
-        "Dry joint friction ({}) is not part of the equations of motion.": model.upperDryFrictionLimit != 0.0,
-        "Asymmetric effort limits ({}) are replaced by their smaller side.": lower != upper,
-    }
-    return [
-        note
-        for sentence, concerned in findings.items()
-        for note in _note(sentence, [name for name, yes in zip(velocity_names, concerned, strict=True) if yes])
-    ]
+    sizes = np.abs(model.upperDryFrictionLimit)
+    concerned = [f"{name}: {size:.4g}" for name, size in zip(velocity_names, sizes, strict=True) if size]
+    return _note("Dry joint friction ({}; N or N m) is not part of the equations of motion.", concerned)
 
 
 def _note(sentence: str, names: Sequence[str]) -> list[str]:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.model_file import Drive, Format, Shape, geometry_model
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
-
-Format = Literal["urdf", "mjcf", "sdf"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,18 +30,24 @@ class Robot:
         tree: the same model as links, for the CasADi expressions.
         configuration_names: a name for every entry of q: the joint's name, or for joints with several entries
             ``joint.x .y .z .qx .qy .qz .qw`` (free flyer), ``joint.x .y .cos .sin`` (planar), ``joint.cos .sin``
-            (unbounded revolute), ``joint.qx .qy .qz .qw`` (spherical). The joints of a MuJoCo body with several keep
-            their own names, and their q is MuJoCo's qpos.
+            (unbounded revolute), ``joint.qx .qy .qz .qw`` (spherical). Of a MuJoCo file, q is MuJoCo's qpos but for
+            the order of quaternions.
         velocity_names: a name for every entry of v: the joint's name, or ``joint.vx .vy .vz .wx .wy .wz`` (free flyer),
             ``joint.vx .vy .wz`` (planar), ``joint.wx .wy .wz`` (spherical).
         lower_position, upper_position: limits of q, m or rad, shape (nq,); ±inf where there is none, and for entries
             that are cosines, sines or quaternion components.
         velocity_limit: limit of |v|, m/s or rad/s, shape (nv,); inf where there is none.
-        effort_limit: limit of |τ|, N or N m, shape (nv,); inf where there is none; of an asymmetric
-            one the smaller side; of coupled joints the sum.
+        lower_effort, upper_effort: limits of τ, N or N m, shape (nv,); ±inf where there is none; of coupled joints the
+            sum.
+        stiffness: k of the spring with the force -k (q - rest) on every coordinate, N/m or N m/rad, shape (nv,); zero
+            where there is none, as on joints with several coordinates.
+        spring_rest: rest of these springs, m or rad, shape (nv,).
+        drives: name of a motor of the file that pushes several joints -> how; those that push one are in the limits.
+        postures: name -> name of a configuration coordinate -> value, m or rad: keyframes of the file.
         frame_names: names of all frames, each once.
         neutral: the configuration with every joint at zero, shape (nq,).
         notes: what the file says that the equations of motion leave out, one sentence each.
+        shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
     """
 
     name: str
@@ -56,10 +61,16 @@ class Robot:
     lower_position: np.ndarray = field(repr=False)
     upper_position: np.ndarray = field(repr=False)
     velocity_limit: np.ndarray = field(repr=False)
-    effort_limit: np.ndarray = field(repr=False)
+    lower_effort: np.ndarray = field(repr=False)
+    upper_effort: np.ndarray = field(repr=False)
+    stiffness: np.ndarray = field(repr=False)
+    spring_rest: np.ndarray = field(repr=False)
+    drives: Mapping[str, Drive] = field(repr=False)
+    postures: Mapping[str, Mapping[str, float]] = field(repr=False)
     frame_names: list[str] = field(repr=False)
     neutral: np.ndarray = field(repr=False)
     notes: tuple[str, ...]
+    shapes: Sequence[Shape] | None = field(default=None, repr=False)
 
     def frame_id(self, name: str) -> int:
         """Return Pinocchio's index of the frame called `name`; a link or site goes before a joint of the same name.
@@ -82,6 +93,15 @@ class Robot:
                 )
         return named[0]
 
+    @cached_property
+    def springs(self) -> list[tuple[int, int, float, float]]:
+        """Entry of v, entry of q, stiffness k and rest of every spring."""
+        return [
+            (v, link.q_indices.start, float(self.stiffness[v]), float(self.spring_rest[v]))
+            for link in self.tree.links
+            if not link.mimics and self.stiffness[v := link.v_indices.start]
+        ]
+
     @property
     def joint_names(self) -> list[str]:
         """Names of the joints that have coordinates of their own; those of a MuJoCo body with several one by one."""
@@ -103,11 +123,11 @@ class Robot:
         Raises:
             RobotError: if a mesh is missing or unreadable.
         """
+        if self.shapes is not None:
+            return geometry_model(self.model, self.shapes)
         path = str(self.source)
         packages = [str(directory) for directory in self.package_directories]
         try:
-            if self.format == "mjcf":
-                return pin.buildGeomFromMJCF(self.model, path, pin.GeometryType.VISUAL)
             if self.format == "sdf":
                 return pin.buildGeomFromSdf(self.model, path, pin.GeometryType.VISUAL, "", packages)
             return pin.buildGeomFromUrdf(self.model, path, pin.GeometryType.VISUAL, package_dirs=packages)

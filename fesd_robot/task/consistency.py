@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
-from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import ContactWindow
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
@@ -36,13 +35,6 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             ("reference", "count"),
             f"found {task.reference.count} jumps, expected at most one per control interval ({task.horizon.intervals})",
         )
-    for path, state in task.states:
-        if state.posture is not None and state.posture not in task.postures:
-            yield conflict(
-                (*path, "posture"),
-                f"found '{state.posture}', expected the name of a posture in postures"
-                f"{nearest(state.posture, task.postures)}",
-            )
     yield from _waypoints(task)
     for name, constraint in task.constraints.items():
         if isinstance(constraint, ContactWindow):

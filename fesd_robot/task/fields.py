@@ -78,7 +78,9 @@ _BOUNDS_SCHEMA: dict[str, Any] = {
     "maxItems": 2,
 }
 
-NameKind = Literal["configuration coordinate", "velocity coordinate", "joint", "frame", "control", "contact", "axis"]
+NameKind = Literal[
+    "configuration coordinate", "velocity coordinate", "joint", "frame", "control", "contact", "posture", "axis"
+]
 """What a name in a task stands for."""
 
 Name = Annotated[str, Field(min_length=1)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from types import MappingProxyType
 
 from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
@@ -32,6 +33,7 @@ def check_names(
     joint_names: Collection[str],
     frame_names: Collection[str],
     control_names: Collection[str] | None = None,
+    posture_names: Collection[str] = (),
 ) -> None:
     """Raise the first error, by line, about a name that the robot does not have.
 
@@ -42,6 +44,7 @@ def check_names(
         joint_names: the robot's joints.
         frame_names: the robot's frames.
         control_names: names of the controls; default: the task's actuators, without any the joints.
+        posture_names: postures that the robot's model file gives, beside those of the task.
 
     Raises:
         TaskError: some name is unknown; the error names the nearest valid one.
@@ -55,6 +58,7 @@ def check_names(
         "frame": frame_names,
         "control": control_names,
         "contact": list(task.contacts),
+        "posture": [*task.postures, *posture_names],
         "axis": AXES,
     }
     problems = [
@@ -83,6 +87,7 @@ def check_values(
     configuration_limits: Mapping[str, tuple[float, float]],
     velocity_limits: Mapping[str, tuple[float, float]],
     units: Mapping[str, str] | None = None,
+    postures: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
 ) -> None:
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
@@ -95,6 +100,7 @@ def check_values(
         velocity_limits: name -> (lower, upper) of the robot, m/s or rad/s; a name may be missing.
         units: name of a configuration coordinate -> ``m`` or ``rad``; with it the error says what the value would be
             in another unit, if that lies within the limits.
+        postures: those of the robot's model file; values of one that the task uses are checked, too.
 
     Raises:
         TaskError: some value lies outside; the error names the value and both limits.
@@ -105,6 +111,9 @@ def check_values(
     for name, posture in task.postures.items():
         groups.append((("postures", name), posture, configuration))
     for path, state in task.states:
+        if state.posture is not None and state.posture not in task.postures:
+            own = {**postures[state.posture], **state.configuration}
+            groups.append(((*path, "posture"), own, configuration))
         groups.append(((*path, "configuration"), state.configuration, configuration))
         groups.append(((*path, "velocity"), state.velocity, velocity))
     if isinstance(task.reference, Jumps):
@@ -176,6 +185,8 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
         for name in values:
             yield ("postures", posture, name), _CONFIGURATION, name
     for at, state in task.states:
+        if state.posture is not None:
+            yield (*at, "posture"), "posture", state.posture
         for path, kind, name in state.standing_names():
             yield (*at, *path), kind, name
         if not isinstance(state, Initial):

@@ -214,6 +214,8 @@ MISTAKES: list[tuple[str, list[tuple[str, str]], int, str, list[str]]] = [
      ["found 'lag', expected a configuration coordinate (did you mean 'leg'?)"]),
     ("waypoints:\n  - stand_on:\n      contacts: [foot, food]\n", [], 13, "waypoints.0.stand_on.contacts.1",
      ["'food'", "did you mean 'foot'?"]),
+    ("postures:\n  low: {leg: 0.3}\n", [("0.5}}", "0.5}, posture: lwo}")], 8, "initial.posture",
+     ["found 'lwo', expected a posture (did you mean 'low'?)"]),
     ("postures:\n  low: {lg: 0.3}\n", [], 12, "postures.low.lg", ["'lg'", "did you mean 'leg'?"]),
     ("postures:\n  low: {leg: 0.9}\n", [], 12, "postures.low.leg", ["found 0.9", "the limits in the robot"]),
     ("", [("0.5}}", "0.5}, stand_on: {contacts: [foot], adjust: [root_x]}}")], 8, "initial.stand_on",

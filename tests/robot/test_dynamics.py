@@ -51,14 +51,16 @@ def test_kinetic_energy_agrees_with_pinocchio(case, assert_close):
 
 
 def test_potential_energy_agrees_with_pinocchio(case, assert_close):
-    """V is pin.computePotentialEnergy, and −gᵀ m c where Pinocchio refuses mimic joints."""
+    """V is that of the springs plus pin.computePotentialEnergy, or −gᵀ m c where Pinocchio refuses mimic joints."""
     model = case.robot.model
     mass = sum(inertia.mass for inertia in model.inertias[1:])
     for state, values in zip(case.states, case.values, strict=True):
+        stored = sum(k * (state.q[entry] - rest) ** 2 / 2 for _, entry, k, rest in case.robot.springs)
         expected = -mass * model.gravity.linear @ pin.centerOfMass(model, model.createData(), state.q)
-        assert_close(values["potential_energy"], expected)
+        assert_close(values["potential_energy"], expected + stored)
         if not case.has_mimic:
-            assert_close(values["potential_energy"], pin.computePotentialEnergy(model, model.createData(), state.q))
+            weight = pin.computePotentialEnergy(model, model.createData(), state.q)
+            assert_close(values["potential_energy"], weight + stored)
 
 
 def test_center_of_mass_agrees_with_pinocchio(case, assert_close):

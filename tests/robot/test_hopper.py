@@ -31,7 +31,7 @@ def test_names_and_limits(hopper):
     assert hopper.lower_position.tolist() == pytest.approx([-100.0, 0.0, -np.pi, 0.1])
     assert hopper.upper_position.tolist() == pytest.approx([100.0, 1.5, np.pi, 0.5])
     assert hopper.velocity_limit.tolist() == [10.0, 10.0, 5.0, 5.0]
-    assert hopper.effort_limit.tolist() == [0.0, 0.0, 50.0, 100.0]
+    assert hopper.upper_effort.tolist() == [0.0, 0.0, 50.0, 100.0]
 
 
 def test_mass_matrix_is_constant_and_diagonal(hopper):

@@ -14,6 +14,7 @@ import pytest
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import example_robots, library, load_robot, mass_matrix, rnea
 from fesd_robot.robot.load import robot_from_model
+from fesd_robot.robot.model_file import ModelFile
 
 MODELS = Path(__file__).parent / "models"
 HOPPER = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
@@ -194,14 +195,7 @@ def test_translation_joints():
 
 
 def _from_model(model: pin.Model):
-    return robot_from_model(
-        model,
-        source=HOPPER,
-        file_format="urdf",
-        package_directories=(),
-        composites={},
-        notes=(),
-    )
+    return robot_from_model(ModelFile(model, "urdf"), source=HOPPER, package_directories=())
 
 
 def test_armature_is_set_by_joint_and_by_coordinate():

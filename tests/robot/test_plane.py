@@ -105,7 +105,7 @@ def test_coordinates_of_the_root(legs):
     assert plane.root_names == plane.velocity_names[:3] == ["root_x", "root_z", "root_pitch"]
     assert list(configuration_units(plane).values())[:4] == ["m", "m", "rad", "rad"]
     assert (plane.velocity_limit[:3] == np.inf).all()
-    for limit in (-plane.lower_position, plane.upper_position, plane.effort_limit):
+    for limit in (-plane.lower_position, plane.upper_position, plane.upper_effort):
         assert (limit[:3] == np.inf).all() and np.isfinite(limit[3:]).all()
     assert not set(coupled) & set(plane.joint_names)
 

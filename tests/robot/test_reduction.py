@@ -64,7 +64,7 @@ def test_coupled_joints_are_one_motor(pair, axis, sign, assert_close):
     assert coupling_signs(whole.model, {"b": "a"}) == {"b": sign}
     expected = [-0.5, 0.8] if sign > 0 else [-0.5, 1.0]
     assert [robot.lower_position[0], robot.upper_position[0]] == expected
-    assert (robot.velocity_limit[0], robot.effort_limit[0], robot.model.upperDryFrictionLimit[0]) == (2.0, 5.5, 0.4)
+    assert (robot.velocity_limit[0], robot.upper_effort[0], robot.model.upperDryFrictionLimit[0]) == (2.0, 5.5, 0.4)
     assert robot.model.damping[0] == pytest.approx(0.3)
     q, v, a = np.random.default_rng(2).normal(size=(3, 2))
     spread = np.array([[1.0, 0.0], [sign, 0.0], [0.0, 1.0]])
@@ -110,7 +110,7 @@ LOCKED = [
     (SOLO, "fixed", {"FL_KFE": 11.0}, "FL_KFE", r"found 11, expected a value in \[-10, 10\]"),
     (SOLO, "sagittal", {"root_pitch": 0.0}, "root_pitch", "one degree of freedom"),
     (SOLO, "free_flyer", {"root_joint": 0.0}, "root_joint", "one degree of freedom"),
-    (WALKER, "fixed", {"rooty": 0.0}, "rooty", "valid: foot_joint, thigh_joint"),
+    (WALKER, "fixed", {"root": 0.0}, "root", "did you mean 'root"),
     ("example-robot-data:panda", "fixed", {"panda_finger_joint1": 0.0}, "panda_finger_joint1", "<mimic>"),
     ("example-robot-data:double_pendulum", "fixed", {"joint1": 0.0, "joint2": 0.0}, "joint1", "every joint locked"),
 ]

@@ -58,13 +58,13 @@ def test_limits_are_infinite_where_there_are_none(case):
         (robot.lower_position, robot.model.nq),
         (robot.upper_position, robot.model.nq),
         (robot.velocity_limit, robot.model.nv),
-        (robot.effort_limit, robot.model.nv),
+        (robot.upper_effort, robot.model.nv),
     ):
         assert limits.shape == (size,)
         assert (np.isinf(limits) | (np.abs(limits) < 1e19)).all()
     assert (robot.lower_position <= robot.upper_position).all()
     assert (robot.velocity_limit >= 0).all()
-    assert (robot.effort_limit >= 0).all()
+    assert (robot.upper_effort >= 0).all()
     for name, lower, upper in zip(robot.configuration_names, robot.lower_position, robot.upper_position, strict=True):
         if name.rpartition(".")[2] in ("cos", "sin", "qx", "qy", "qz", "qw"):
             assert (lower, upper) == (-np.inf, np.inf)
@@ -74,7 +74,7 @@ def test_limits_of_the_file_are_kept():
     """Limits of a limited joint are those of the file."""
     robot = load_robot(MODELS / "zoo.urdf")
     index = robot.velocity_names.index("piston")
-    assert (robot.velocity_limit[index], robot.effort_limit[index]) == (2.0, 20.0)
+    assert (robot.velocity_limit[index], robot.upper_effort[index]) == (2.0, 20.0)
     index = robot.configuration_names.index("piston")
     assert (robot.lower_position[index], robot.upper_position[index]) == (-0.1, 0.3)
 
@@ -88,7 +88,7 @@ def test_friction_that_is_left_out_is_noted():
     """Dry friction in the file is in the notes; damping is not, as it enters the motion."""
     notes = " ".join(load_robot(MODELS / "zoo.urdf").notes)
     assert "damping" not in notes
-    assert "Dry joint friction (finger)" in notes
+    assert "Dry joint friction (finger: 0.2; N or N m)" in notes
 
 
 def test_a_robot_is_frozen(hopper):

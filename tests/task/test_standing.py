@@ -58,8 +58,6 @@ PERIODIC = "goal:\n  periodic: {}\n  "
 
 # (text of the valid task, its replacement, line, key, fragments of the message)
 EDITS: list[tuple[str, str, int, str, list[str]]] = [
-    ("  posture: crouch\n", "  posture: crouh\n", 9, "initial.posture", ["'crouh'", "did you mean 'crouch'?"]),
-    ("  - posture: crouch", "  - posture: low", 15, "waypoints.0.posture", ["'low'", "(valid: crouch)"]),
     ("  crouch: {leg: 0.2}", "  crouch: {leg: low}", 7, "postures.crouch.leg", ["'low'", "a number"]),
     ("[foot]\ngoal", "foot\ngoal", 10, "initial.stand_on", ["found the text 'foot', expected a list"]),
     ("[foot]\ngoal", "[]\ngoal", 10, "initial.stand_on", ["an empty list", "at least one entry"]),

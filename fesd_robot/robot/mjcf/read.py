@@ -1,0 +1,68 @@
+"""From a MuJoCo file to a model of Pinocchio and what the file says beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from fesd_robot.robot.mjcf.bodies import build_bodies, root_body
+from fesd_robot.robot.mjcf.compiled import compiled_mjcf, disabled, name_of
+from fesd_robot.robot.mjcf.drives import read_actuators
+from fesd_robot.robot.mjcf.equalities import Follower, joint_equalities, with_followers
+from fesd_robot.robot.mjcf.keyframes import read_keyframes
+from fesd_robot.robot.mjcf.shapes import read_shapes
+from fesd_robot.robot.model_file import ModelFile, Spring
+from fesd_robot.robot.root import Root, make_root_joint
+
+
+def read_mjcf(path: Path, root: Root) -> ModelFile:
+    """Return the robot of a MuJoCo file, as MuJoCo's compiler understands it.
+
+    Bodies, joints, springs, damping, armature, dry friction, limits, motors, keyframes, shapes and linear equalities
+    of joints are read; what else acts on the motion is refused.
+
+    Args:
+        path: the file; what it includes is looked up as MuJoCo does.
+        root: joint that is put under the robot's first body, in place of a free joint; ``fixed`` for none.
+
+    Raises:
+        RobotError: a file that MuJoCo cannot read, or one that says what is not supported.
+    """
+    compiled = compiled_mjcf(path)
+    body = None if root == "fixed" else root_body(path, compiled)
+    actuators, followers = read_actuators(compiled), joint_equalities(path, compiled)
+    model = build_bodies(compiled, actuators.efforts, body, make_root_joint(root))
+    springs = dict(_springs(compiled))
+    model, springs = with_followers(path, model, springs, followers)
+    return ModelFile(
+        model=model,
+        format="mjcf",
+        notes=[*actuators.notes, *_notes(compiled, followers)],
+        springs=springs,
+        drives=actuators.drives,
+        postures=read_keyframes(compiled, root, body, {one.name for one in followers}),
+        shapes=read_shapes(compiled),
+    )
+
+
+def _springs(model: mujoco.MjModel) -> Iterator[tuple[str, Spring]]:
+    if disabled(model, "SPRING"):
+        return
+    for joint in np.flatnonzero(model.jnt_stiffness):
+        rest = float(model.qpos_spring[model.jnt_qposadr[joint]])
+        yield name_of(model, "joint", int(joint)), Spring(float(model.jnt_stiffness[joint]), rest)
+
+
+def _notes(model: mujoco.MjModel, followers: list[Follower]) -> Iterator[str]:
+    balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
+    if np.any(model.jnt_limited[balls]):
+        yield "The range of ball joints is not read."
+    world = [name_of(model, "geom", int(geom)) for geom in np.flatnonzero(model.geom_bodyid == 0)]
+    if world:
+        named = ", ".join(world[:3]) + (f" and {len(world) - 3} more" if len(world) > 3 else "")
+        yield f"The world's shapes ({named}) are not read: the task's 'ground' says what the robot can touch."
+    for one in followers:
+        yield f"Joint '{one.name}' follows '{one.leader}' exactly; MuJoCo's equality between them gives way."

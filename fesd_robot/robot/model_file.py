@@ -1,0 +1,149 @@
+"""What a model file says beyond Pinocchio's model: springs, drives of several joints, postures and shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+
+Format = Literal["urdf", "mjcf", "sdf"]
+"""How a file is written."""
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring on a joint with one degree of freedom, with the force -k (q - rest).
+
+    Attributes:
+        stiffness: k, N/m or N m/rad.
+        rest: position without force, m or rad.
+    """
+
+    stiffness: float
+    rest: float
+
+    def and_follower(self, other: Spring, ratio: float, offset: float = 0.0) -> Spring:
+        """Return both as one, where the other is on a joint at ``ratio`` times this one's position plus ``offset``."""
+        added = ratio**2 * other.stiffness
+        moment = self.stiffness * self.rest + ratio * other.stiffness * (other.rest - offset)
+        return Spring(self.stiffness + added, moment / (self.stiffness + added))
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A motor that pushes several joints at once, with a force between bounds.
+
+    Attributes:
+        force: name of a joint -> generalized force on it per unit of the control.
+        lower, upper: bounds of the control.
+    """
+
+    force: Mapping[str, float]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape that is fixed to a body.
+
+    Attributes:
+        name: of the shape, or its number if it has none.
+        body: name of the body's frame.
+        placement: on that frame.
+        geometry: sphere, capsule, box, cylinder, ellipsoid or mesh of coal.
+        color: red, green, blue and opacity, 0 ... 1, (4).
+        touches: whether the file lets it collide.
+        visible: whether it is drawn.
+        friction: coefficient of Coulomb friction in the file, None without one.
+    """
+
+    name: str
+    body: str
+    placement: pin.SE3 = field(repr=False)
+    geometry: Any = field(repr=False)
+    color: np.ndarray = field(repr=False)
+    touches: bool
+    visible: bool
+    friction: float | None = None
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A model file as it was read, before joints are locked or coupled.
+
+    Attributes:
+        model: Pinocchio's model, with gravity, damping, armature, dry friction and limits.
+        format: how the file is written.
+        notes: what the equations of motion leave out, one sentence each.
+        composites: name of a composite joint -> names of the joints it is made of.
+        springs: name of a joint -> its spring.
+        drives: name of a motor that pushes several joints -> how.
+        postures: name -> configuration coordinate -> value, m or rad.
+        shapes: of all bodies, None where Pinocchio reads them from the file.
+    """
+
+    model: pin.Model
+    format: Format
+    notes: Sequence[str] = ()
+    composites: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    springs: Mapping[str, Spring] = field(default_factory=dict)
+    drives: Mapping[str, Drive] = field(default_factory=dict)
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shapes: Sequence[Shape] | None = None
+
+    def reduced(
+        self, model: pin.Model, locked: Mapping[str, float], coupled: Mapping[str, str], signs: Mapping[str, float]
+    ) -> ModelFile:
+        """Return the same for the model in which joints are locked and coupled.
+
+        Args:
+            model: the reduced model.
+            locked: name of a joint -> value it is held at.
+            coupled: name of a joint that follows -> name of the joint it moves in unison with.
+            signs: name of a joint that follows -> 1.0, or -1.0 where the axes are opposite.
+        """
+        gone = {*locked, *coupled}
+        springs = {name: spring for name, spring in self.springs.items() if name not in gone}
+        for follower, leader in coupled.items():
+            if follower in self.springs:
+                own = springs.get(leader, Spring(0.0, 0.0))
+                springs[leader] = own.and_follower(self.springs[follower], signs[follower])
+        drives = {}
+        for name, drive in self.drives.items():
+            force: dict[str, float] = {}
+            for joint, value in drive.force.items():
+                if joint not in locked:
+                    leader = coupled.get(joint, joint)
+                    force[leader] = force.get(leader, 0.0) + signs.get(joint, 1.0) * value
+            if any(force.values()):
+                drives[name] = replace(drive, force=force)
+        postures = {
+            name: {joint: value for joint, value in values.items() if joint not in gone}
+            for name, values in self.postures.items()
+        }
+        return replace(self, model=model, springs=springs, drives=drives, postures=postures)
+
+
+def geometry_model(model: pin.Model, shapes: Sequence[Shape]) -> pin.GeometryModel:
+    """Return those shapes of a model file that are drawn as Pinocchio's geometry objects on the bodies of a model."""
+    result = pin.GeometryModel()
+    for number, shape in enumerate(shapes):
+        if not shape.visible:
+            continue
+        frame_id = model.getFrameId(shape.body, pin.FrameType.BODY)
+        frame = model.frames[frame_id]
+        placed = pin.GeometryObject(
+            f"{shape.body} {number} {shape.name}",
+            frame.parentJoint,
+            frame_id,
+            frame.placement * shape.placement,
+            shape.geometry,
+        )
+        placed.meshColor = shape.color
+        placed.overrideMaterial = True
+        result.addGeometryObject(placed)
+    return result
