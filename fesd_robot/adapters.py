@@ -15,6 +15,7 @@ from fesd_robot.fesd import Element
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify, conflict_at
 from fesd_robot.ocp import MotionProblem, with_promises
+from fesd_robot.ocp.contact_places import with_contact_frames
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit
@@ -267,4 +268,5 @@ def _full_robot(motion: MotionProblem) -> Robot:
         return {joint: value / len(parts[name]) for name, value in values.items() for joint in parts[name]}
 
     full = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
+    full = with_contact_frames(task, full)
     return with_joint_properties(full, armature=shared(section.armature), damping=shared(section.damping))

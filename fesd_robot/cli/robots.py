@@ -26,18 +26,31 @@ def robots(
     pattern: Annotated[
         str | None,
         typer.Argument(
-            metavar="PATTERN",
-            help="Show only names that contain this, or that match it if it contains * or ?.",
+            metavar="PATTERN|MODEL",
+            help="Show only names that contain this, or that match it if it contains * or ?; or show what is in a "
+            "model: a file, package://NAME/PATH or example-robot-data:NAME.",
             autocompletion=_names_beginning_with,
             show_default=False,
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    frames: Annotated[bool, typer.Option("--frames", help="Of a model, list its frames and their places.")] = False,
+    shapes: Annotated[
+        bool, typer.Option("--shapes", help="Of a model, list the shapes of its bodies that can touch.")
+    ] = False,
 ) -> None:
-    """List the robots that a task can name as example-robot-data:NAME.
+    """List the robots that a task can name as example-robot-data:NAME, or what a task can name of a model.
 
-    Degrees of freedom are those of the joints, without a floating root; driven are those with an effort limit.
+    Degrees of freedom are those of the joints, without a floating root; driven are those with an effort limit. Of a
+    model, positions are those of its neutral configuration, m.
     """
+    if pattern is not None and _is_model(pattern):
+        _show_model(pattern, frames=frames, shapes=shapes, as_json=as_json)
+        return
+    if frames or shapes:
+        raise typer.BadParameter(
+            "found no model for --frames and --shapes, expected a file, package://NAME/PATH or example-robot-data:NAME"
+        )
     from fesd_robot.robot.catalogue import catalogue
     from fesd_robot.robot.library import examples_folder
 
@@ -61,3 +74,44 @@ def _row(entry: Entry, folder: Path) -> list[str]:
         *("-" if number is None else f"{number:.4g}" for number in numbers),
         str(Path(entry.file).relative_to(folder)),
     ]
+
+
+def _is_model(text: str) -> bool:
+    """Whether an argument names a model rather than a pattern of names."""
+    from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX
+
+    return text.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)) or "." in text or Path(text).exists()
+
+
+def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> None:
+    from fesd_robot.robot import load_robot
+    from fesd_robot.robot.inventory import inventory
+
+    robot = load_robot(source)
+    tables = inventory(robot)
+    chosen = [name for name, asked in (("frames", frames), ("shapes", shapes)) if asked]
+    chosen = chosen or ["coordinates", "motors", "postures"]
+    if as_json:
+        typer.echo(json.dumps({**{name: tables[name] for name in chosen}, "left out": list(robot.notes)}, indent=2))
+        return
+    typer.echo(f"{robot.name}: {robot.model.nv} degrees of freedom, {sum(i.mass for i in robot.model.inertias):.6g} kg")
+    for name in chosen:
+        rows = tables[name]
+        typer.echo(f"\n{name.capitalize()}:" if rows else f"\nNo {name}.")
+        if rows:
+            columns = list(dict.fromkeys(key for row in rows for key in row))
+            cells = [[_cell(row.get(column)) for column in columns] for row in rows]
+            typer.echo("\n".join(aligned([columns, *cells])))
+    if robot.notes:
+        typer.echo("\nLeft out:")
+        typer.echo("\n".join(f"  {note}" for note in robot.notes))
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_cell(one)}" for name, one in value.items()) or "-"
+    if isinstance(value, list):
+        return f"[{', '.join(_cell(one) for one in value)}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

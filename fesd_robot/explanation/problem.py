@@ -26,7 +26,8 @@ from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, Contact, Goal
 from fesd_robot.task import Robot as RobotSection
-from fesd_robot.task.words import enumerated, listed
+from fesd_robot.task.contacts import SingleContact
+from fesd_robot.task.words import along_axes, enumerated, listed
 
 WIDTH = 100
 LABEL = 12
@@ -193,7 +194,7 @@ def _contacts(motion: MotionProblem) -> list[str]:
     physics, ends = numeric_physics(motion), motion.endpoints
     start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
     lines = []
-    for i, (name, contact) in enumerate(motion.task.contacts.items()):
+    for i, (name, contact) in enumerate(motion.task.single_contacts.items()):
         what, where = _touching(contact)
         lines.append(
             f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic"
@@ -213,14 +214,17 @@ def _slipping(contact: Contact) -> str:
     return f", may slip {contact.slipping:g} m in all"
 
 
-def _touching(contact: Contact) -> tuple[str, str]:
+def _touching(contact: SingleContact) -> tuple[str, str]:
     """Return what touches, and what a gap is counted from."""
     if isinstance(contact, CircleCircleContact):
         what = f"the circle of {contact.radius:g} m about frame '{contact.frame}' against that of "
         return f"{what}{contact.other_radius:g} m about frame '{contact.other_frame}'", "apart"
-    what = f"the origin of frame '{contact.frame}'"
+    place = f"frame '{contact.frame}'"
+    if any(contact.offset):
+        place = f"the point {along_axes(contact.offset)} m of {place}"
+    what = place if any(contact.offset) else f"the origin of {place}"
     if isinstance(contact, CircleContact):
-        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}'"
+        what = f"the circle of {contact.radius:g} m about {place}"
     if contact.surface == GROUND:
         return what, "above the ground"
     return f"{what} against wall '{contact.surface}'", "from the wall"

@@ -51,7 +51,7 @@ def check_contacts_move(task: Task, contacts: Sequence[PlanarContact], configura
     """
     for contact in contacts:
         if not ca.jacobian_sparsity(contact.gap, configuration).nnz() and float(ca.evalf(contact.gap)) <= _ROUNDED:
-            frame = task.contacts[contact.name].frame
+            frame = task.single_contacts[contact.name].touching_frame
             raise task.error(
                 ("contacts", contact.name, "frame"),
                 f"found frame '{frame}', which touches wherever the robot is, expected a frame that some joint moves "

@@ -182,7 +182,7 @@ def add_forbidden_zones(
     conditions = []
     for name, zone in zones.items():
         i = indices[zone.contact]
-        position, _ = points.frame(task.contacts[zone.contact].frame)
+        position, _ = points.frame(task.single_contacts[zone.contact].touching_frame)
         depth = _depth(zone)(position[0])
         if task.goal.periodic is None:
             at = ca.Function("start", [points.q], [contacts[i].gap, position[0], depth])

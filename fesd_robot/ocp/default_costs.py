@@ -11,7 +11,8 @@ import pinocchio as pin
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import CircleCircleContact, CircleContact, Contact, Task
+from fesd_robot.task import CircleCircleContact, CircleContact, Task
+from fesd_robot.task.contacts import SingleContact
 
 CONFIGURATION, VELOCITY, CONTROL, SLIPPING = 10.0, 0.1, 1.0, 10.0
 """What a deviation of one unit of `RobotScales` costs, over the whole duration; for slipping: one such work."""
@@ -75,7 +76,7 @@ def scales_of(task: Task, robot: Robot, configuration: np.ndarray, duration: flo
         for joint in range(1, model.njoints)
         if model.inertias[joint].mass > 0
     ]
-    for contact in task.contacts.values():
+    for contact in task.single_contacts.values():
         for frame, radius in _points(contact):
             reached.append(float(np.linalg.norm(data.oMf[robot.frame_id(frame)].translation - center)) + radius)
     length = max(reached, default=0.0) or 1.0
@@ -84,11 +85,11 @@ def scales_of(task: Task, robot: Robot, configuration: np.ndarray, duration: flo
     return RobotScales(pin.computeTotalMass(model) or 1.0, length, time, duration)
 
 
-def _points(contact: Contact) -> Sequence[tuple[str, float]]:
+def _points(contact: SingleContact) -> Sequence[tuple[str, float]]:
     """Return the frames that a contact belongs to, and how far its surface is from each, m."""
     if isinstance(contact, CircleCircleContact):
         return [(contact.frame, contact.radius), (contact.other_frame, contact.other_radius)]
-    return [(contact.frame, contact.radius if isinstance(contact, CircleContact) else 0.0)]
+    return [(contact.touching_frame, contact.radius if isinstance(contact, CircleContact) else 0.0)]
 
 
 def with_default_costs(task: Task, robot: Robot, actuation: Actuation, scales: RobotScales) -> Task:

@@ -90,7 +90,7 @@ def formulate(task: Task) -> MotionProblem:
     Raises:
         TaskError: a name, value or combination that this robot cannot satisfy, with file, line and key.
     """
-    robot = load_task_robot(task)
+    task, robot = load_task_robot(task)
     task = with_slipping(task)
     actuation = build_actuation(task, robot)
     scene = scene_of(task)

@@ -80,13 +80,13 @@ def _height_map(shape: HeightMap, folder: Path) -> Ground:
 
 
 def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeometry:
-    contact = task.contacts[name]
+    contact = task.single_contacts[name]
     if isinstance(contact, CircleCircleContact):
         return CircleOnCircle(contact.frame, contact.radius, contact.other_frame, contact.other_radius)
     surface = by_name[contact.surface]
     if isinstance(contact, PointContact):
-        return PointOnSurface(contact.frame, surface)
+        return PointOnSurface(contact.touching_frame, surface)
     try:
-        return CircleOnSurface(contact.frame, contact.radius, surface.raised(contact.radius))
+        return CircleOnSurface(contact.touching_frame, contact.radius, surface.raised(contact.radius))
     except GroundError as error:
         raise task.error(("contacts", name, "radius"), str(error)) from error

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import JointError, RobotError
 from fesd_robot.ocp.actuation import actuators_of
+from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import CircleCircleContact, Task, check_names, check_values
@@ -17,12 +18,13 @@ _SAME_PLACE = 1e-9
 """m; contacts that stay closer than this in the x-z plane are one."""
 
 
-def load_task_robot(task: Task) -> Robot:
-    """Return the robot of a task.
+def load_task_robot(task: Task) -> tuple[Task, Robot]:
+    """Return a task with its contacts in their places, and its robot with frames there.
 
     Raises:
         TaskError: the model cannot be read, a joint cannot be locked or coupled, a name is not the robot's, a value
-            lies outside its limits, or two contacts are at the same place; with file, line and key.
+            lies outside its limits, a body has no shapes that can touch, or two contacts are at the same place; with
+            file, line and key.
     """
     section, source = task.robot, task.locate_model()
     try:
@@ -51,21 +53,24 @@ def load_task_robot(task: Task) -> Robot:
         configuration_units(robot),
         robot.postures,
     )
+    task = with_contact_places(task, robot)
+    robot = with_contact_frames(task, robot)
     _check_distinct_contacts(task, robot)
-    return robot
+    return task, robot
 
 
 def _check_distinct_contacts(task: Task, robot: Robot) -> None:
     """Refuse two contacts that touch together wherever the robot is: their forces would be undetermined."""
     model = robot.model
     data, paths = model.createData(), []
-    points = {name: one for name, one in task.contacts.items() if not isinstance(one, CircleCircleContact)}
-    frames = {name: robot.frame_id(contact.frame) for name, contact in points.items()}
+    points = {name: one for name, one in task.single_contacts.items() if not isinstance(one, CircleCircleContact)}
+    frames = {name: robot.frame_id(contact.touching_frame) for name, contact in points.items()}
     for first_step in (0.0, 0.3, -0.7):
         q = pin.integrate(model, robot.neutral, np.linspace(first_step, 1, model.nv))
         pin.framesForwardKinematics(model, data, q)
         paths.append({name: data.oMf[frame].translation[[0, 2]] for name, frame in frames.items()})
-    kinds = {name: contact.model_copy(update={"frame": "", "friction": None}) for name, contact in points.items()}
+    unplaced = {"frame": "", "offset": (0, 0, 0), "friction": None}
+    kinds = {name: contact.model_copy(update=unplaced) for name, contact in points.items()}
     for first, second in combinations(frames, 2):
         if kinds[first] == kinds[second] and all(
             np.abs(path[first] - path[second]).max() <= _SAME_PLACE for path in paths

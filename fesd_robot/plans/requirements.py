@@ -176,7 +176,7 @@ class _Checks:
 
     def _zone(self, zone: ForbiddenZone) -> Iterator[Measured]:
         i, motion = self._names.index(zone.contact), self._motion
-        frame = self._task.contacts[zone.contact].frame
+        frame = self._task.single_contacts[zone.contact].touching_frame
         touching = set(np.flatnonzero(motion.force[:, i, 0] > _TOUCHING_FORCE).tolist())
         touching |= {impact.after for impact in motion.impacts if impact.impulse[i, 0] > _TOUCHING_IMPULSE}
         dense = motion.between

@@ -54,7 +54,7 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
     from fesd_robot.ocp import load_task_robot
     from fesd_robot.render import PageContent, render_page
 
-    robot = load_task_robot(task)
+    task, robot = load_task_robot(task)
     trajectory = plan.trajectory
     configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
     # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.
@@ -68,7 +68,9 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         time=time,
         configuration=configuration,
         ground=ground_visual(task),
-        traces=frame_paths(robot, configuration, {name: contact.frame for name, contact in task.contacts.items()}),
+        traces=frame_paths(
+            robot, configuration, {name: one.touching_frame for name, one in task.single_contacts.items()}
+        ),
         circles=circle_visuals(task, robot),
     )
     return render_page(path, content)
@@ -110,10 +112,10 @@ def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual]:
     from fesd_robot.task import CircleCircleContact, PointContact
 
     circles = {}
-    for color, (name, contact) in enumerate(task.contacts.items()):
+    for color, (name, contact) in enumerate(task.single_contacts.items()):
         if isinstance(contact, PointContact):
             continue
-        circles[name] = CircleVisual(robot.frame_id(contact.frame), contact.radius, color)
+        circles[name] = CircleVisual(robot.frame_id(contact.touching_frame), contact.radius, color)
         if isinstance(contact, CircleCircleContact):
             other = CircleVisual(robot.frame_id(contact.other_frame), contact.other_radius, color)
             circles[f"{name}, other"] = other

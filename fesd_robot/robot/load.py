@@ -172,6 +172,24 @@ def with_joint_properties(robot: Robot, *, armature: Mapping[str, float], dampin
     return replace(robot, model=model)
 
 
+def with_frames(robot: Robot, places: Mapping[str, tuple[str, np.ndarray]]) -> Robot:
+    """Return the same robot with more frames, each at a place on one that it has.
+
+    Args:
+        robot: stays as it is.
+        places: name of the new frame -> name of a frame, and the place in its axes, m, (3).
+    """
+    if not places:
+        return robot
+    model = robot.model.copy()
+    for name, (frame, offset) in places.items():
+        own = robot.frame_id(frame)
+        on = model.frames[own]
+        pose = on.placement * pin.SE3(np.eye(3), offset)
+        model.addFrame(pin.Frame(name, on.parentJoint, own, pose, pin.FrameType.OP_FRAME), False)
+    return replace(robot, model=model, frame_names=[*robot.frame_names, *places])
+
+
 def _parse_xml(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(path).getroot()

@@ -147,3 +147,19 @@ def geometry_model(model: pin.Model, shapes: Sequence[Shape]) -> pin.GeometryMod
         placed.overrideMaterial = True
         result.addGeometryObject(placed)
     return result
+
+
+def shapes_of(model: pin.Model, geometry: pin.GeometryModel) -> list[Shape]:
+    """Return Pinocchio's collision geometry of a file as shapes on the bodies of a model."""
+    return [
+        Shape(
+            name=one.name,
+            body=model.frames[one.parentFrame].name,
+            placement=model.frames[one.parentFrame].placement.actInv(one.placement),
+            geometry=one.geometry,
+            color=np.array(one.meshColor),
+            touches=True,
+            visible=False,
+        )
+        for one in geometry.geometryObjects
+    ]

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
-from fesd_robot.robot.model_file import Drive, Format, Shape, geometry_model
+from fesd_robot.robot.model_file import Drive, Format, Shape, geometry_model, shapes_of
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
 
@@ -117,6 +117,17 @@ class Robot:
         return self.velocity_names[joint.idx_v : joint.idx_v + joint.nv] if joint.nv > 1 else []
 
     @cached_property
+    def collision_shapes(self) -> Sequence[Shape]:
+        """The shapes that the file lets collide, on their bodies.
+
+        Raises:
+            RobotError: if a mesh is missing or unreadable.
+        """
+        if self.shapes is not None:
+            return [shape for shape in self.shapes if shape.touches]
+        return shapes_of(self.model, self._read_shapes(pin.GeometryType.COLLISION))
+
+    @cached_property
     def visual_model(self) -> pin.GeometryModel:
         """The shapes to draw; read from the file on first use, so that planning needs no meshes.
 
@@ -125,12 +136,15 @@ class Robot:
         """
         if self.shapes is not None:
             return geometry_model(self.model, self.shapes)
+        return self._read_shapes(pin.GeometryType.VISUAL)
+
+    def _read_shapes(self, kind: pin.GeometryType) -> pin.GeometryModel:
         path = str(self.source)
         packages = [str(directory) for directory in self.package_directories]
         try:
             if self.format == "sdf":
-                return pin.buildGeomFromSdf(self.model, path, pin.GeometryType.VISUAL, "", packages)
-            return pin.buildGeomFromUrdf(self.model, path, pin.GeometryType.VISUAL, package_dirs=packages)
+                return pin.buildGeomFromSdf(self.model, path, kind, "", packages)
+            return pin.buildGeomFromUrdf(self.model, path, kind, package_dirs=packages)
         except Exception as error:
             raise RobotError(
                 f"The shapes of {self.source} cannot be read: {' '.join(str(error).split()).rstrip('.')}."

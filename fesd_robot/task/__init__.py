@@ -17,7 +17,13 @@ from fesd_robot.task.constraints import (
     ForbiddenZone,
     FrameLimits,
 )
-from fesd_robot.task.contacts import CircleCircleContact, CircleContact, Contact, PointContact
+from fesd_robot.task.contacts import (
+    BodyContact,
+    CircleCircleContact,
+    CircleContact,
+    Contact,
+    PointContact,
+)
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import FreeDuration, Horizon, Initial
 from fesd_robot.task.expression import evaluate_expression, expression_names
@@ -40,6 +46,7 @@ __all__ = [
     "AvoidBox",
     "AvoidEllipse",
     "AvoidSphere",
+    "BodyContact",
     "BodyPoint",
     "CircleCircleContact",
     "CircleContact",

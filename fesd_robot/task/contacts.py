@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from fesd_robot.errors import nearest
-from fesd_robot.task.fields import Name, NonNegative, Positive, Section, conflict, expected, is_number, kind_of
+from fesd_robot.task.fields import Name, NonNegative, Number, Positive, Section, conflict, expected, is_number, kind_of
 from fesd_robot.task.ground import GROUND
 
 _FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
@@ -40,7 +40,25 @@ Slipping = Annotated[
 """Whether a contact may slip, or the largest distance, m, that it may."""
 
 
-class PointContact(Section):
+Offset = tuple[Number, Number, Number]
+"""A place in the axes of a frame, m."""
+
+_OFFSET = "Where it is from the frame's origin, in the frame's axes, m; default: at the origin."
+
+
+class PlacedContact(Section):
+    """A contact at a place on a frame."""
+
+    frame: Name
+    offset: Offset = Field(default=(0.0, 0.0, 0.0), strict=False, description=_OFFSET)
+
+    @property
+    def touching_frame(self) -> str:
+        """Name of the frame in its place: its own, or for one with an offset that of a frame added to the robot."""
+        return f"{self.frame} at {' '.join(f'{value:g}' for value in self.offset)}" if any(self.offset) else self.frame
+
+
+class PointContact(PlacedContact):
     """One point of the robot that may touch the ground or a wall; its impacts are inelastic."""
 
     type: Literal["point"] = Field(default="point", description="Shape of the contact.")
@@ -50,7 +68,7 @@ class PointContact(Section):
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
 
 
-class CircleContact(Section):
+class CircleContact(PlacedContact):
     """A circle of the robot in the x-z plane that may touch the ground or a wall, and roll or slide on it."""
 
     type: Literal["circle"] = Field(description="Shape of the contact.")
@@ -59,6 +77,24 @@ class CircleContact(Section):
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
+
+
+class BodyContact(Section):
+    """All points and circles of a body's collision shapes that may touch; the program makes a contact of each."""
+
+    type: Literal["body"] = Field(default="body", description="Shape of the contact: that of the body.")
+    body: Name = Field(
+        description="Name of the frame of the body, or link, whose collision shapes touch: spheres and ends of "
+        "capsules as circles, corners of boxes and rims of cylinders as points. Several become contacts NAME_1, "
+        "NAME_2 and so on, from back to front; NAME stands for all of them wherever the task names a contact."
+    )
+    surface: Name = Field(default=GROUND, description=_SURFACE)
+    friction: NonNegative | None = Field(
+        default=None,
+        description="Coefficient of Coulomb friction, without unit; default: the ground's if the task gives one, or "
+        "the shape's of a MuJoCo file, or the default of the ground; of a wall always the wall's.",
+    )
+    slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
 
 
 class CircleCircleContact(Section):
@@ -75,6 +111,11 @@ class CircleCircleContact(Section):
     )
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
 
+    @property
+    def touching_frame(self) -> str:
+        """Name of the frame in its place."""
+        return self.frame
+
     @model_validator(mode="after")
     def _distinct(self) -> CircleCircleContact:
         if self.frame == self.other_frame:
@@ -82,9 +123,20 @@ class CircleCircleContact(Section):
         return self
 
 
+SingleContact = PointContact | CircleContact | CircleCircleContact
+"""A contact that is one point or circle."""
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, dict) and "body" in value:
+        value = {"type": "body", **value}
+    return kind_of("point")(value)
+
+
 Contact = Annotated[
     Annotated[PointContact, Tag("point")]
     | Annotated[CircleContact, Tag("circle")]
+    | Annotated[BodyContact, Tag("body")]
     | Annotated[CircleCircleContact, Tag("circle_circle")],
-    Discriminator(kind_of("point")),
+    Discriminator(_kind),
 ]

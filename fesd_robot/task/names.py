@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
-from fesd_robot.task.contacts import CircleCircleContact
+from fesd_robot.task.contacts import BodyContact, CircleCircleContact
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import Initial
 from fesd_robot.task.expression import expression_names
@@ -193,7 +193,8 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
             yield from _target_names(at, state)
     yield from _constraint_names(task)
     for name, contact in task.contacts.items():
-        yield ("contacts", name, "frame"), "frame", contact.frame
+        key = "body" if isinstance(contact, BodyContact) else "frame"
+        yield ("contacts", name, key), "frame", getattr(contact, key)
         if isinstance(contact, CircleCircleContact):
             yield ("contacts", name, "other_frame"), "frame", contact.other_frame
     yield from _actuator_names(task)

@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from fesd_robot.errors import TaskError, nearest, nearest_file
 from fesd_robot.task.consistency import consistency_errors
 from fesd_robot.task.constraints import Constraint
-from fesd_robot.task.contacts import CircleCircleContact, Contact
+from fesd_robot.task.contacts import BodyContact, CircleCircleContact, Contact, SingleContact
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import Horizon, Initial
 from fesd_robot.task.fields import Name, Section, Values, conflict
@@ -89,6 +89,11 @@ class Task(Section):
         """The start, the goal and every waypoint, each with its key path."""
         waypoints = [(("waypoints", str(i)), waypoint) for i, waypoint in enumerate(self.waypoints)]
         return [(("initial",), self.initial), (("goal",), self.goal), *waypoints]
+
+    @property
+    def single_contacts(self) -> dict[str, SingleContact]:
+        """The contacts by name, without those of bodies, which are places before a task becomes a problem."""
+        return {name: one for name, one in self.contacts.items() if not isinstance(one, BodyContact)}
 
     @property
     def source_path(self) -> Path | None:

@@ -95,7 +95,7 @@ def test_a_package_beside_the_task(short: str, load: Load, tmp_path: Path) -> No
     """package://NAME/PATH is found in the folder of the task."""
     (tmp_path / "my_robot").mkdir()
     (tmp_path / "my_robot" / "hopper.urdf").write_bytes(HOPPER.read_bytes())
-    robot = load_task_robot(load(short.replace(str(HOPPER), "package://my_robot/hopper.urdf")))
+    _, robot = load_task_robot(load(short.replace(str(HOPPER), "package://my_robot/hopper.urdf")))
     assert robot.source == tmp_path / "my_robot" / "hopper.urdf"
 
 

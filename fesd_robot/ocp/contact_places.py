@@ -1,0 +1,137 @@
+"""Where on the robot a task's contacts are: offsets become frames, bodies become the places that can touch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import RobotError
+from fesd_robot.ocp.scene import surfaces_of
+from fesd_robot.ocp.standing import posture_of
+from fesd_robot.ocp.vectors import initial_configuration, with_values
+from fesd_robot.robot import Robot
+from fesd_robot.robot.load import with_frames
+from fesd_robot.robot.outline import Outline, touching_outlines
+from fesd_robot.task import GROUND, CircleContact, PointContact, Task
+from fesd_robot.task.contacts import BodyContact, PlacedContact
+from fesd_robot.task.costs import COST_TERMS
+from fesd_robot.task.standing import Configured, StandOn
+
+_PLACED = 10
+"""Decimals of a place on a body, m."""
+
+
+def with_contact_frames(task: Task, robot: Robot) -> Robot:
+    """Return the robot with a frame for every contact that is away from the origin of its own."""
+    placed = [contact for contact in task.contacts.values() if isinstance(contact, PlacedContact)]
+    return with_frames(
+        robot, {one.touching_frame: (one.frame, np.array(one.offset)) for one in placed if any(one.offset)}
+    )
+
+
+def with_contact_places(task: Task, robot: Robot) -> Task:
+    """Return the task in which contacts of bodies are the points and circles of their shapes, here and in its names.
+
+    Raises:
+        TaskError: a body without collision shapes, or with one whose outline is neither points nor circles.
+    """
+    bodies = {name: one for name, one in task.contacts.items() if isinstance(one, BodyContact)}
+    if not bodies:
+        return task
+    places = {name: _places(task, robot, name, one) for name, one in bodies.items()}
+    names = {name: [*places.get(name, [name])] for name in task.contacts}
+    contacts = {
+        one: contact
+        for name, own in task.contacts.items()
+        for one, contact in dict(places.get(name, {name: own})).items()
+    }
+    for name, own in places.items():
+        if clashes := sorted(set(own) & (set(task.contacts) - {name})):
+            raise task.error(
+                ("contacts", clashes[0]), f"found the name of one of the places of '{name}', expected another one"
+            )
+    costs = task.costs.model_copy(
+        update={
+            key: {one: weight for name, weight in weights.items() for one in names[name]}
+            for key, term in COST_TERMS.items()
+            if term.names == "contact" and (weights := getattr(task.costs, key))
+        }
+    )
+    update = {
+        "contacts": contacts,
+        "costs": costs,
+        "constraints": _constraints(task, names),
+        "initial": _standing(task.initial, names),
+        "goal": _standing(task.goal, names),
+        "waypoints": [_standing(each, names) for each in task.waypoints],
+    }
+    return task.model_copy(update=update)
+
+
+def _places(task: Task, robot: Robot, name: str, contact: BodyContact) -> dict[str, PointContact | CircleContact]:
+    try:
+        shapes = [one for one in robot.collision_shapes if one.body == contact.body]
+        if not shapes:
+            known = sorted({one.body for one in robot.collision_shapes})
+            raise RobotError(
+                f"found body '{contact.body}' without collision shapes, expected one of {', '.join(known) or 'none'}, "
+                "or 'frame' with 'offset'"
+            )
+        outlines = touching_outlines(shapes, _pose(task, robot, contact.body), _towards(task, contact.surface))
+    except RobotError as error:
+        raise task.error(("contacts", name, "body"), str(error)) from error
+    several = len(outlines) > 1
+    return {
+        f"{name}_{number}" if several else name: _placed(task, contact, outline)
+        for number, outline in enumerate(outlines, start=1)
+    }
+
+
+def _placed(task: Task, contact: BodyContact, outline: Outline) -> PointContact | CircleContact:
+    friction = contact.friction
+    if friction is None and contact.surface == GROUND and "friction" not in task.ground.model_fields_set:
+        friction = outline.friction
+    common: dict[str, Any] = {
+        "frame": contact.body,
+        "offset": tuple(float(value) for value in np.round(outline.place, _PLACED) + 0.0),
+        "surface": contact.surface,
+        "friction": friction,
+        "slipping": contact.slipping,
+    }
+    if outline.radius:
+        return CircleContact(type="circle", radius=outline.radius, **common)
+    return PointContact(**common)
+
+
+def _pose(task: Task, robot: Robot, body: str) -> pin.SE3:
+    """Return the pose of a body at the start, as far as postures and values say it."""
+    posture = posture_of(task, robot, task.initial.posture)
+    q = with_values(robot, {**posture, **task.initial.configuration}, initial_configuration(task, robot))
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    return data.oMf[robot.frame_id(body)]
+
+
+def _towards(task: Task, surface: str) -> np.ndarray:
+    return np.asarray(-surfaces_of(task)[surface].normal(np.zeros(3)))
+
+
+def _standing(section: Any, names: Mapping[str, Sequence[str]]) -> Configured:
+    standing = section.standing
+    if standing is None:
+        return section
+    contacts = [one for name in standing.contacts for one in names[name]]
+    return section.model_copy(update={"stand_on": StandOn(contacts=contacts, adjust=standing.adjust)})
+
+
+def _constraints(task: Task, names: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    result = {}
+    for key, constraint in task.constraints.items():
+        places = names[constraint.contact] if hasattr(constraint, "contact") else [None]
+        for number, one in enumerate(places, start=1):
+            at = f"{key}_{number}" if len(places) > 1 else key
+            result[at] = constraint if one is None else constraint.model_copy(update={"contact": one})
+    return result
