@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from fesd_robot.determinacy import determined
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import (
@@ -25,7 +26,7 @@ from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
-ROUNDS = 10
+ROUNDS = 20
 """Most refinements of a plan to one accuracy, one after the other."""
 
 SPARE = 0.1
@@ -71,7 +72,8 @@ def refined(
     hundredth; what comes nearest is kept.
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
-    else holds the bounds that are violated between stages, all of them or those that are violated least, and solves the
+    else holds the bounds that are violated between stages, all of them or those that are violated least, else holds
+    contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
     branch NLP again from the interpolated point. A round that finds no solution ends it, and so do `MOST_FAILURES`.
 
     Args:
@@ -131,6 +133,10 @@ def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
         if excess.max(initial=1.0) > 1.0:
             yield _with_elements_in_parts(solved, excess)
     yield from _with_more_bounds(solved)
+    if not asking.any():
+        for paths in determined(solved):
+            finer = with_bounds_between(solved.transcription, paths)
+            yield finer, BranchPoint(solved.solution.w, solved.branch, freer=True)
 
 
 def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:

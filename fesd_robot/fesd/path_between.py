@@ -26,7 +26,8 @@ class PathBetween:
     Attributes:
         constraint: its number among those of the problem.
         element: number of the element in time order.
-        margin: by how much its bounds are stricter there, so that they hold between those places, too.
+        margin: by how much its bounds are stricter there, so that they hold between those places, too; negative on the
+            way to bounds that are far.
     """
 
     constraint: int

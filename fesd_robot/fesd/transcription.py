@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
-from fesd_robot.fesd.constraints import constraint_block, constraint_costs
+from fesd_robot.fesd.constraints import TrajectoryConstraint, constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
 from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.fesd.interval import Interval, build_interval, step_bounds
@@ -90,7 +90,12 @@ class Transcription:
     @cached_property
     def _constraint_blocks(self) -> list[Block]:
         """The block of every path, boundary and coupling constraint."""
-        return [constraint_block(constraint, self.indices) for constraint in self.ocp.constraints]
+        return [constraint_block(constraint, self.indices) for constraint in self._held]
+
+    @property
+    def _held(self) -> list[TrajectoryConstraint]:
+        """The constraints that hold without being asked for."""
+        return [constraint for constraint in self.ocp.constraints if not constraint.on_request]
 
     def _initial_block(self) -> Block:
         """The step functions at x(0) give G at the very first boundary."""
@@ -267,7 +272,7 @@ class Transcription:
         values = terminal.call([w[self.indices.state(self.ocp.intervals)]])
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):
             totals[name] = totals.get(name, 0.0) + float(value)
-        for constraint, block in zip(self.ocp.constraints, self._constraint_blocks, strict=True):
+        for constraint, block in zip(self._held, self._constraint_blocks, strict=True):
             for name, cost in constraint_costs(constraint, block, w).items():
                 totals[name] = totals.get(name, 0.0) + cost
         return totals

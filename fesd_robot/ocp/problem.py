@@ -8,6 +8,7 @@ import numpy as np
 from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
 from fesd_robot.ocp.constraints import path_constraints
 from fesd_robot.ocp.costs import EXPLOITABLE_COSTS, running_costs, terminal_costs, trajectory_costs
+from fesd_robot.ocp.determinacy import determinacy_constraints
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.targets import target_constraints
 from fesd_robot.ocp.vectors import vector
@@ -69,6 +70,7 @@ def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
         *target_constraints(parts.task, parts.points, parts.contact_system.system.state, grid),
         *trajectory_costs(parts),
         *path_constraints(parts),
+        *determinacy_constraints(parts),
         *([_equal_intervals(parts)] if grid.free and grid.intervals > 1 else []),
         *([_period(parts)] if parts.task.goal.periodic is not None else []),
     ]

@@ -57,3 +57,59 @@ def test_the_shell_completes_names() -> None:
         [sys.executable, "-c", code], env={**os.environ, **asked}, capture_output=True, text=True, timeout=60
     )
     assert done.stdout.split() == [name for name in example_robots() if name.startswith("so")]
+
+
+MODEL = """
+<mujoco model="lamp">
+  <worldbody>
+    <body name="arm" pos="0 0 0.4">
+      <joint name="hinge" axis="0 1 0" range="-90 90" stiffness="2" springref="30" damping="0.1" frictionloss="0.3"/>
+      <geom name="bar" type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="1"/>
+    </body>
+  </worldbody>
+  <actuator><motor joint="hinge" gear="3" ctrlrange="-1 2"/></actuator>
+  <keyframe><key name="up" qpos="-1.5"/></keyframe>
+</mujoco>
+"""
+
+
+def test_what_is_in_a_model(run: Callable[..., Any], tmp_path: Any) -> None:
+    """Of a model its coordinates with limits, motors and springs, its postures, and last what is left out."""
+    (tmp_path / "lamp.xml").write_text(MODEL)
+    outcome = run("robots", str(tmp_path / "lamp.xml"))
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.startswith("lamp: 1 degrees of freedom, 1 kg\n")
+    header, row = (outcome.out.split("Coordinates:\n")[1].splitlines()[k] for k in (0, 1))
+    assert header.split("  ")[0] == "name" and row.split()[:4] == ["hinge", "rad", "[-1.571,", "1.571]"]
+    for cell in ("[-3, 6]", "[2, 0.5236]", "0.3"):
+        assert cell in row
+    assert "up     hinge -1.5" in outcome.out
+    assert outcome.out.index("Left out:") < outcome.out.index("Dry joint friction (hinge: 0.3")
+
+
+def test_frames_and_shapes_of_a_model(run: Callable[..., Any], tmp_path: Any) -> None:
+    """Frames and shapes are listed where they are in the neutral configuration, as a table and as JSON."""
+    (tmp_path / "lamp.xml").write_text(MODEL)
+    outcome = run("robots", str(tmp_path / "lamp.xml"), "--frames", "--shapes", "--json")
+    tables = json.loads(outcome.out)
+    assert {row["name"]: row["position"] for row in tables["frames"]} == {"hinge": [0, 0, 0.4], "arm": [0, 0, 0.4]}
+    assert tables["shapes"] == [
+        {
+            "body": "arm",
+            "name": "bar",
+            "kind": "capsule",
+            "size": [0.02, 0.3],
+            "position": [0.15, 0, 0.4],
+            "friction": 1.0,
+        }
+    ]
+    text = run("robots", str(tmp_path / "lamp.xml"), "--shapes").out
+    assert "capsule  [0.02, 0.3]  [0.15, 0, 0.4]" in text and "Coordinates" not in text
+
+
+@pytest.mark.parametrize("options", [["solo", "--frames"], ["--shapes"]])
+def test_frames_need_a_model(run: Callable[..., Any], options: list[str]) -> None:
+    """A pattern of names has no frames: the error says what would be valid."""
+    outcome = run("robots", *options)
+    assert outcome.code == 2
+    assert "expected a file, package://NAME/PATH or example-robot-data:NAME" in " ".join(outcome.err.split())

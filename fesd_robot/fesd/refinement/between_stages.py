@@ -58,7 +58,11 @@ def violated_between_stages(
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
     gaps = {member.invariant_state for member in conditions.members}
     elements = transcription.unpack(w)
-    paths = [_Path(transcription, i) for i, one in enumerate(ocp.constraints) if one.kind == "path" and one.row_names]
+    paths = [
+        _Path(transcription, i)
+        for i, one in enumerate(ocp.constraints)
+        if one.kind == "path" and one.row_names and not one.on_request
+    ]
     whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
     found: list[Found] = list(_ends_of_contact(conditions, elements, branch, whole, n_x))
     for e in whole:

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int SLACK = 16;  // kernels read and write a little beyond the end
 constexpr int MAX_REORDERINGS = 4;
+constexpr double PATIENCE = 10.0;  // excess, in factorizations as cheap as the cheapest, after which a structure is given up
 
 // 2^k near the inverse root of a size, so that scaling costs no round-off.
 double inverse_root(double size) {
@@ -96,6 +97,28 @@ void Factorization::reorder() {
         if (!seen[i]) order.push_back(structure_->permutation[i]);
     adopt(structure_in_order(pattern_, order, paired));
     ++reorderings_;
+    excess_ = 0.0;
+}
+
+// Chooses the structure of the next factorization. One that was adapted to pivots that are no longer acceptable costs up
+// to thirty times as much as one without pivots in mind; so it is given up when what it has cost more than the cheapest
+// factorization adds up to `PATIENCE` of them.
+void Factorization::choose_structure() {
+    const bool wasteful = excess_ > PATIENCE * least_operations_;
+    if (wasteful && reorderings_ > 0) {
+        adopt(minimum_degree_structure(pattern_));
+        reorderings_ = 0;
+        excess_ = 0.0;
+    } else if (wasteful || (delayed_ > order_ / 50 && reorderings_ < MAX_REORDERINGS)) {
+        reorder();
+    }
+}
+
+void Factorization::count_operations() {
+    double operations = 0.0;
+    for (const Factor& factor : factors_) operations += static_cast<double>(factor.order) * factor.order * factor.pivots;
+    least_operations_ = least_operations_ == 0.0 ? operations : std::min(least_operations_, operations);
+    excess_ += operations - least_operations_;
 }
 
 void Factorization::scale(const double* value) {
@@ -118,7 +141,7 @@ void Factorization::scale(const double* value) {
 }
 
 int Factorization::factorize(const double* value, double threshold, bool stop) {
-    if (!stopped_ && delayed_ > order_ / 50 && reorderings_ < MAX_REORDERINGS) reorder();
+    if (!stopped_) choose_structure();
     const Structure& s = *structure_;
     // A matrix that is factorized without a solution in between is the last one with another regularization.
     if (!scaled_) scale(value);
@@ -197,6 +220,7 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
             return order_;
         }
     }
+    count_operations();
     return rank;
 }
 

@@ -47,6 +47,8 @@ public:
 private:
     void adopt(std::shared_ptr<const Structure> structure);
     void reorder();
+    void choose_structure();
+    void count_operations();
     void scale(const double* value);
     void eliminate(Factor& factor, int fully_summed, double threshold);
     bool too_many_negative(const Front& front, const Factor& factor);
@@ -65,6 +67,8 @@ private:
     std::shared_ptr<const Pattern> pattern_;
     std::shared_ptr<const Structure> structure_;
     int reorderings_ = 0;                   // how often the structure was adapted to the pivots of a factorization
+    double least_operations_ = 0.0;         // of a factorization, without factors of two and three
+    double excess_ = 0.0;                   // operations beyond those since the structure was chosen
     std::vector<Factor> factors_;
     std::vector<double> schur_;
     Memory<int> index_;                     // rows of all fronts, in elimination order of the structure

@@ -1,0 +1,60 @@
+"""Elements of a motion in which its contacts have to be held in postures where Coulomb's law decides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.contact import ContactMode, contact_modes
+from fesd_robot.fesd.path_between import PathBetween
+from fesd_robot.ocp.determinacy import DETERMINACY
+from fesd_robot.solved_motion import SolvedMotion
+
+FOLLOWED = 1e-3
+"""m/s or rad/s; a control interval whose replay ends this close to the plan is the plan's motion."""
+
+HALF = 0.5
+"""Of what is missing: the step towards such postures if they are too far."""
+
+_OPEN = (ContactMode.FLIGHT, ContactMode.IMPACT)
+
+
+def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
+    """Yield what to hold so that rigid bodies decide a motion where they do not: all of it at once, then half the way.
+
+    Looked at are the control intervals that a replay leaves, and in them the elements in which a contact is closed in a
+    posture where several motions obey Coulomb's law, or none that is near: there a force at the edge of its cone is no
+    beginning of a slip.
+
+    Args:
+        solved: a motion whose local errors are small.
+    """
+    missing = dict(_missing(solved))
+    if not missing:
+        return
+    for step in (0.0, HALF):
+        yield [PathBetween(constraint, e, -step * by) for (constraint, e), by in missing.items()]
+
+
+def _missing(solved: SolvedMotion) -> Iterator[tuple[tuple[int, int], float]]:
+    """Yield (number of the constraint, element) and by how much it is violated there, where it is."""
+    intervals = {one.interval for one in solved.replay.intervals if not np.abs(one.velocity_error).max() <= FOLLOWED}
+    if not intervals:
+        return
+    elements = solved.transcription.unpack(solved.solution.w)
+    modes = [contact_modes(solved.branch, e) for e in range(len(elements))]
+    for number, constraint in enumerate(solved.transcription.ocp.constraints):
+        if not constraint.name.startswith(DETERMINACY):
+            continue
+        contact = constraint.name.removeprefix(DETERMINACY).strip()
+        rows = ca.Function("rows", [constraint.variables], [constraint.rows])
+        for e, element in enumerate(elements):
+            if element.interval not in intervals or modes[e][contact] in _OPEN:
+                continue
+            stages = range(len(element.slopes))
+            points = np.array([np.concatenate([element.x[j], element.u, element.z[j]]) for j in stages])
+            violation = float(np.max(constraint.lower[:, None] - rows(points.T).full()))
+            if violation > 0:
+                yield (number, e), violation

@@ -1,0 +1,50 @@
+"""Postures in which Coulomb's law decides how a closed contact moves."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.fesd import TrajectoryConstraint
+from fesd_robot.ocp.parts import ProblemParts
+
+MARGIN = 0.02
+"""Ratio to which the normal acceleration that a sliding contact's normal force causes must not fall."""
+
+DETERMINACY = "one motion"
+"""Beginning of the names of these constraints; the contact's follows."""
+
+
+def determinacy_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
+    """Return for every contact with friction the postures in which only one motion obeys Coulomb's law.
+
+        1 -+ mu W_nt / W_nn >= MARGIN   with   W = (J_n, J_t) M^-1 (J_n, J_t)^T
+
+    Elsewhere a normal force on a sliding contact accelerates it into the ground, and sticking, sliding and parting may
+    be possible at once (Painleve's paradox). They hold on request only: where refinement finds that rigid bodies do not
+    decide.
+
+    Source: Genot and Brogliato, New results on Painleve paradoxes, European Journal of Mechanics A 18 (1999).
+    """
+    system = parts.contact_system.system
+    point = ca.vertcat(system.state, system.control, system.algebraic)
+    constraints = []
+    for contact in parts.contacts:
+        if contact.friction == 0:
+            continue
+        response = ca.solve(parts.dynamics.mass_matrix, ca.SX(contact.normal))
+        ratio = contact.friction * ca.dot(contact.tangent, response) / ca.dot(contact.normal, response)
+        constraints.append(
+            TrajectoryConstraint(
+                f"{DETERMINACY} {contact.name}",
+                "path",
+                point,
+                range(parts.grid.intervals),
+                ca.vertcat(1 - ratio, 1 + ratio),
+                np.full(2, MARGIN),
+                np.full(2, np.inf),
+                [f"{DETERMINACY} [{contact.name}, {direction}]" for direction in ("forwards", "backwards")],
+                on_request=True,
+            )
+        )
+    return constraints
