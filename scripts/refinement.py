@@ -40,11 +40,11 @@ TASKS = {
     "biped_step": [],
     "hopper_one_jump": [],
     "hopper_stairs": ["ground.smoothing=0.05"],
-    "monoped_three_holes": [],
+    "monoped_three_holes": ["solver.seed=2"],
     "monoped_two_jumps": [],
     "solo12_jump": [],
 }
-"""Name of a task -> overrides. All have two stages."""
+"""Name of a task -> overrides. All have two stages; the third's first initial guess leads to no exact motion from two."""
 
 REFERENCE_PARTS = 4
 SMALLEST = 1e-9
