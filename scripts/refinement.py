@@ -44,7 +44,7 @@ TASKS = {
     "monoped_two_jumps": [],
     "solo12_jump": [],
 }
-"""Name of a task -> overrides. All have two stages; the third's first initial guess leads to no exact motion from two."""
+"""Name of a task -> overrides. All have two stages, from which three holes find no motion with the first guess."""
 
 REFERENCE_PARTS = 4
 SMALLEST = 1e-9
