@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -86,6 +86,7 @@ class FullModel:
             for link in full.tree.links
             if len(link.joint.velocity_suffixes) == 1 and not root & set(full.velocity_names[link.v_indices])
         ]
+        self._add_twins([one.frame for one in scene.geometries.values() if not isinstance(one, CircleOnCircle)])
         feet = {name: self._feet(geometry) for name, geometry in scene.geometries.items()}
         counts = np.array([len(each) for each in feet.values()], dtype=int)
         self._shares = np.repeat(1 / counts, counts)
@@ -94,7 +95,7 @@ class FullModel:
         geometries = {f"{name} {foot.frame}": foot for name, each in feet.items() for foot in each}
         nothing = np.zeros((full.model.nv, 0))
         self._physics = NumericPhysics(
-            full, Scene(scene.surfaces, geometries), dict.fromkeys(geometries, 0.0), lambda _: nothing
+            self._full, Scene(scene.surfaces, geometries), dict.fromkeys(geometries, 0.0), lambda _: nothing
         )
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
@@ -188,6 +189,38 @@ class FullModel:
     def _base(self, q: np.ndarray) -> np.ndarray:
         pin.forwardKinematics(self._full.model, self._data, q)
         return np.asarray(pin.SE3ToXYZQUAT(self._data.oMi[self._base_joint]))
+
+    def _add_twins(self, frames: Sequence[str]) -> None:
+        """Add a frame at the place of a foot on every leg that moves in unison with its own and has no frame there.
+
+        The places are one in the x-z plane, and mirror images of each other across it.
+        """
+        for frame in frames if self._coupled else ():
+            model, own = self._full.model, self._full.frame_id(frame)
+            chain, first = self._chain(own), model.frames[own].parentJoint
+            ends = {self._chain(model.getFrameId(model.names[joint])): joint for joint in range(1, model.njoints)}
+            alone = [ends[other] for other in ends if other != chain and self._led(other) == self._led(chain)]
+            near = [self._chain(index) for index in self._beside(own)]
+            pin.framesForwardKinematics(model, self._data, self.configuration(self._robot.neutral))
+            place, across = self._data.oMf[own].translation, self._data.oMi[first].translation[1]
+            added, names = model.copy(), []
+            for joint in alone:
+                parent, pose = model.getFrameId(model.names[joint]), self._data.oMi[joint]
+                if self._chain(parent) in near:
+                    continue
+                beside = np.array([place[0], pose.translation[1] + across - place[1], place[2]])
+                names.append(f"{frame} beside {model.names[joint]}")
+                at = pin.SE3(np.eye(3), pose.actInv(beside))
+                added.addFrame(pin.Frame(names[-1], joint, parent, at, pin.FrameType.OP_FRAME), False)
+            self._full = replace(self._full, model=added, frame_names=[*self._full.frame_names, *names])
+            self._data = added.createData()
+
+    def _beside(self, own: int) -> list[int]:
+        """Return the frames that are always at the place of one in the x-z plane."""
+        every = list(range(1, self._full.model.nframes))
+        places = self._places([own, *every])
+        apart = np.abs(places[:, 1:] - places[:, :1]).max(axis=(0, 2))
+        return [index for index, distance in zip(every, apart, strict=True) if distance <= _SAME_PLACE]
 
     def _feet(self, geometry: ContactGeometry) -> list[ContactGeometry]:
         """Return the geometry on every foot that a contact stands for, its own first.

@@ -13,6 +13,7 @@ from fesd_robot.contact.ground import Plane
 from fesd_robot.recovery.full_model import FullModel, FullMotion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot, load_robot
+from fesd_robot.robot.load import with_frames
 
 MODELS = Path(__file__).parents[1] / "robot" / "models"
 SOLO = "example-robot-data:solo12"
@@ -115,6 +116,24 @@ def test_feet_share_the_force_of_their_contact() -> None:
     alone = Case("solo12, a hip held aside")
     assert alone.motion.feet == {"front": ["FL_FOOT"]}
     np.testing.assert_array_equal(alone.motion.foot_force, np.stack([force for *_, force in alone.samples]))
+
+
+def test_places_on_legs_in_unison_share_a_force_too() -> None:
+    """A contact at an offset pushes both legs by half, at the mirror image, as one with frames of the file does."""
+    places = {"FL at 0.01 0.02 -0.16": ("FL_KFE", np.array([0.01, 0.02, -0.16]))}
+    robot = with_frames(load_robot(SOLO, root="sagittal", locked=HIPS, coupled=PAIRS), places)
+    full = with_frames(load_robot(SOLO, root="sagittal"), places)
+    plane = Plane(slope=SLOPE)
+    scene = Scene({"ground": plane}, {"shin": PointOnSurface(next(iter(places)), plane)})
+    physics = NumericPhysics(robot, scene, {"shin": 0.5}, lambda _: np.zeros((robot.model.nv, 0)))
+    model = FullModel(robot, full, HIPS, PAIRS, scene)
+    q = pin.integrate(robot.model, robot.neutral, np.linspace(0.1, 0.4, robot.model.nv))
+    motion = model.motion(physics, [(q, np.zeros(robot.model.nv), np.zeros(0), np.array([[30.0, 4.0]]))])
+    assert motion.feet == {"shin": [next(iter(places)), f"{next(iter(places))} beside FR_KFE"]}
+    assert motion.foot_force[0] == pytest.approx(np.full((2, 2), [15.0, 2.0]))
+    efforts = dict(zip(motion.joints, motion.effort[0], strict=True))
+    # The legs of the file are mirror images but for the centres of mass of their links.
+    assert efforts["FL_HAA"] == pytest.approx(-efforts["FR_HAA"], rel=1e-3)
 
 
 def test_the_base_is_a_pose(case: Case) -> None:
