@@ -38,6 +38,9 @@ def robots(
     shapes: Annotated[
         bool, typer.Option("--shapes", help="Of a model, list the shapes of its bodies that can touch.")
     ] = False,
+    sagittal: Annotated[
+        bool, typer.Option("--sagittal", help="Propose what to lock and couple so that a model moves in the x-z plane.")
+    ] = False,
 ) -> None:
     """List the robots that a task can name as example-robot-data:NAME, or what a task can name of a model.
 
@@ -45,11 +48,15 @@ def robots(
     model, positions are those of its neutral configuration, m.
     """
     if pattern is not None and _is_model(pattern):
-        _show_model(pattern, frames=frames, shapes=shapes, as_json=as_json)
+        if sagittal:
+            _propose_sagittal(pattern, as_json=as_json)
+        else:
+            _show_model(pattern, frames=frames, shapes=shapes, as_json=as_json)
         return
-    if frames or shapes:
+    if frames or shapes or sagittal:
         raise typer.BadParameter(
-            "found no model for --frames and --shapes, expected a file, package://NAME/PATH or example-robot-data:NAME"
+            "found no model for --frames, --shapes or --sagittal, expected a file, package://NAME/PATH or "
+            "example-robot-data:NAME"
         )
     from fesd_robot.robot.catalogue import catalogue
     from fesd_robot.robot.library import examples_folder
@@ -105,6 +112,22 @@ def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> No
     if robot.notes:
         typer.echo("\nLeft out:")
         typer.echo("\n".join(f"  {note}" for note in robot.notes))
+
+
+def _propose_sagittal(source: str, *, as_json: bool) -> None:
+    """Print the section `robot` of a task, as YAML or JSON."""
+    from fesd_robot.robot import load_robot
+    from fesd_robot.robot.sagittal import propose_sagittal
+
+    proposal = propose_sagittal(load_robot(source, root="sagittal").model)
+    section = {"model": source, "root": "sagittal", "locked": proposal.locked, "coupled": proposal.coupled}
+    if as_json:
+        typer.echo(json.dumps({"robot": section}, indent=2))
+        return
+    maps = {key: f"{{{', '.join(f'{name}: {_cell(one)}' for name, one in getattr(proposal, key).items())}}}" for key in
+            ("locked", "coupled")}  # fmt: skip
+    lines = ["robot:", f"  model: {source}", "  root: sagittal", *(f"  {key}: {text}" for key, text in maps.items())]
+    typer.echo("\n".join(line for line in lines if not line.endswith("{}")))
 
 
 def _cell(value: object) -> str:

@@ -42,9 +42,22 @@ def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
                     option="locked",
                     joint=name,
                 )
-    reduced = pin.buildReducedModel(model, [model.getJointId(name) for name in locked], configuration)
+    reduced = _reduced(model, [model.getJointId(name) for name in locked], configuration)
     if reduced.nv == 0:
         raise JointError("found every joint locked, expected one that moves", option="locked", joint=next(iter(locked)))
+    return reduced
+
+
+def _reduced(model: pin.Model, joints: list[int], configuration: np.ndarray) -> pin.Model:
+    """Return Pinocchio's reduced model, also of one with several frames of one name, which Pinocchio refuses."""
+    named, names = model.copy(), dict[str, str]()
+    for index, frame in enumerate(named.frames):
+        if frame.type != pin.FrameType.JOINT:
+            names[f"{frame.name} {index}"] = frame.name
+            frame.name = f"{frame.name} {index}"
+    reduced = pin.buildReducedModel(named, joints, configuration)
+    for frame in reduced.frames:
+        frame.name = names.get(frame.name, frame.name)
     return reduced
 
 

@@ -113,3 +113,14 @@ def test_frames_need_a_model(run: Callable[..., Any], options: list[str]) -> Non
     outcome = run("robots", *options)
     assert outcome.code == 2
     assert "expected a file, package://NAME/PATH or example-robot-data:NAME" in " ".join(outcome.err.split())
+
+
+def test_the_proposal_of_a_plane_is_a_section_of_a_task(run: Callable[..., Any]) -> None:
+    """What --sagittal prints can be pasted into a task; JSON says the same."""
+    from ruamel.yaml import YAML
+
+    printed = YAML(typ="safe").load(run("robots", "example-robot-data:solo12", "--sagittal").out)
+    assert printed == json.loads(run("robots", "example-robot-data:solo12", "--sagittal", "--json").out)
+    robot = printed["robot"]
+    assert robot["root"] == "sagittal" and robot["coupled"]["FR_KFE"] == "FL_KFE" and robot["locked"]["HR_HAA"] == 0
+    load_robot(robot["model"], root=robot["root"], locked=robot["locked"], coupled=robot["coupled"])
