@@ -54,7 +54,8 @@ def planar_frame(
     if not _vanishes(jacobian[1, :]):
         raise RobotError(
             f"contact '{name}': frame '{frame}' can leave the x-z plane, but contact is planar; "
-            "use a robot whose root and joints keep this frame in that plane"
+            "use a robot whose root and joints keep this frame in that plane (fesd-robot robots MODEL "
+            "--sagittal proposes what to lock)"
         )
     if turning and not (_vanishes(jacobian[3, :]) and _vanishes(jacobian[5, :])):
         raise RobotError(
