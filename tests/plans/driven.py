@@ -20,16 +20,21 @@ from .motions import NODES, WEIGHTS
 
 @dataclass(frozen=True)
 class Span:
-    """One element: the contact stays in a mode under constant controls."""
+    """One element: every contact stays in a mode under constant controls."""
 
     interval: int
     duration: float
-    mode: ContactMode
+    mode: ContactMode | tuple[ContactMode, ...]
     control: Sequence[float]
+
+    @property
+    def modes(self) -> tuple[ContactMode, ...]:
+        """One a contact."""
+        return self.mode if isinstance(self.mode, tuple) else (self.mode,)
 
 
 def driven(physics: NumericPhysics, q: Sequence[float], v: Sequence[float], spans: Sequence[Span]) -> PhysicalMotion:
-    """Return the motion of a body with one contact from a state, integrated to 1e-10, sampled at Radau's two nodes."""
+    """Return the motion of a robot from a state, integrated to 1e-10, sampled at Radau's two nodes."""
     rows: list[tuple] = []
     dense: list[DenseElement] = []
     switches: list[SwitchRecord] = []
@@ -37,12 +42,12 @@ def driven(physics: NumericPhysics, q: Sequence[float], v: Sequence[float], span
     time, n_v, y = 0.0, len(v), np.array([*q, *v], dtype=float)
 
     def solved(span: Span, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        mode, u = Mode(span.mode.value), np.asarray(span.control, dtype=float)
-        return motion_in_modes(contact_dynamics(physics, state[:n_v], state[n_v:], u), (mode,))
+        modes, u = tuple(Mode(mode.value) for mode in span.modes), np.asarray(span.control, dtype=float)
+        return motion_in_modes(contact_dynamics(physics, state[:n_v], state[n_v:], u), modes)
 
     def add(span: Span, at: float, state: np.ndarray, weight: float) -> None:
         a, force = solved(span, state)
-        shown = [span.mode.without_direction.value]
+        shown = [mode.without_direction.value for mode in span.modes]
         u, gap = np.asarray(span.control, dtype=float), physics.gaps(state[:n_v])
         rows.append((at, state[:n_v], state[n_v:], a, weight, span.interval, u, force, gap, shown))
 
@@ -70,12 +75,12 @@ def driven(physics: NumericPhysics, q: Sequence[float], v: Sequence[float], span
                 velocity=states[:, n_v:],
                 interval=span.interval,
                 control=np.asarray(span.control, dtype=float),
-                mode=[span.mode],
+                mode=list(span.modes),
             )
         )
         time, y = time + span.duration, path(span.duration)
         clock[span.interval] = time
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     columns[-1] = columns[-1].astype(object)
-    elements = stacked_elements(dense, (n_v, n_v, n_v, 1))
+    elements = stacked_elements(dense, (n_v, n_v, len(spans[0].control), len(spans[0].modes)))
     return PhysicalMotion(*columns, [], switches, np.array(list(clock.values())), 0.0, elements)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fesd_robot.adapters import names_of, numeric_physics
 from fesd_robot.contact import ContactMode
+from fesd_robot.ocp import formulate
 from fesd_robot.plans.audit import audit
 from fesd_robot.plans.audit_record import Audit, Finding
 from fesd_robot.plans.findings import findings_of_notes
@@ -18,11 +21,13 @@ from fesd_robot.plans.stage_forces import StageForces
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.intervals import replay_intervals
+from fesd_robot.task import load_task
 
 from ..replay.bodies import GRAVITY, ROD_LENGTH, point, rod
 from .driven import Span, driven
 from .motions import FRICTION, STOP, Hit, Segment, motion_of, stance, tumble
 
+TASKS = Path(__file__).parents[2] / "tasks"
 HOPPER = Names(
     contacts=["foot"],
     configuration={"root_x": "m", "root_z": "m", "root_pitch": "rad", "leg": "m"},
@@ -103,6 +108,23 @@ def test_a_slide_on_an_improper_branch() -> None:
     note = found.findings[-1]
     assert note.entry == "replay" and note.interval == 0
     assert "From t = 0 s on (interval 0) several motions obey Coulomb's law" in note.sentence
+
+
+def test_a_biped_that_slides_on_a_branch_which_the_law_does_not_reach() -> None:
+    """At rest with friction 0.8 its feet may stick; a slide that its own friction presses on obeys the law, too."""
+    motion = formulate(load_task(TASKS / "biped_step.yaml", ["ground.friction=0.8"]))
+    physics, robot = numeric_physics(motion), motion.robot
+    modes = (ContactMode.SLIP_BACKWARDS, ContactMode.STICK)
+    spans = [Span(0, 0.01, modes, [56.9, 23.64, -40.65, -35.61])]
+    false = driven(physics, motion.endpoints.initial_configuration, np.zeros(robot.model.nv), spans)
+    assert false.force[:, 0, 0].min() > 5
+    found = audited(false, physics, names_of(motion))
+    assert consequences(found) == {"max_improper_slide_time"}
+    assert 0.008 < found.max_improper_slide_time <= 0.01
+    finding = about(found, "max_improper_slide_time")
+    assert (finding.time, finding.subject) == (0.0, "left")
+    assert any(name.startswith("max_replay") for name in found.violations)
+    assert "several motions obey Coulomb's law" in found.findings[-1].sentence
 
 
 def test_a_proper_slide_is_none(physics: NumericPhysics) -> None:
