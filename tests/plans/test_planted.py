@@ -122,7 +122,7 @@ def test_a_biped_that_slides_on_a_branch_which_the_law_does_not_reach() -> None:
     assert consequences(found) == {"max_improper_slide_time"}
     assert 0.008 < found.max_improper_slide_time <= 0.01
     finding = about(found, "max_improper_slide_time")
-    assert (finding.time, finding.subject) == (0.0, "left")
+    assert (finding.interval, finding.subject) == (0, "left")
     assert any(name.startswith("max_replay") for name in found.violations)
     assert "several motions obey Coulomb's law" in found.findings[-1].sentence
 
