@@ -130,6 +130,20 @@ def test_contacts_move_together() -> None:
     assert flying == [[1, 2, 3], [2, 3]]
 
 
+def test_what_happens_at_once_moves_together() -> None:
+    """Where one foot lands as the other takes off, both move an interval later."""
+    feet = polisher("solo12_jump")
+    branch, (front, hind) = branch_of(feet, {3, 4}, {1, 2})
+    found = list(moves(feet.transcription, feet.conditions, feet.transcription.problem.start, branch))
+    words = "take-off of contact 'front' and touchdown of contact 'hind' in interval 2 an interval later"
+    together = next(move for move in found if move.what == words)
+    flight = {modes: (flight_and_stick(modes)[0],) for modes in (front, hind)}
+    flying = [
+        [k for k, one in enumerate(patterns(feet, modes, together.branch)) if one == flight[modes]] for modes in flight
+    ]
+    assert flying == [[4], [1, 2, 3]]
+
+
 def test_windows_end_where_a_contact_has_a_force() -> None:
     """The part of the motion that a trial solves again goes on to the next interval in which a contact pushes."""
     long = polisher("hopper_one_jump", "horizon.intervals=80", "horizon.duration=4", "method.elements=1")

@@ -75,7 +75,8 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
       one after, or into one of the two intervals; one inside an interval moves into the interval before or after, or
       to one of its boundaries.
     - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
-      of several contacts that happen at most an interval apart.
+      of several contacts that happen at most an interval apart, and all switches of several contacts that happen at
+      once, as a block begins to slide where a pusher meets it.
     - A touchdown gets an impact wherever it lies inside an interval, and none on a boundary.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
@@ -125,21 +126,29 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
 
 
 def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
-    """Yield the changes that move the same switch of several contacts."""
+    """Yield the changes that move the same switch of several contacts, or all switches that happen at once."""
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
-        group = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= 1]
-        contacts = {other.modes.name for other in group}
-        members = frozenset((other.modes.name, other.number) for other in group)
-        if len(group) < 2 or len(contacts) < len(group) or members in seen:
-            continue
-        seen.add(members)
-        for where in (EARLIER, LATER):
-            if all(where in other.choices for other in group):
-                names = ", ".join(f"'{other.modes.name}'" for other in group)
-                what = f"{switch.name} of contacts {names} in interval {switch.interval} {where}"
-                steps = [(other.modes, other.choices[where]) for other in group]
-                yield _Change((switch.modes.name, switch.number, f"together {where}"), what, steps)
+        alike = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= 1]
+        at_once = [other for other in every if other.interval == switch.interval]
+        for group in (alike, at_once):
+            contacts = {other.modes.name for other in group}
+            members = frozenset((other.modes.name, other.number) for other in group)
+            if len(group) < 2 or len(contacts) < len(group) or members in seen:
+                continue
+            seen.add(members)
+            for where in (EARLIER, LATER):
+                if all(where in other.choices for other in group):
+                    what = f"{_in_words(group)} in interval {switch.interval} {where}"
+                    steps = [(other.modes, other.choices[where]) for other in group]
+                    yield _Change((switch.modes.name, switch.number, f"together {where}"), what, steps)
+
+
+def _in_words(group: Sequence[Switch]) -> str:
+    contacts = [f"'{switch.modes.name}'" for switch in group]
+    if len({switch.name for switch in group}) == 1:
+        return f"{group[0].name} of contacts {', '.join(contacts)}"
+    return " and ".join(f"{one.name} of contact {contact}" for one, contact in zip(group, contacts, strict=True))
 
 
 def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
