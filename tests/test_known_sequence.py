@@ -18,7 +18,7 @@ from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.task import Task, load_task
 
 TASK = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
-SHORT_JUMP = ("horizon.duration=0.6", "goal.configuration.root_x=0.6", "solver.local_search=false", "solver.retries=0")
+SHORT_JUMP = ("horizon.duration=0.6", "goal.configuration.root_x=0.7", "solver.local_search=false", "solver.retries=0")
 
 
 def short_jump(*overrides: str) -> Task:
@@ -27,7 +27,7 @@ def short_jump(*overrides: str) -> Task:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a jump of half a metre on eight intervals, without search."""
+    """The folder of a short jump on eight intervals, without search."""
     result = plan(short_jump("horizon.intervals=8"))
     assert result.status.solved and result.status.exact
     return write_plan(result, tmp_path_factory.mktemp("known") / "jump")

@@ -87,7 +87,7 @@ def test_waypoints_without_times_are_evenly_spread(short: str, load: Load) -> No
     """Three waypoints without times in four intervals stand at the ends of the first three."""
     text = short + "waypoints: [{configuration: {leg: 0.3}}, {configuration: {leg: 0.4}}, {velocity: {leg: 0}}]\n"
     constraints = formulate(load(text)).ocp.constraints
-    assert [tuple(one.intervals) for one in constraints] == [(0,), (1,), (2,)]
+    assert [tuple(one.intervals) for one in constraints if not one.on_request] == [(0,), (1,), (2,)]
 
 
 ERRORS = [
