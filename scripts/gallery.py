@@ -40,7 +40,7 @@ from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.outcome_words import flight_words, miss_words
 from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.strategies.fallbacks import with_overrides
-from fesd_robot.task import load_task
+from fesd_robot.task import Task, load_task
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "results" / "gallery.md"
@@ -84,7 +84,8 @@ class Entry:
             task = with_overrides(
                 task, {key: value for key, value in kept.changes.items() if key != "solver.time_limit"}
             )
-        now, then = formulate(task).task.model_dump(mode="json"), {**last.task, "solver": {**last.task["solver"]}}
+        now = formulate(task).task.model_dump(mode="json")
+        then = Task.model_validate(last.task).model_dump(mode="json")  # with keys that are newer than the plan
         for key in ("time_limit", "processes"):  # what the gallery itself sets, and what changes no plan
             then["solver"][key] = now["solver"][key]
         return last if now == then else None
