@@ -197,30 +197,26 @@ class FullModel:
         """
         for frame in frames if self._coupled else ():
             model, own = self._full.model, self._full.frame_id(frame)
-            chain, first = self._chain(own), model.frames[own].parentJoint
-            ends = {self._chain(model.getFrameId(model.names[joint])): joint for joint in range(1, model.njoints)}
-            alone = [ends[other] for other in ends if other != chain and self._led(other) == self._led(chain)]
-            near = [self._chain(index) for index in self._beside(own)]
+            first = model.frames[own].parentJoint
+            chain, near = (
+                self._chain(first),
+                {self._chain(model.frames[index].parentJoint) for index in self._beside(own)},
+            )
+            ends = {self._chain(joint): joint for joint in range(1, model.njoints)}
+            alone = [ends[other] for other in ends if other not in near and self._in_unison(other, chain)]
+            if not alone:
+                continue
             pin.framesForwardKinematics(model, self._data, self.configuration(self._robot.neutral))
             place, across = self._data.oMf[own].translation, self._data.oMi[first].translation[1]
             added, names = model.copy(), []
             for joint in alone:
-                parent, pose = model.getFrameId(model.names[joint]), self._data.oMi[joint]
-                if self._chain(parent) in near:
-                    continue
+                parent, pose = model.getFrameId(model.names[joint], pin.FrameType.JOINT), self._data.oMi[joint]
                 beside = np.array([place[0], pose.translation[1] + across - place[1], place[2]])
                 names.append(f"{frame} beside {model.names[joint]}")
                 at = pin.SE3(np.eye(3), pose.actInv(beside))
                 added.addFrame(pin.Frame(names[-1], joint, parent, at, pin.FrameType.OP_FRAME), False)
             self._full = replace(self._full, model=added, frame_names=[*self._full.frame_names, *names])
             self._data = added.createData()
-
-    def _beside(self, own: int) -> list[int]:
-        """Return the frames that are always at the place of one in the x-z plane."""
-        every = list(range(1, self._full.model.nframes))
-        places = self._places([own, *every])
-        apart = np.abs(places[:, 1:] - places[:, :1]).max(axis=(0, 2))
-        return [index for index, distance in zip(every, apart, strict=True) if distance <= _SAME_PLACE]
 
     def _feet(self, geometry: ContactGeometry) -> list[ContactGeometry]:
         """Return the geometry on every foot that a contact stands for, its own first.
@@ -230,23 +226,24 @@ class FullModel:
         """
         if isinstance(geometry, CircleOnCircle) or not self._coupled:
             return [geometry]
-        frames = {name: index for name in self._full.frame_names if (index := self._frame(name)) is not None}
-        own = self._full.frame_id(geometry.frame)
-        places = self._places([own, *frames.values()])
+        frames, own = self._full.model.frames, self._full.frame_id(geometry.frame)
+        named = {index: name for name in self._full.frame_names if (index := self._frame(name)) is not None}
+        chain, near = self._chain(frames[own].parentJoint), set(self._beside(own))
+        twins: dict[tuple[str, ...], list[int]] = {}
+        for index in (index for index in named if index in near):
+            other = self._chain(frames[index].parentJoint)
+            if self._in_unison(other, chain):
+                twins.setdefault(other, []).append(index)
+        kind = frames[own].type
+        chosen = [next((one for one in each if frames[one].type == kind), each[0]) for each in twins.values()]
+        return [geometry, *(replace(geometry, frame=named[one]) for one in chosen)]
+
+    def _beside(self, own: int) -> list[int]:
+        """Return the frames that are always at the place of one in the x-z plane."""
+        every = list(range(1, self._full.model.nframes))
+        places = self._places([own, *every])
         apart = np.abs(places[:, 1:] - places[:, :1]).max(axis=(0, 2))
-        chain = self._chain(own)
-        twins: dict[tuple[str, ...], list[str]] = {}
-        for (name, index), distance in zip(frames.items(), apart, strict=True):
-            other = self._chain(index)
-            in_unison = other != chain and self._led(other) == self._led(chain)
-            if in_unison and distance <= _SAME_PLACE:
-                twins.setdefault(other, []).append(name)
-        kind = self._full.model.frames[own].type
-        chosen = [
-            next((name for name in names if self._full.model.frames[frames[name]].type == kind), names[0])
-            for names in twins.values()
-        ]
-        return [geometry, *(replace(geometry, frame=name) for name in chosen)]
+        return [index for index, distance in zip(every, apart, strict=True) if distance <= _SAME_PLACE]
 
     def _frame(self, name: str) -> int | None:
         """Return the index of a frame, None if several have its name."""
@@ -264,15 +261,18 @@ class FullModel:
             places.append([self._data.oMf[frame].translation[[0, 2]] for frame in frames])
         return np.array(places)
 
-    def _chain(self, frame: int) -> tuple[str, ...]:
-        """Return the names of the joints between a frame and the world that are not locked."""
-        model = self._full.model
-        joint, names = model.frames[frame].parentJoint, []
+    def _chain(self, joint: int) -> tuple[str, ...]:
+        """Return the names of a joint and of those between it and the world, without the locked ones."""
+        model, names = self._full.model, list[str]()
         while joint:
             if model.names[joint] not in self._locked:
                 names.append(model.names[joint])
             joint = model.parents[joint]
         return tuple(names)
+
+    def _in_unison(self, chain: tuple[str, ...], other: tuple[str, ...]) -> bool:
+        """Whether two different chains of joints follow the same leaders."""
+        return chain != other and self._led(chain) == self._led(other)
 
     def _led(self, chain: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(self._coupled.get(name, name) for name in chain)

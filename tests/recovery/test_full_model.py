@@ -14,6 +14,7 @@ from fesd_robot.recovery.full_model import FullModel, FullMotion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot, load_robot
 from fesd_robot.robot.load import with_frames
+from fesd_robot.robot.sagittal import propose_sagittal
 
 MODELS = Path(__file__).parents[1] / "robot" / "models"
 SOLO = "example-robot-data:solo12"
@@ -134,6 +135,24 @@ def test_places_on_legs_in_unison_share_a_force_too() -> None:
     efforts = dict(zip(motion.joints, motion.effort[0], strict=True))
     # The legs of the file are mirror images but for the centres of mass of their links.
     assert efforts["FL_HAA"] == pytest.approx(-efforts["FR_HAA"], rel=1e-3)
+
+
+def test_feet_of_a_robot_whose_links_have_names_of_joints() -> None:
+    """The legs of ANYmal C share the force of a contact, though several of its frames have one name."""
+    source = "example-robot-data:anymal_c"
+    locked, coupled = propose_sagittal(load_robot(source, root="sagittal").model)
+    robot, full = (
+        load_robot(source, root="sagittal", locked=locked, coupled=coupled),
+        load_robot(source, root="sagittal"),
+    )
+    plane = Plane(slope=SLOPE)
+    feet = {"front": PointOnSurface("LF_FOOT", plane), "hind": PointOnSurface("RH_FOOT", plane)}
+    model = FullModel(robot, full, locked, coupled, Scene({"ground": plane}, feet))
+    physics = NumericPhysics(
+        robot, Scene({"ground": plane}, feet), dict.fromkeys(feet, 0.5), lambda _: np.zeros((7, 0))
+    )
+    sample = robot.neutral, np.zeros(7), np.zeros(0), np.array([[30.0, 4.0], [20.0, 2.0]])
+    assert model.motion(physics, [sample]).feet == {"front": ["LF_FOOT", "RF_FOOT"], "hind": ["RH_FOOT", "LH_FOOT"]}
 
 
 def test_the_base_is_a_pose(case: Case) -> None:
