@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode, contact_modes
 from fesd_robot.fesd.path_between import PathBetween
-from fesd_robot.ocp.determinacy import DETERMINACY
+from fesd_robot.ocp.determinacy import DeterminacyConstraint
 from fesd_robot.solved_motion import SolvedMotion
 
 FOLLOWED = 1e-3
@@ -46,12 +46,11 @@ def _missing(solved: SolvedMotion) -> Iterator[tuple[tuple[int, int], float]]:
     elements = solved.transcription.unpack(solved.solution.w)
     modes = [contact_modes(solved.branch, e) for e in range(len(elements))]
     for number, constraint in enumerate(solved.transcription.ocp.constraints):
-        if not constraint.name.startswith(DETERMINACY):
+        if not isinstance(constraint, DeterminacyConstraint):
             continue
-        contact = constraint.name.removeprefix(DETERMINACY).strip()
         rows = ca.Function("rows", [constraint.variables], [constraint.rows])
         for e, element in enumerate(elements):
-            if element.interval not in intervals or modes[e][contact] in _OPEN:
+            if element.interval not in intervals or modes[e][constraint.contact] in _OPEN:
                 continue
             stages = range(len(element.slopes))
             points = np.array([np.concatenate([element.x[j], element.u, element.z[j]]) for j in stages])

@@ -172,8 +172,8 @@ def _efforts(task: Task) -> dict[str, tuple[float, float]]:
     if task.limits.effort:
         return dict(task.limits.effort)
     robot = formulate(task).robot
-    limits = zip(robot.velocity_names, robot.lower_effort, robot.upper_effort, strict=True)
-    return {name: (float(low), float(high)) for name, low, high in limits if low < high and np.isfinite(high - low)}
+    limits = zip(robot.velocity_names, robot.lower_effort, robot.upper_effort, robot.driven, strict=True)
+    return {name: (float(low), float(high)) for name, low, high, driven in limits if driven}
 
 
 def _at(task: Task, key: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -13,6 +14,10 @@ from fesd_robot.explanation.table import aligned
 
 if TYPE_CHECKING:
     from fesd_robot.robot.catalogue import Entry
+
+
+_SUFFIXES = (".urdf", ".xml", ".mjcf", ".sdf")
+"""Of model files, whether they exist or not."""
 
 
 def _names_beginning_with(incomplete: str) -> list[str]:
@@ -87,7 +92,8 @@ def _is_model(text: str) -> bool:
     """Whether an argument names a model rather than a pattern of names."""
     from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX
 
-    return text.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)) or "." in text or Path(text).exists()
+    suffix = Path(text).suffix.lower()
+    return text.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)) or suffix in _SUFFIXES or Path(text).is_file()
 
 
 def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> None:
@@ -95,15 +101,13 @@ def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> No
     from fesd_robot.robot.inventory import inventory
 
     robot = load_robot(source)
-    tables = inventory(robot)
-    chosen = [name for name, asked in (("frames", frames), ("shapes", shapes)) if asked]
-    chosen = chosen or ["coordinates", "motors", "postures"]
+    asked = [name for name, yes in (("frames", frames), ("shapes", shapes)) if yes]
+    tables = inventory(robot, asked or ["coordinates", "motors", "postures"])
     if as_json:
-        typer.echo(json.dumps({**{name: tables[name] for name in chosen}, "left out": list(robot.notes)}, indent=2))
+        typer.echo(json.dumps({**tables, "left out": list(robot.notes)}, indent=2))
         return
     typer.echo(f"{robot.name}: {robot.model.nv} degrees of freedom, {sum(i.mass for i in robot.model.inertias):.6g} kg")
-    for name in chosen:
-        rows = tables[name]
+    for name, rows in tables.items():
         typer.echo(f"\n{name.capitalize()}:" if rows else f"\nNo {name}.")
         if rows:
             columns = list(dict.fromkeys(key for row in rows for key in row))
@@ -116,6 +120,8 @@ def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> No
 
 def _propose_sagittal(source: str, *, as_json: bool) -> None:
     """Print the section `robot` of a task, as YAML or JSON."""
+    from ruamel.yaml import YAML
+
     from fesd_robot.robot import load_robot
     from fesd_robot.robot.sagittal import propose_sagittal
 
@@ -124,10 +130,11 @@ def _propose_sagittal(source: str, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps({"robot": section}, indent=2))
         return
-    maps = {key: f"{{{', '.join(f'{name}: {_cell(one)}' for name, one in getattr(proposal, key).items())}}}" for key in
-            ("locked", "coupled")}  # fmt: skip
-    lines = ["robot:", f"  model: {source}", "  root: sagittal", *(f"  {key}: {text}" for key, text in maps.items())]
-    typer.echo("\n".join(line for line in lines if not line.endswith("{}")))
+    yaml, stream = YAML(typ="safe", pure=True), io.StringIO()
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.dump({"robot": section}, stream)
+    typer.echo(stream.getvalue(), nl=False)
 
 
 def _cell(value: object) -> str:

@@ -43,14 +43,14 @@ def actuators_of(task: Task, robot: Robot) -> dict[str, JointActuator | Generali
     """
     if task.robot.actuators is not None:
         return dict(task.robot.actuators)
-    efforts = dict(zip(robot.velocity_names, zip(robot.lower_effort, robot.upper_effort, strict=True), strict=True))
+    driven = dict(zip(robot.velocity_names, robot.driven, strict=True))
     single = {
         name: JointActuator(type="joint", joint=name)
         for name in robot.joint_names
-        if name in efforts
+        if name in driven
         and name not in robot.root_names
         and name not in task.robot.passive
-        and (_drives(*efforts[name]) or name in task.limits.effort)
+        and (driven[name] or name in task.limits.effort)
     }
     several = {
         name: GeneralizedForceActuator(
@@ -59,11 +59,6 @@ def actuators_of(task: Task, robot: Robot) -> dict[str, JointActuator | Generali
         for name, drive in robot.drives.items()
     }
     return {**single, **several}
-
-
-def _drives(lower: float, upper: float) -> bool:
-    """Whether effort limits are those of a motor."""
-    return lower < upper and math.isfinite(upper - lower)
 
 
 def build_actuation(task: Task, robot: Robot) -> Actuation:

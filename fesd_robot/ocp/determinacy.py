@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 
@@ -15,7 +17,18 @@ DETERMINACY = "one motion"
 """Beginning of the names of these constraints; the contact's follows."""
 
 
-def determinacy_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
+@dataclass(frozen=True)
+class DeterminacyConstraint(TrajectoryConstraint):
+    """Postures in which one motion of a closed contact obeys Coulomb's law; a ``path`` on request.
+
+    Attributes:
+        contact: its name.
+    """
+
+    contact: str = ""
+
+
+def determinacy_constraints(parts: ProblemParts) -> list[DeterminacyConstraint]:
     """Return for every contact with friction the postures in which only one motion obeys Coulomb's law.
 
         1 -+ mu W_nt / W_nn >= MARGIN   with   W = (J_n, J_t) M^-1 (J_n, J_t)^T
@@ -28,14 +41,14 @@ def determinacy_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
     """
     system = parts.contact_system.system
     point = ca.vertcat(system.state, system.control, system.algebraic)
-    constraints = []
-    for contact in parts.contacts:
-        if contact.friction == 0:
-            continue
-        response = ca.solve(parts.dynamics.mass_matrix, ca.SX(contact.normal))
+    contacts, constraints = [contact for contact in parts.contacts if contact.friction > 0], []
+    if not contacts:
+        return []
+    responses = ca.solve(parts.dynamics.mass_matrix, ca.horzcat(*[ca.SX(contact.normal) for contact in contacts]))
+    for contact, response in zip(contacts, ca.horzsplit(responses), strict=True):
         ratio = contact.friction * ca.dot(contact.tangent, response) / ca.dot(contact.normal, response)
         constraints.append(
-            TrajectoryConstraint(
+            DeterminacyConstraint(
                 f"{DETERMINACY} {contact.name}",
                 "path",
                 point,
@@ -45,6 +58,7 @@ def determinacy_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
                 np.full(2, np.inf),
                 [f"{DETERMINACY} [{contact.name}, {direction}]" for direction in ("forwards", "backwards")],
                 on_request=True,
+                contact=contact.name,
             )
         )
     return constraints

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
@@ -62,11 +61,11 @@ def _entry(name: str, file: Path) -> Entry:
         robot = load_robot(file, root="free_flyer")
     except RobotError as error:
         return Entry(name, str(file), error=str(error).removeprefix(f"{file}: "))
-    root, width = len(robot.root_names), robot.upper_effort - robot.lower_effort
+    root = len(robot.root_names)
     return Entry(
         name,
         str(file),
         degrees_of_freedom=robot.model.nv - root,
-        driven=int(np.sum(np.isfinite(width[root:]) & (width[root:] > 0))),
+        driven=int(robot.driven[root:].sum()),
         mass=float(pin.computeTotalMass(robot.model)),
     )

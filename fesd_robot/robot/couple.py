@@ -39,7 +39,7 @@ def couple_joints(model: pin.Model, coupled: Mapping[str, str]) -> pin.Model:
             leader cannot have, two joints whose bodies move against each other, and a model with <mimic> joints;
             naming the follower.
     """
-    return _built(model, coupled).result
+    return in_unison(model, coupled)[0]
 
 
 def coupling_signs(model: pin.Model, coupled: Mapping[str, str]) -> dict[str, float]:
@@ -57,11 +57,11 @@ def coupling_signs(model: pin.Model, coupled: Mapping[str, str]) -> dict[str, fl
     Raises:
         JointError: as `couple_joints`.
     """
-    builder = _built(model, coupled)
-    return {model.names[index]: sign for index, sign in builder.signs.items()}
+    return in_unison(model, coupled)[1]
 
 
-def _built(model: pin.Model, coupled: Mapping[str, str]) -> _Builder:
+def in_unison(model: pin.Model, coupled: Mapping[str, str]) -> tuple[pin.Model, dict[str, float]]:
+    """Return what `couple_joints` and `coupling_signs` do, from one model that is built."""
     if any(joint.shortname() == "JointModelMimic" for joint in model.joints):
         raise JointError(
             "found a model file with <mimic> joints, expected one without; couple these joints by <mimic>, too",
@@ -79,7 +79,7 @@ def _built(model: pin.Model, coupled: Mapping[str, str]) -> _Builder:
     builder = _Builder(model, followers)
     builder.add_joints()
     builder.add_bodies()
-    return builder
+    return builder.result, {model.names[index]: sign for index, sign in builder.signs.items()}
 
 
 def _leader(model: pin.Model, follower: str, leader: str) -> int:
@@ -161,7 +161,7 @@ class _Builder:
             model.upperDryFrictionLimit[v],
             model.damping[v],
         )
-        _set_entries(result, "armature", result.joints[added].idx_v, model.armature[v])
+        set_entries(result, "armature", result.joints[added].idx_v, model.armature[v])
         return _Place(added, pin.SE3.Identity())
 
     def _merge(self, index: int) -> _Place:
@@ -192,12 +192,12 @@ class _Builder:
         follower, led = model.joints[index], result.joints[self._places[leader].joint]
         v, own = follower.idx_v, led.idx_v
         for name in ("armature", "damping", "lowerDryFrictionLimit", "upperDryFrictionLimit"):
-            _set_entries(result, name, own, [getattr(result, name)[own] + getattr(model, name)[v]])
+            set_entries(result, name, own, [getattr(result, name)[own] + getattr(model, name)[v]])
         efforts = sorted([sign * model.lowerEffortLimit[v], sign * model.upperEffortLimit[v]])
-        _set_entries(result, "lowerEffortLimit", own, [result.lowerEffortLimit[own] + efforts[0]])
-        _set_entries(result, "upperEffortLimit", own, [result.upperEffortLimit[own] + efforts[1]])
+        set_entries(result, "lowerEffortLimit", own, [result.lowerEffortLimit[own] + efforts[0]])
+        set_entries(result, "upperEffortLimit", own, [result.upperEffortLimit[own] + efforts[1]])
         slower = min(result.upperVelocityLimit[own], model.upperVelocityLimit[v])
-        _set_entries(result, "upperVelocityLimit", own, [slower])
+        set_entries(result, "upperVelocityLimit", own, [slower])
         if follower.nq == 1:
             if led.nq != 1:
                 raise JointError(
@@ -216,8 +216,8 @@ class _Builder:
                     option="coupled",
                     joint=model.names[index],
                 )
-            _set_entries(result, "lowerPositionLimit", own, [low])
-            _set_entries(result, "upperPositionLimit", own, [high])
+            set_entries(result, "lowerPositionLimit", own, [low])
+            set_entries(result, "upperPositionLimit", own, [high])
 
     def _apart(self, index: int) -> JointError:
         name, leader = self._model.names[index], self._model.names[self._followers[index]]
@@ -230,7 +230,8 @@ class _Builder:
         )
 
 
-def _set_entries(model: pin.Model, name: str, start: int, values: np.ndarray | list[float]) -> None:
+def set_entries(model: pin.Model, name: str, start: int, values: np.ndarray | list[float]) -> None:
+    """Set the entries of an array of a model from `start` on."""
     whole = np.array(getattr(model, name))
     whole[start : start + len(values)] = values
     setattr(model, name, whole)

@@ -91,7 +91,7 @@ def damping_force(robot: Robot, v: ca.SX) -> ca.SX:
 def spring_force(robot: Robot, q: ca.SX) -> ca.SX:
     """Return the joint forces that overcome the springs.
 
-        K (q - r) with the diagonal K of ``robot.stiffness`` and the rest positions r of ``robot.spring_rest``
+        K (q - r) with the diagonal K of stiffnesses and the rest positions r of ``robot.springs``
 
     Args:
         robot: the robot.

@@ -18,27 +18,36 @@ _DECIMALS = 6
 """Of lengths, m, and positions."""
 
 
-def inventory(robot: Robot) -> dict[str, Rows]:
-    """Return the tables ``coordinates``, ``frames``, ``shapes``, ``motors`` and ``postures`` of a robot.
+def inventory(robot: Robot, tables: Sequence[str]) -> dict[str, Rows]:
+    """Return some of the tables ``coordinates``, ``frames``, ``shapes``, ``motors`` and ``postures`` of a robot.
 
-    Positions are those of the neutral configuration, in the world, m; limits that do not exist are None.
+    Positions are those of the neutral configuration, in the world, m; limits that do not exist are None. Only shapes
+    need the files of meshes.
     """
-    return {
-        "coordinates": list(_coordinates(robot)),
-        "motors": [
-            {"name": name, "pushes": dict(drive.force), "limits": [drive.lower, drive.upper]}
-            for name, drive in robot.drives.items()
-        ],
-        "frames": list(_frames(robot)),
-        "shapes": list(_shapes(robot)),
-        "postures": [{"name": name, "values": dict(values)} for name, values in robot.postures.items()],
+    makers = {
+        "coordinates": _coordinates,
+        "motors": _motors,
+        "frames": _frames,
+        "shapes": _shapes,
+        "postures": _postures,
     }
+    return {name: list(makers[name](robot)) for name in tables}
+
+
+def _motors(robot: Robot) -> Iterator[dict[str, Any]]:
+    for name, drive in robot.drives.items():
+        yield {"name": name, "pushes": dict(drive.force), "limits": [drive.lower, drive.upper]}
+
+
+def _postures(robot: Robot) -> Iterator[dict[str, Any]]:
+    for name, values in robot.postures.items():
+        yield {"name": name, "values": dict(values)}
 
 
 def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
     """Yield what there is to say about every joint coordinate; those of several entries have no properties here."""
     units = configuration_units(robot)
-    rest = {v: value for v, _, _, value in robot.springs}
+    springs = {v: [stiffness, rest] for v, _, stiffness, rest in robot.springs}
     for index, name in enumerate(robot.configuration_names):
         row: dict[str, Any] = {
             "name": name,
@@ -52,7 +61,7 @@ def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
                 "damping": float(robot.model.damping[v]),
                 "armature": float(robot.model.armature[v]),
                 "dry friction": float(robot.model.upperDryFrictionLimit[v]),
-                "spring": [float(robot.stiffness[v]), rest[v]] if v in rest else None,
+                "spring": springs.get(v),
             }
         yield row
 

@@ -6,7 +6,7 @@ import contextlib
 import os
 import tempfile
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,9 +14,9 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
-from fesd_robot.robot.couple import couple_joints, coupling_signs
+from fesd_robot.robot.couple import in_unison
 from fesd_robot.robot.lock import lock_joints
-from fesd_robot.robot.model_file import ModelFile
+from fesd_robot.robot.model_file import ModelFile, note
 from fesd_robot.robot.paths import locate_robot, package_directories
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.root import (
@@ -79,12 +79,11 @@ def load_robot(
         model = lock_joints(model, locked)
     if root == "sagittal":
         composites[ROOT_JOINT] = list(SAGITTAL_NAMES)
-        notes += _note(
+        notes += note(
             "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
         )
     if coupled:
-        signs = coupling_signs(model, coupled)
-        model = couple_joints(model, coupled)
+        model, signs = in_unison(model, coupled)
     reduced = read.reduced(model, locked or {}, coupled or {}, signs)
     robot = robot_from_model(
         replace(reduced, notes=notes, composites=composites),
@@ -144,8 +143,7 @@ def robot_from_model(read: ModelFile, *, source: Path, package_directories: tupl
         velocity_limit=_without_sentinels(model.velocityLimit),
         lower_effort=_without_sentinels(np.minimum(model.lowerEffortLimit, model.upperEffortLimit)),
         upper_effort=_without_sentinels(np.maximum(model.lowerEffortLimit, model.upperEffortLimit)),
-        stiffness=_by_coordinate(velocity_names, {name: spring.stiffness for name, spring in read.springs.items()}),
-        spring_rest=_by_coordinate(velocity_names, {name: spring.rest for name, spring in read.springs.items()}),
+        joint_springs=read.springs,
         drives=read.drives,
         postures=read.postures,
         frame_names=list(dict.fromkeys(frame.name for frame in model.frames)),
@@ -320,18 +318,7 @@ def _frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def _by_coordinate(velocity_names: Sequence[str], values: Mapping[str, float]) -> np.ndarray:
-    """Return values by velocity coordinate of those that some joints have; the others have none."""
-    return _frozen(np.array([values.get(name, 0.0) for name in velocity_names]))
-
-
 def _model_notes(model: pin.Model, velocity_names: list[str]) -> list[str]:
     sizes = np.abs(model.upperDryFrictionLimit)
     concerned = [f"{name}: {size:.4g}" for name, size in zip(velocity_names, sizes, strict=True) if size]
-    return _note("Dry joint friction ({}; N or N m) is not part of the equations of motion.", concerned)
-
-
-def _note(sentence: str, names: Sequence[str]) -> list[str]:
-    """Return the sentence with the first names in it, nothing if there are none."""
-    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    return [sentence.format(", ".join(names[:3]) + more)] if names else []
+    return note("Dry joint friction ({}; N or N m) is not part of the equations of motion.", concerned)

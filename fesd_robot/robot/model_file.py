@@ -128,6 +128,12 @@ class ModelFile:
         return replace(self, model=model, springs=springs, drives=drives, postures=postures)
 
 
+def note(sentence: str, names: Sequence[str]) -> list[str]:
+    """Return the sentence with the first names in it, nothing if there are none."""
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return [sentence.format(", ".join(names[:3]) + more)] if names else []
+
+
 def geometry_model(model: pin.Model, shapes: Sequence[Shape]) -> pin.GeometryModel:
     """Return those shapes of a model file that are drawn as Pinocchio's geometry objects on the bodies of a model."""
     result = pin.GeometryModel()

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
-from fesd_robot.robot.model_file import Drive, Format, Shape, geometry_model, shapes_of
+from fesd_robot.robot.model_file import Drive, Format, Shape, Spring, geometry_model, shapes_of
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
 
@@ -39,9 +39,7 @@ class Robot:
         velocity_limit: limit of |v|, m/s or rad/s, shape (nv,); inf where there is none.
         lower_effort, upper_effort: limits of τ, N or N m, shape (nv,); ±inf where there is none; of coupled joints the
             sum.
-        stiffness: k of the spring with the force -k (q - rest) on every coordinate, N/m or N m/rad, shape (nv,); zero
-            where there is none, as on joints with several coordinates.
-        spring_rest: rest of these springs, m or rad, shape (nv,).
+        joint_springs: name of a joint with one degree of freedom -> its spring.
         drives: name of a motor of the file that pushes several joints -> how; those that push one are in the limits.
         postures: name -> name of a configuration coordinate -> value, m or rad: keyframes of the file.
         frame_names: names of all frames, each once.
@@ -63,8 +61,7 @@ class Robot:
     velocity_limit: np.ndarray = field(repr=False)
     lower_effort: np.ndarray = field(repr=False)
     upper_effort: np.ndarray = field(repr=False)
-    stiffness: np.ndarray = field(repr=False)
-    spring_rest: np.ndarray = field(repr=False)
+    joint_springs: Mapping[str, Spring] = field(repr=False)
     drives: Mapping[str, Drive] = field(repr=False)
     postures: Mapping[str, Mapping[str, float]] = field(repr=False)
     frame_names: list[str] = field(repr=False)
@@ -97,10 +94,16 @@ class Robot:
     def springs(self) -> list[tuple[int, int, float, float]]:
         """Entry of v, entry of q, stiffness k and rest of every spring."""
         return [
-            (v, link.q_indices.start, float(self.stiffness[v]), float(self.spring_rest[v]))
+            (link.v_indices.start, link.q_indices.start, spring.stiffness, spring.rest)
             for link in self.tree.links
-            if not link.mimics and self.stiffness[v := link.v_indices.start]
+            if not link.mimics and (spring := self.joint_springs.get(link.name))
         ]
+
+    @property
+    def driven(self) -> np.ndarray:
+        """Whether effort limits are those of a motor: finite, and apart; (nv) of bool."""
+        width = self.upper_effort - self.lower_effort
+        return np.asarray(np.isfinite(width) & (width > 0))
 
     @property
     def joint_names(self) -> list[str]:

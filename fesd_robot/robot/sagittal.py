@@ -10,6 +10,7 @@ import pinocchio as pin
 from fesd_robot.errors import JointError
 from fesd_robot.robot.couple import couple_joints
 from fesd_robot.robot.lock import lock_joints
+from fesd_robot.robot.tree import directions
 
 _ALIGNED = 1e-4
 """Entry of an axis that counts as zero: angles in files are written to a few digits."""
@@ -67,10 +68,7 @@ def _mimics(model: pin.Model, joint: int) -> bool:
 
 def _stays(model: pin.Model, data: pin.Data, joint: int) -> bool:
     """Whether what a joint carries stays in the plane."""
-    one = model.joints[joint]
-    motion = one.createData()
-    one.calc(motion, np.zeros(one.idx_q + 2), np.zeros(one.idx_v + 1))
-    linear, angular = np.split(np.array(motion.S).reshape(6), 2)
+    linear, angular = directions(model.joints[joint])
     turn = data.oMi[joint].rotation
     about, along = turn @ angular, turn @ linear
     return bool(np.abs(about[[0, 2]]).max() <= _ALIGNED and abs(along[1]) <= _ALIGNED)

@@ -197,14 +197,14 @@ def _joint(name: str, model: pin.JointModel) -> Joint:
         multiplier = model.extract().scaling
         if multiplier == 0.0:
             raise RobotError(f"Joint '{name}' mimics another one with multiplier 0; make it a fixed joint.")
-        linear, angular = _directions(model)
+        linear, angular = directions(model)
         return Revolute(angular / multiplier) if np.any(angular) else Prismatic(linear / multiplier)
     if kind in ("RX", "RY", "RZ", "RevoluteUnaligned"):
-        return Revolute(_directions(model)[1])
+        return Revolute(directions(model)[1])
     if kind in ("RUBX", "RUBY", "RUBZ", "RevoluteUnboundedUnaligned"):
-        return UnboundedRevolute(_directions(model)[1])
+        return UnboundedRevolute(directions(model)[1])
     if kind in ("PX", "PY", "PZ", "PrismaticUnaligned"):
-        return Prismatic(_directions(model)[0])
+        return Prismatic(directions(model)[0])
     whole: dict[str, type[Translation | Spherical | Planar | FreeFlyer]] = {
         "Translation": Translation,
         "Spherical": Spherical,
@@ -216,7 +216,7 @@ def _joint(name: str, model: pin.JointModel) -> Joint:
     raise RobotError(f"Joint '{name}' is of type {kind}, which is not supported.")
 
 
-def _directions(model: pin.JointModel) -> tuple[np.ndarray, np.ndarray]:
+def directions(model: pin.JointModel) -> tuple[np.ndarray, np.ndarray]:
     """Return the linear and the angular part of the motion subspace of a joint with one degree of freedom."""
     data = model.createData()
     model.calc(data, np.zeros(model.idx_q + 2), np.zeros(model.idx_v + 1))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pinocchio as pin
@@ -91,7 +93,7 @@ def test_gravity_of_the_model_is_used(hopper):
     """A robot under another gravity weighs accordingly."""
     model = pin.Model(hopper.model)
     model.gravity.linear = np.array([1.0, 0.0, -2.0])
-    lighter = type(hopper)(**{**vars(hopper), "model": model})
+    lighter = replace(hopper, model=model)
     q = ca.SX.sym("q", 4)
     assert ca.evalf(nonlinear_effects(lighter, q, ca.SX(4, 1))).full().ravel() == pytest.approx([-1.1, 2.2, 0.0, 0.0])
     assert float(ca.evalf(ca.substitute(potential_energy(lighter, q), q, ca.DM([3, 1, 0, 0])))) == pytest.approx(-1.1)

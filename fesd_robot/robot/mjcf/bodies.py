@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
+from fesd_robot.robot.couple import set_entries
 from fesd_robot.robot.mjcf.compiled import disabled, name_of
 from fesd_robot.robot.mjcf.drives import Effort
 from fesd_robot.robot.root import ROOT_JOINT
@@ -129,11 +130,8 @@ class _Builder:
 
     def _set_inertia_and_damping(self, joint: int, armature: float, damping: np.ndarray) -> None:
         added = self.result.joints[joint]
-        entries = slice(added.idx_v, added.idx_v + added.nv)
-        for name, values in (("armature", armature), ("damping", damping[: added.nv])):
-            whole = np.array(getattr(self.result, name))
-            whole[entries] = values
-            setattr(self.result, name, whole)
+        set_entries(self.result, "armature", added.idx_v, np.full(added.nv, armature))
+        set_entries(self.result, "damping", added.idx_v, damping[: added.nv])
 
     def _inertia(self, body: int) -> pin.Inertia:
         model = self.model

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ import mujoco
 import numpy as np
 
 from fesd_robot.robot.mjcf.compiled import name_of
-from fesd_robot.robot.model_file import Drive
+from fesd_robot.robot.model_file import Drive, note
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -90,7 +89,10 @@ def read_actuators(model: mujoco.MjModel) -> Actuators:
             result.efforts[joint] = limits
         elif joint in result.efforts:
             result.efforts[joint] = result.efforts[joint].within(limits)
-    result.notes += _servo_notes(model)
+    servos = [name_of(model, "actuator", index) for index in range(model.nu) if _is_servo(model, index)]
+    result.notes += note(
+        "Controls of servos ({}) are the forces they give, within their limits, not their set points.", servos
+    )
     return result
 
 
@@ -119,7 +121,7 @@ def _force(model: mujoco.MjModel, index: int, pushed: dict[int, float]) -> Effor
     force = Effort(-math.inf, math.inf)
     if model.actuator_ctrllimited[index]:
         force = Effort(*model.actuator_ctrlrange[index]).times(gain)
-    if is_servo(model, index):
+    if _is_servo(model, index):
         limits = np.array([_range(model, joint) for joint in pushed]) * np.array(list(pushed.values()))[:, None]
         constant, slope = model.actuator_biasprm[index][:2]
         bias = Effort(*np.sort(limits, axis=1).sum(axis=0)).times(float(slope))
@@ -129,7 +131,7 @@ def _force(model: mujoco.MjModel, index: int, pushed: dict[int, float]) -> Effor
     return force
 
 
-def is_servo(model: mujoco.MjModel, index: int) -> bool:
+def _is_servo(model: mujoco.MjModel, index: int) -> bool:
     """Whether an actuator's force depends on position or velocity."""
     return bool(model.actuator_biastype[index] != mujoco.mjtBias.mjBIAS_NONE)
 
@@ -137,10 +139,3 @@ def is_servo(model: mujoco.MjModel, index: int) -> bool:
 def _range(model: mujoco.MjModel, joint: int) -> tuple[float, float]:
     limited = model.jnt_limited[joint]
     return tuple(model.jnt_range[joint]) if limited else (-math.inf, math.inf)
-
-
-def _servo_notes(model: mujoco.MjModel) -> Iterator[str]:
-    servos = [name_of(model, "actuator", index) for index in range(model.nu) if is_servo(model, index)]
-    if servos:
-        named = ", ".join(servos[:3]) + (f" and {len(servos) - 3} more" if len(servos) > 3 else "")
-        yield f"Controls of servos ({named}) are the forces they give, within their limits, not their set points."

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
+from fesd_robot.robot.couple import set_entries
 from fesd_robot.robot.mjcf.compiled import name_of
 from fesd_robot.robot.model_file import Spring
 
@@ -72,10 +73,9 @@ def with_followers(
                 "expected every joint to follow one that follows none."
             )
         v, w = model.joints[follower].idx_v, model.joints[leader].idx_v
-        armature, damping = np.array(model.armature), np.array(model.damping)
-        armature[w] += one.ratio**2 * armature[v]
-        damping[w] += one.ratio**2 * damping[v]
-        model.armature, model.damping = armature, damping
+        for name in ("armature", "damping"):
+            values = getattr(model, name)
+            set_entries(model, name, w, [values[w] + one.ratio**2 * values[v]])
         model = pin.transformJointIntoMimic(model, leader, follower, one.ratio, one.offset)
         if one.name in combined:
             own = combined.get(one.leader, Spring(0.0, 0.0))

@@ -14,7 +14,7 @@ from fesd_robot.robot.mjcf.drives import read_actuators
 from fesd_robot.robot.mjcf.equalities import Follower, joint_equalities, with_followers
 from fesd_robot.robot.mjcf.keyframes import read_keyframes
 from fesd_robot.robot.mjcf.shapes import read_shapes
-from fesd_robot.robot.model_file import ModelFile, Spring
+from fesd_robot.robot.model_file import ModelFile, Spring, note
 from fesd_robot.robot.root import Root, make_root_joint
 
 
@@ -61,8 +61,6 @@ def _notes(model: mujoco.MjModel, followers: list[Follower]) -> Iterator[str]:
     if np.any(model.jnt_limited[balls]):
         yield "The range of ball joints is not read."
     world = [name_of(model, "geom", int(geom)) for geom in np.flatnonzero(model.geom_bodyid == 0)]
-    if world:
-        named = ", ".join(world[:3]) + (f" and {len(world) - 3} more" if len(world) > 3 else "")
-        yield f"The world's shapes ({named}) are not read: the task's 'ground' says what the robot can touch."
+    yield from note("The world's shapes ({}) are not read: the task's 'ground' says what the robot can touch.", world)
     for one in followers:
         yield f"Joint '{one.name}' follows '{one.leader}' exactly; MuJoCo's equality between them gives way."
