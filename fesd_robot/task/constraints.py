@@ -13,6 +13,7 @@ from fesd_robot.task.fields import (
     Name,
     NonNegative,
     Number,
+    Offset,
     Point,
     Positive,
     Section,
@@ -45,7 +46,7 @@ class BodyPoint(Section, ABC):
     """A constraint on the position of a point that is fixed to a frame of the robot."""
 
     frame: Name = Field(description="Name of the frame.")
-    offset: tuple[Number, Number, Number] = Field(
+    offset: Offset = Field(
         default=(0.0, 0.0, 0.0), strict=False, description="The point in the frame's axes, m; default: its origin."
     )
 

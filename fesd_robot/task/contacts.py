@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from fesd_robot.errors import nearest
-from fesd_robot.task.fields import Name, NonNegative, Number, Positive, Section, conflict, expected, is_number, kind_of
+from fesd_robot.task.fields import Name, NonNegative, Offset, Positive, Section, conflict, expected, is_number, kind_of
 from fesd_robot.task.ground import GROUND
 
 _FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
@@ -40,9 +40,6 @@ Slipping = Annotated[
 """Whether a contact may slip, or the largest distance, m, that it may."""
 
 
-Offset = tuple[Number, Number, Number]
-"""A place in the axes of a frame, m."""
-
 _OFFSET = "Where it is from the frame's origin, in the frame's axes, m; default: at the origin."
 
 
@@ -55,7 +52,9 @@ class PlacedContact(Section):
     @property
     def touching_frame(self) -> str:
         """Name of the frame in its place: its own, or for one with an offset that of a frame added to the robot."""
-        return f"{self.frame} at {' '.join(f'{value:g}' for value in self.offset)}" if any(self.offset) else self.frame
+        return (
+            f"{self.frame} at {' '.join(f'{value:.10g}' for value in self.offset)}" if any(self.offset) else self.frame
+        )
 
 
 class PointContact(PlacedContact):

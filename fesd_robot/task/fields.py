@@ -89,6 +89,9 @@ Name = Annotated[str, Field(min_length=1)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; text and booleans are refused."""
 
+Offset = tuple[Number, Number, Number]
+"""A place in the axes of a frame, m."""
+
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 """A finite number, at least zero."""
 
