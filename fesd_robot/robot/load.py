@@ -28,6 +28,7 @@ from fesd_robot.robot.root import (
     refuse_second_root,
     square_placements,
 )
+from fesd_robot.robot.srdf import read_group_states
 from fesd_robot.robot.tree import Tree, build_tree
 from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
 
@@ -107,7 +108,8 @@ def _read(path: Path, root: Root) -> ModelFile:
     else:
         leaders = check_urdf(path, document)
         model = _build(path, lambda joint: _build_urdf(path, joint, leaders), root)
-        read = ModelFile(model, "urdf", notes=urdf_notes(document, leaders))
+        postures = read_group_states(path, document, model, root)
+        read = ModelFile(model, "urdf", notes=urdf_notes(document, leaders), postures=postures)
     if root != "fixed":
         refuse_second_root(path, read.model, root)
     return read

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
+from fesd_robot.robot.joints import FreeFlyer, Planar
 
 Root = Literal["fixed", "sagittal", "planar", "free_flyer"]
 
@@ -41,6 +43,30 @@ def make_root_joint(root: Root) -> pin.JointModel | None:
             joint.addJoint(part)
         return joint
     return None
+
+
+def root_values(name: str, root: Root, pose: pin.SE3) -> dict[str, float]:
+    """Return the configuration coordinates of a root joint with which the first link is at a pose.
+
+    A root that keeps to a plane takes what of the pose is in it; a fixed one has no coordinates.
+
+    Args:
+        name: of the joint.
+        root: its kind.
+        pose: of the first link.
+    """
+    position, turn = pose.translation, pose.rotation
+    if root == "fixed":
+        return {}
+    if root == "sagittal":
+        pitch = math.atan2(-turn[2, 0], turn[0, 0])
+        return dict(zip(SAGITTAL_NAMES, (float(position[0]), float(position[2]), pitch), strict=True))
+    if root == "planar":
+        yaw = math.atan2(turn[1, 0], turn[0, 0])
+        suffixes, values = Planar.position_suffixes, [position[0], position[1], math.cos(yaw), math.sin(yaw)]
+    else:
+        suffixes, values = FreeFlyer.position_suffixes, pin.SE3ToXYZQUAT(pose).tolist()
+    return {name + suffix: float(value) for suffix, value in zip(suffixes, values, strict=True)}
 
 
 def refuse_second_root(path: Path, model: pin.Model, root: Root) -> None:

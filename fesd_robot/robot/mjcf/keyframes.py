@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator
 
 import mujoco
 import numpy as np
 
-from fesd_robot.robot.joints import FreeFlyer, Planar, Spherical
+from fesd_robot.robot.joints import Spherical
 from fesd_robot.robot.mjcf.bodies import pose_of
 from fesd_robot.robot.mjcf.compiled import name_of
-from fesd_robot.robot.root import ROOT_JOINT, SAGITTAL_NAMES, Root
+from fesd_robot.robot.root import ROOT_JOINT, Root, root_values
 
 
 def read_keyframes(
@@ -42,28 +41,13 @@ def _values(
         name, at, kind = name_of(model, "joint", joint), int(model.jnt_qposadr[joint]), model.jnt_type[joint]
         if kind == kinds.mjJNT_FREE:
             own = root if root_body is not None and model.jnt_bodyid[joint] == root_body else "free_flyer"
-            yield from _root_values(ROOT_JOINT if root_body is not None else name, own, qpos[at : at + 7])
+            pose = pose_of(qpos[at : at + 3], qpos[at + 3 : at + 7])
+            yield from root_values(ROOT_JOINT if root_body is not None else name, own, pose).items()
         elif kind == kinds.mjJNT_BALL:
-            yield from _named(name, Spherical.position_suffixes, _last_first(qpos[at : at + 4]))
+            for suffix, value in zip(Spherical.position_suffixes, _last_first(qpos[at : at + 4]), strict=True):
+                yield name + suffix, float(value)
         elif name not in left_out:
             yield name, float(qpos[at])
-
-
-def _root_values(name: str, root: Root, qpos: np.ndarray) -> Iterator[tuple[str, float]]:
-    """Yield the coordinates of a root at a pose of a free joint, (7)."""
-    position, turn = qpos[:3], pose_of(qpos[:3], qpos[3:]).rotation
-    if root == "sagittal":
-        pitch = math.atan2(-turn[2, 0], turn[0, 0])
-        yield from zip(SAGITTAL_NAMES, (float(position[0]), float(position[2]), pitch), strict=True)
-    elif root == "planar":
-        yaw = math.atan2(turn[1, 0], turn[0, 0])
-        yield from _named(name, Planar.position_suffixes, [position[0], position[1], math.cos(yaw), math.sin(yaw)])
-    else:
-        yield from _named(name, FreeFlyer.position_suffixes, [*position, *_last_first(qpos[3:])])
-
-
-def _named(name: str, suffixes: tuple[str, ...], values: Collection[float]) -> Iterator[tuple[str, float]]:
-    yield from ((name + suffix, float(value)) for suffix, value in zip(suffixes, values, strict=True))
 
 
 def _last_first(quaternion: np.ndarray) -> list[float]:
