@@ -1,4 +1,4 @@
-"""Ctrl-C: during a solve it asks for the best iterate, before and after it ends the command."""
+"""Ctrl-C: before a solve it ends the command, during one it asks for the best iterate, later it ends the drawing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import signal
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from types import FrameType, TracebackType
 from typing import Any
@@ -22,8 +22,10 @@ class RunStage(Enum):
     """Nothing that needs care: KeyboardInterrupt."""
     SOLVING = auto()
     """The solver, which can stop with its best iterate; the second interrupt ends the process."""
-    COMMITTING = auto()
-    """Files that are being moved into place, which is finished first."""
+    WRITING = auto()
+    """The files of a plan, which are finished first."""
+    DRAWING = auto()
+    """Pictures of a plan, which are left out: KeyboardInterrupt."""
 
 
 class Interrupts:
@@ -64,16 +66,22 @@ class Interrupts:
         return begins
 
     def solved(self) -> None:
-        """Say that the solver is done; raises KeyboardInterrupt if one came before it could take a step."""
-        self._stage = RunStage.ABORTABLE
+        """Say that there is a plan, which is kept; raises KeyboardInterrupt if one came before it could take a step."""
+        self._stage = RunStage.WRITING
         self._raise_lost()
 
-    def committing(self) -> None:
-        """Say that from now on files are moved into place; raises KeyboardInterrupt if one was lost before."""
-        self._stage = RunStage.COMMITTING
-        self._raise_lost()
+    @contextlib.contextmanager
+    def drawing(self) -> Iterator[None]:
+        """Say that pictures are drawn; an interrupt raises KeyboardInterrupt out of the block."""
+        if self._late:
+            raise KeyboardInterrupt
+        self._stage = RunStage.DRAWING
+        try:
+            yield
+        finally:
+            self._stage = RunStage.WRITING
 
-    def committed(self) -> None:
+    def written(self) -> None:
         """Say that all files are in place."""
         self._stage = RunStage.ABORTABLE
 
@@ -114,8 +122,11 @@ class Interrupts:
             self._handled += 1
             if self._handled > 1:
                 self._abort()
-        elif self._stage is RunStage.COMMITTING:
+        elif self._stage is RunStage.WRITING:
             self._late = True
+        elif self._stage is RunStage.DRAWING:
+            self._late, self._stage = True, RunStage.WRITING
+            raise KeyboardInterrupt
         else:
             self._aborted = True
             raise KeyboardInterrupt

@@ -34,7 +34,8 @@ def plan(
 
     Writes trajectory, report, page and figures into one folder; an earlier plan there is replaced as a whole.
 
-    Ctrl-C stops the solver and writes its best iterate, marked as not solved; a second Ctrl-C aborts at once.
+    Ctrl-C stops the solver and writes its best iterate, marked as not solved; a second Ctrl-C aborts at once. While
+    page and figures are drawn Ctrl-C leaves them out.
     """
 
     def load() -> tuple[Task, Path]:
@@ -93,10 +94,15 @@ def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> Path
     from fesd_robot.render.outputs import write_optional_files
 
     def extras(stage: Path) -> None:
-        write_optional_files(plan, task, stage)
-        interrupts.committing()
+        try:
+            with interrupts.drawing():
+                write_optional_files(plan, task, stage)
+        except KeyboardInterrupt:
+            typer.echo(
+                f"interrupted: what was not drawn yet is left out; fesd-robot render {folder} draws it", err=True
+            )
 
     logger.debug("writing to %s", folder)
     written = write_plan(plan, folder, extras)
-    interrupts.committed()
+    interrupts.written()
     return written

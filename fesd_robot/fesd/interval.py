@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -30,7 +30,8 @@ class Interval:
         layout: order of the own variables.
         variables, parameters: w and p, SX symbols.
         cost: name -> term of the cost, SX scalar.
-        exploitable: the sum of those that only complementarity keeps from falling without limit.
+        while_relaxed: what is added to their sum while the velocity level is relaxed by `sigma`, SX scalar.
+        sigma: SX symbol.
         rows: SX (n_g); `lower`, `upper`, `labels`: their bounds and what they are.
         complementarities: the conditions.
         auxiliary: w -> values of the auxiliary variables that fit the others.
@@ -40,7 +41,8 @@ class Interval:
     variables: ca.SX
     parameters: ca.SX
     cost: dict[str, ca.SX]
-    exploitable: ca.SX
+    while_relaxed: ca.SX
+    sigma: ca.SX
     rows: ca.SX
     lower: np.ndarray
     upper: np.ndarray
@@ -78,7 +80,8 @@ class Interval:
             index=index,
             values=values,
             complementarities=self.complementarities,
-            exploitable=self.exploitable,
+            while_relaxed=self.while_relaxed,
+            sigma=self.sigma,
         )
 
 
@@ -133,13 +136,14 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     rows += equal.equations
     bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
     w, held = ca.vertcat(left, own), sum(one.expression.numel() for one in rows)
-    costs = _cost_terms(ocp, options, parts, own[: layout.n_u], p)
+    costs, sigma = _cost_terms(ocp, options, parts, own[: layout.n_u], p), ca.SX.sym("sigma")
     return Interval(
         layout=layout,
         variables=w,
         parameters=p,
         cost=costs | _equilibration_cost(equal),
-        exploitable=sum((costs[name] for name in ocp.exploitable_costs), ca.SX(0)),
+        while_relaxed=_while_relaxed(ocp, options, parts, own[: layout.n_u], p, sigma),
+        sigma=sigma,
         rows=ca.vertcat(*[one.expression for one in rows], bounded.rows),
         lower=np.concatenate([np.zeros(held), bounded.lower]),
         upper=np.concatenate([np.zeros(held), bounded.upper]),
@@ -162,16 +166,38 @@ def _cost_terms(
     ocp: OptimalControlProblem, options: FesdOptions, parts: Sequence[ElementPoints], u: ca.SX, p: ca.SX
 ) -> dict[str, ca.SX]:
     """Return the running costs, integrated, and the regularisation."""
-    system, tableau = ocp.system, options.tableau
+    system = ocp.system
     running = ca.Function("running", system.arguments, [ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))])
+    integral = sum(
+        (h * running(x, u, z, p) for h, x, z in _quadrature(options, parts)), ca.SX.zeros(len(ocp.running_cost), 1)
+    )
     regularisation = ca.Function("regularisation", [system.algebraic], [system.regularisation])
-    integral, regularised = ca.SX.zeros(len(ocp.running_cost), 1), ca.SX(0)
-    for part in parts:
-        for j, (x, z) in enumerate(part.stages):
-            integral += part.h * tableau.b[j] * running(x, u, z, p)
-        regularised += sum((regularisation(z) for _, z in part.points[1:]), ca.SX(0))
+    regularised = sum((regularisation(z) for part in parts for _, z in part.points[1:]), ca.SX(0))
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
     return terms if system.regularisation.is_zero() else {**terms, system.regularisation_name: regularised}
+
+
+def _while_relaxed(
+    ocp: OptimalControlProblem,
+    options: FesdOptions,
+    parts: Sequence[ElementPoints],
+    u: ca.SX,
+    p: ca.SX,
+    sigma: ca.SX,
+) -> ca.SX:
+    """Return by how much the running costs are larger while the velocity level is relaxed by sigma, integrated."""
+    differences = [relaxed(sigma) - ocp.running_cost[name] for name, relaxed in ocp.relaxed_costs.items()]
+    if not differences:
+        return ca.SX(0)
+    difference = ca.Function("difference", [*ocp.system.arguments, sigma], [sum(differences[1:], differences[0])])
+    return sum((h * difference(x, u, z, p, sigma) for h, x, z in _quadrature(options, parts)), ca.SX(0))
+
+
+def _quadrature(options: FesdOptions, parts: Sequence[ElementPoints]) -> Iterator[tuple[ca.SX, ca.SX, ca.SX]]:
+    """Yield the weight of every stage in an integral over numerical time, and its x and z."""
+    for part in parts:
+        for weight, (x, z) in zip(options.tableau.b, part.stages, strict=True):
+            yield part.h * weight, x, z
 
 
 def _equilibration_cost(equal: Equilibration) -> dict[str, ca.SX]:

@@ -35,8 +35,9 @@ class OptimalControlProblem:
             nearest to zero where one of them is infinite, at all times.
         control_guess: start of the controls, (n_u, N); if omitted what is nearest to zero.
         running_cost: name -> integrand in (x, u, z, p).
-        exploitable_costs: names of running costs that only complementarity keeps from falling without limit; a homotopy
-            gives them little weight while it is relaxed.
+        relaxed_costs: name of a running cost -> sigma -> integrand in its place while a homotopy relaxes the velocity
+            level by sigma, SX in (x, u, z, p, sigma). It tends to the cost with sigma where complementarity holds, and
+            does not fall where only that keeps the cost from falling without limit.
         terminal_cost: name -> SX in x.
         interval_end: SX in (x, p) that is zero at the end of every interval.
         interval_end_names: one name per row of `interval_end`; numbers if omitted.
@@ -63,7 +64,7 @@ class OptimalControlProblem:
     state_guess: Callable[[float], np.ndarray] = OMITTED
     control_guess: np.ndarray = OMITTED
     running_cost: Mapping[str, ca.SX] = field(default_factory=dict)
-    exploitable_costs: Sequence[str] = ()
+    relaxed_costs: Mapping[str, Callable[[ca.SX], ca.SX]] = field(default_factory=dict)
     terminal_cost: Mapping[str, ca.SX] = field(default_factory=dict)
     interval_end: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     interval_end_names: tuple[str, ...] = ()
@@ -90,8 +91,8 @@ class OptimalControlProblem:
         n_end = self.interval_end.numel()
         _check("interval_end", self.interval_end.shape, (n_end, 1))
         _check("interval_end_names", (len(self.interval_end_names),), (n_end if self.interval_end_names else 0,))
-        if unknown := sorted(set(self.exploitable_costs) - set(self.running_cost)):
-            raise ModelError(f"exploitable_costs: there is no running cost '{unknown[0]}'")
+        if unknown := sorted(set(self.relaxed_costs) - set(self.running_cost)):
+            raise ModelError(f"relaxed_costs: there is no running cost '{unknown[0]}'")
         for kind, terms in (("running_cost", self.running_cost), ("terminal_cost", self.terminal_cost)):
             for name, term in terms.items():
                 _check(f"{kind}['{name}']", term.shape, (1, 1))

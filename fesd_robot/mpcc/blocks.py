@@ -11,9 +11,8 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
 
-EXPLOITED_SIGMA = 0.03
-"""Sigma of the velocity level above which the weight of a cost that relaxed pairs can be exploited for falls as
-1 / sigma: a product of factors that may be as large as sigma gains no more there than it would here."""
+UNRELAXED_SIGMA = 1e-4
+"""Sigma of the velocity level up to which the cost of a relaxed NLP is that of the problem itself."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +66,9 @@ def differentiate(
     sigma, slack = ca.SX.sym("sigma", 2), ca.SX.sym("slack", slacks)
     x = ca.vertcat(w, slack) if slacks else w
     f, g, G, H = (ca.densify(part) for part in block.function(w, p))
-    if not block.exploitable.is_zero():
-        f -= (1 - EXPLOITED_SIGMA / ca.fmax(sigma[1], EXPLOITED_SIGMA)) * block.exploitable_cost(w, p)
+    if not block.while_relaxed.is_zero():
+        added = block.cost_while_relaxed(w, p, ca.fmax(sigma[1], UNRELAXED_SIGMA))
+        f += ca.if_else(sigma[1] > UNRELAXED_SIGMA, added, 0.0)
     lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
         side[row]

@@ -26,8 +26,9 @@ class Block:
         lower, upper: bounds of g, shape (n_g,).
         constraints: label of every row of g within its copy.
         complementarities: conditions whose factors G and H are SX scalars in w and p.
-        exploitable: the part of the cost that only complementarity keeps from falling without limit, SX scalar in w and
-            p; a homotopy gives it little weight while pairs are relaxed.
+        while_relaxed: what a homotopy adds to the cost while pairs of the velocity level are relaxed, SX scalar in w, p
+            and sigma; nothing where complementarity holds and sigma is zero.
+        sigma: the SX symbol of the relaxation in it.
         index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
         values: values of p, shape (n_p, K).
 
@@ -48,7 +49,8 @@ class Block:
     index: np.ndarray
     values: np.ndarray
     complementarities: Sequence[Complementarity] = ()
-    exploitable: ca.SX = field(default_factory=lambda: ca.SX(0))
+    while_relaxed: ca.SX = field(default_factory=lambda: ca.SX(0))
+    sigma: ca.SX = field(default_factory=lambda: ca.SX.sym("sigma"))
 
     def __post_init__(self) -> None:
         n_w, n_p, n_g = self.variables.numel(), self.parameters.numel(), self.rows.numel()
@@ -77,9 +79,9 @@ class Block:
         return ca.Function(self.name, [self.variables, self.parameters], [self.cost, self.rows, G, H])
 
     @cached_property
-    def exploitable_cost(self) -> ca.Function:
-        """(w, p) -> the exploitable part of the cost."""
-        return ca.Function("exploitable", [self.variables, self.parameters], [self.exploitable])
+    def cost_while_relaxed(self) -> ca.Function:
+        """(w, p, sigma) -> what is added to the cost while pairs of the velocity level are relaxed."""
+        return ca.Function("relaxed", [self.variables, self.parameters, self.sigma], [self.while_relaxed])
 
     @cached_property
     def vanishing(self) -> np.ndarray:

@@ -7,6 +7,7 @@ said about it elsewhere is in `fesd_robot.task.costs`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -20,9 +21,8 @@ Terms = dict[str, ca.SX]
 """Name of a term -> expression."""
 
 
-EXPLOITABLE_COSTS = ("slipping",)
-"""Running costs that only complementarity keeps from falling without limit: while friction need not oppose slipping,
-the work that it takes may be negative."""
+SMOOTHED_SPEED = 0.1
+"""m/s; slower slipping costs less than its work while pairs are relaxed by more than this."""
 
 
 def running_costs(parts: ProblemParts) -> Terms:
@@ -32,6 +32,11 @@ def running_costs(parts: ProblemParts) -> Terms:
     phases cost nothing.
     """
     return _united(term(parts) for term in INTEGRANDS.values())
+
+
+def relaxed_costs(parts: ProblemParts) -> dict[str, Callable[[ca.SX], ca.SX]]:
+    """Return name -> sigma -> integrand in the place of a running cost while the velocity level is relaxed by sigma."""
+    return {"slipping": partial(_relaxed_slipping, parts)} if parts.task.costs.used("slipping") else {}
 
 
 def terminal_costs(parts: ProblemParts) -> Terms:
@@ -87,13 +92,29 @@ def _slipping(parts: ProblemParts) -> Terms:
     Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
     takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero.
     """
+    return _friction_work(parts, lambda speed: speed)
+
+
+def _relaxed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
+    """Sum of w_c a_n mu (theta_+ psi(J_t v) + theta_- psi(-J_t v)), psi(s) = max(s, 0)^3 / (s^2 + epsilon^2).
+
+    While friction need not oppose slipping, the work that it takes may be negative; this is not. Where it does oppose,
+    psi(s) tends to max(s, 0) and the sum to that work with epsilon = min(sigma, `SMOOTHED_SPEED`).
+    """
+    square = ca.fmin(sigma, SMOOTHED_SPEED) ** 2
+    return _friction_work(parts, lambda speed: ca.fmax(speed, 0) ** 3 / (speed**2 + square))["slipping"]
+
+
+def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX]) -> Terms:
+    """Return the weighted sum of a_n mu (theta_+ paid(J_t v) + theta_- paid(-J_t v)), nothing if it has no weight."""
     weights = parts.task.costs.slipping or {}
     if not parts.task.costs.used("slipping"):
         return {}
     total = ca.SX(0)
     for contact, (plus, minus) in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
         if weights.get(contact.name):
-            power = contact.friction * (plus - minus) * ca.dot(contact.tangent, parts.dynamics.velocity)
+            speed = ca.dot(contact.tangent, parts.dynamics.velocity)
+            power = contact.friction * (plus * paid(speed) + minus * paid(-speed))
             total = total + weights[contact.name] * parts.auxiliary_force * power
     return {"slipping": total}
 

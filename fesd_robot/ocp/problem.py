@@ -7,7 +7,7 @@ import numpy as np
 
 from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
 from fesd_robot.ocp.constraints import path_constraints
-from fesd_robot.ocp.costs import EXPLOITABLE_COSTS, running_costs, terminal_costs, trajectory_costs
+from fesd_robot.ocp.costs import relaxed_costs, running_costs, terminal_costs, trajectory_costs
 from fesd_robot.ocp.determinacy import determinacy_constraints
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.targets import target_constraints
@@ -56,7 +56,7 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         state_guess=guess,
         control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
         running_cost=costs,
-        exploitable_costs=[name for name in EXPLOITABLE_COSTS if name in costs],
+        relaxed_costs=relaxed_costs(parts),
         terminal_cost=terminal_costs(parts),
         interval_end=ca.SX(0, 1) if grid.free else parts.clock - parts.parameters[n_q],
         interval_end_names=() if grid.free else ("clock",),

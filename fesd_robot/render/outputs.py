@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,9 +36,19 @@ def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
         logger.debug("writing %s", name)
         try:
             write()
-        except Exception as error:
+        except BaseException as error:
+            _remove(folder / name)
+            if not isinstance(error, Exception):  # an interrupt
+                raise
             logger.warning("%s could not be written: %s", name, error)
             logger.debug("the reason in full", exc_info=True)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def write_page(plan: Plan, task: Task, path: Path) -> Path:

@@ -44,7 +44,8 @@ class Configured(Section):
     posture: Name | None = Field(
         default=None,
         description="Name of one of the postures, of a keyframe of a MuJoCo file (qpos0: the pose that it is "
-        "written in), or of a state of the URDF file's SRDF; values in 'configuration' come before the posture's. Default: none.",
+        "written in), or of a state of the URDF file's SRDF; values in 'configuration' come before the posture's. "
+        "Default: none.",
     )
     configuration: Values = Field(default_factory=dict, description="Name of a configuration coordinate -> its value.")
     stand_on: (

@@ -56,19 +56,23 @@ def test_an_interrupt_before_the_solve_leaves_nothing(start: Callable[..., Any],
     assert not list(tmp_path.iterdir())
 
 
-def test_an_interrupt_while_drawing_keeps_the_earlier_plan(
+def test_an_interrupt_while_drawing_keeps_the_plan(
     start: Callable[..., Any], task: Path, small: list[str], tmp_path: Path
 ) -> None:
-    """While the files are being made Ctrl-C drops them all: an earlier plan stays whole; exit status 130."""
+    """While figures are drawn Ctrl-C leaves them out: the plan takes the place of the earlier one, whole, with what was
+    drawn before, and without what an earlier run drew; exit status 130."""
     earlier = start("plan", task, "--out", "out", *small)
     assert earlier.finish().code == 0
-    before = (tmp_path / "out" / "plan.json").read_bytes()
-    running = start("-v", "plan", task, "--out", "out", *small, "--set", "output.figures=true")
+    settings = [*small, "--set", "output.figures=true", "--set", "output.page=true", "--set", "solver.seed=2"]
+    running = start("-v", "plan", task, "--out", "out", *settings)
     running.wait_for("writing figures")
     running.interrupt()
     outcome = running.finish()
     assert outcome.code == 130 and "Traceback" not in outcome.err
-    assert (tmp_path / "out" / "plan.json").read_bytes() == before
+    assert "interrupted: what was not drawn yet is left out; fesd-robot render" in outcome.err
+    plan = read_plan(tmp_path / "out")
+    assert plan.status.solved and plan.task["solver"]["seed"] == 2
+    assert (tmp_path / "out" / "plan.html").is_file() and not (tmp_path / "out" / "figures").exists()
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 
@@ -143,10 +147,23 @@ def test_an_interrupt_that_a_library_turns_into_an_error_is_raised_again(interru
             raise RuntimeError("something failed") from error
 
 
-def test_files_are_moved_into_place_before_an_interrupt_counts(interrupts: Interrupts) -> None:
-    """While results take their place an interrupt is only noted."""
+def test_a_plan_is_written_before_an_interrupt_counts(interrupts: Interrupts) -> None:
+    """Once there is a plan an interrupt is noted, and pictures that are not begun yet are not begun."""
     with interrupts:
-        interrupts.committing()
+        interrupts.solved()
         signal.raise_signal(signal.SIGINT)
-        interrupts.committed()
+        with pytest.raises(KeyboardInterrupt), interrupts.drawing():
+            raise AssertionError("not reached")
+        interrupts.written()
+        assert interrupts.received and not interrupts.stop
+
+
+def test_an_interrupt_ends_a_drawing_once(interrupts: Interrupts) -> None:
+    """While pictures are drawn it raises; after that files are written."""
+    with interrupts:
+        interrupts.solved()
+        with pytest.raises(KeyboardInterrupt), interrupts.drawing():
+            signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        interrupts.written()
         assert interrupts.received and not interrupts.stop

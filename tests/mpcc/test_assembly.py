@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.mpcc import Block, Mpcc
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
-from fesd_robot.mpcc.blocks import EXPLOITED_SIGMA
+from fesd_robot.mpcc.blocks import UNRELAXED_SIGMA
 from fesd_robot.mpcc.relaxations import scholtes
 
 SIZE = 7
@@ -178,20 +178,29 @@ def test_rows_and_bounds_together_say_every_sign(seed: int) -> None:
     assert seen == {True, False}
 
 
-def test_an_exploitable_cost_weighs_little_while_pairs_are_relaxed(point: np.ndarray) -> None:
-    """Its weight is sigma_0 / sigma above sigma_0 and one below, in value and gradient; residuals count it whole."""
+def test_a_cost_may_be_another_while_pairs_are_relaxed(point: np.ndarray) -> None:
+    """What is added depends on sigma of the velocity level and is gone below a small one, in value and gradient;
+    residuals do not count it."""
     problem = _coupled()
     chain = problem.blocks[0]
     product = chain.variables[0] * chain.variables[1]
-    exploited = replace(problem, blocks=[replace(chain, exploitable=product), problem.blocks[1]])
-    changed = replace(problem, blocks=[replace(chain, cost=chain.cost - product), problem.blocks[1]])
-    nlp, rest = assemble(exploited, scholtes), assemble(changed, scholtes)
-    full = assemble(problem, scholtes)
-    for sigma, weight in ((20.0, EXPLOITED_SIGMA / 20.0), (EXPLOITED_SIGMA, 1.0), (0.0, 1.0)):
-        at = np.array([0.3, sigma])
+
+    def with_added(weight: float) -> Mpcc:
+        block = replace(chain, cost=chain.cost + weight * product)
+        return replace(problem, blocks=[block, problem.blocks[1]])
+
+    other = replace(problem, blocks=[replace(chain, while_relaxed=product * chain.sigma**2), problem.blocks[1]])
+    nlp = assemble(other, scholtes)
+    for sigma, weight in (
+        (20.0, 400.0),
+        (2 * UNRELAXED_SIGMA, 4 * UNRELAXED_SIGMA**2),
+        (UNRELAXED_SIGMA, 0.0),
+        (0.0, 0.0),
+    ):
+        at, expected = np.array([0.3, sigma]), assemble(with_added(weight), scholtes)
         for part in ("nlp", "gradient"):
-            value, without, whole = (
-                np.asarray(getattr(one, part)(point, at)[part == "gradient"]).ravel() for one in (nlp, rest, full)
+            value, known = (
+                np.asarray(getattr(one, part)(point, at)[part == "gradient"]).ravel() for one in (nlp, expected)
             )
-            assert value == pytest.approx(without + weight * (whole - without), rel=1e-12, abs=1e-12)
-    assert exploited.residuals(point).objective == problem.residuals(point).objective
+            assert value == pytest.approx(known, rel=1e-12, abs=1e-12)
+    assert other.residuals(point).objective == problem.residuals(point).objective

@@ -50,6 +50,25 @@ def test_tracking_of_points(short: str, load: Load) -> None:
             assert integrand == pytest.approx(theta * speed * value, abs=1e-12), name
 
 
+def test_slipping_is_never_paid_for_while_pairs_are_relaxed(short: str, load: Load) -> None:
+    """In place of mu F v, which is negative where friction drives the slip, stands what is not; where friction opposes
+    the slip both tend to the same as sigma falls."""
+    motion = formulate(load(short + "costs: {slipping: {foot: 0.2}}\n"))
+    ocp, sigma = motion.ocp, ca.SX.sym("sigma")
+    relaxed = ca.Function("relaxed", [*ocp.system.arguments, sigma], [ocp.relaxed_costs["slipping"](sigma)])
+    exact, p, negative = running(motion, "slipping"), np.zeros(5), 0
+    for x in states():
+        for plus, minus in ((0.3, 0.0), (0.0, 0.3), (0.1, 0.2)):
+            point = x, [1.0, 1.0, 1.0], [plus, minus, 1 - plus - minus], p
+            work = float(exact(*point))
+            negative += work < 0
+            assert all(float(relaxed(*point, level)) >= 0 for level in (3.0, 0.1, 1e-4))
+            if work >= 0 and plus * minus == 0:
+                assert float(relaxed(*point, 1e-7)) == pytest.approx(work, rel=1e-9)
+                assert float(relaxed(*point, 3.0)) <= work
+    assert negative
+
+
 def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
     """The integrand is a_n (theta_+ + theta_-), whatever the speed of time: force in stance, impulse in an impact."""
     motion = formulate(load(short + "costs: {force: {foot: 0.2}}\n"))
