@@ -32,6 +32,7 @@ from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
 from fesd_robot.strategies.multistart import attempt_seeds
 from fesd_robot.strategies.processes import processes_of
+from fesd_robot.strategies.stations import Station
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
 
@@ -46,6 +47,7 @@ def plan(
     stop: Stop | None = None,
     retrying: Callable[[Overrides, Plan], None] | None = None,
     started: Callable[[int, Plan], None] | None = None,
+    station: Callable[[Station], None] | None = None,
 ) -> Plan:
     """Plan the motion that a task describes, from its initial guesses, and with fallback settings if none solves it.
 
@@ -59,6 +61,7 @@ def plan(
         retrying: called before fallback settings or changes of the task are tried, with these and the plan that was not
             solved.
         started: called with the seed and the plan of every one of several starts when it is there.
+        station: called with what is done next.
 
     Returns:
         The cheapest solved plan of the starts, else the first that is solved, else one that only misses the goal, else
@@ -76,14 +79,14 @@ def plan(
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
         changed = with_overrides(task, {**overrides, **_time_left(deadline)})
-        result = attempt(changed, promised=not task.goal.soft, progress=progress, stop=stop)
+        result = attempt(changed, promised=not task.goal.soft, progress=progress, stop=stop, station=station)
         attempts.append(AttemptedPlan(overrides, result, deadline.spent - begin))
         if attempts[-1].final or stop_requested(stop):
             break
     best = best_plan(attempts)
     if best.status.solved or attempts[-1].final or stop_requested(stop) or not task.solver.retries:
         return best
-    return _with_what_helps(best, task, deadline, progress, stop, retrying)
+    return _with_what_helps(best, task, deadline, progress, stop, retrying, station)
 
 
 def attempt(
@@ -92,6 +95,7 @@ def attempt(
     promised: bool = False,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
+    station: Callable[[Station], None] | None = None,
 ) -> Plan:
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
@@ -100,7 +104,8 @@ def attempt(
 
     The other args and raises are those of `plan`.
     """
-    deadline, reports = Deadline(task.solver.time_limit), list[NlpReport]()
+    deadline, reports, reached = Deadline(task.solver.time_limit), list[NlpReport](), station or _unseen
+    reached(Station.BUILDING)
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
 
@@ -111,6 +116,7 @@ def attempt(
 
     problem, build_seconds = transcription.problem, deadline.spent
 
+    reached(Station.SEARCHING)
     options, polisher = homotopy_options(task), BranchTranscription(transcription)
     found = known_start(motion, transcription, options, deadline, report, stop)
     if found is None:
@@ -122,15 +128,18 @@ def attempt(
     motion = with_promised_goal(motion) if promised and task.goal.soft else motion
     solved = SolvedMotion.of(motion, polisher, solution)
     if task.solver.local_search:
+        reached(Station.IMPROVING)
         searches = searched(solved, options, deadline, report, stop, processes_of(task))
     else:
         searches = iter([solved])
     for candidate in searches:  # the cheaper ones first; the first that is true is taken
         solved = candidate
         if task.method.accuracy != "none":
+            reached(Station.REFINING)
             solved = refined(candidate, options, task.method.accuracy, deadline, report, stop)
         if not solved.audit.violations:
             break
+    reached(Station.CERTIFYING)
     solved, certificate = descended(solved, options, task, deadline, report, stop)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
@@ -176,6 +185,7 @@ def _with_what_helps(
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
     retrying: Callable[[Overrides, Plan], None] | None,
+    station: Callable[[Station], None] | None,
 ) -> Plan:
     """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
     last = plan
@@ -183,7 +193,7 @@ def _with_what_helps(
         if retrying:
             retrying(changes, last)
         settings: Overrides = {"solver.local_search": False, **_time_left(deadline)}
-        last = attempt(with_overrides(changed, settings), progress=progress, stop=stop)
+        last = attempt(with_overrides(changed, settings), progress=progress, stop=stop, station=station)
         tried = AttemptedPlan(changes, last, 0.0)
         if tried.solved:
             message = f"{plan.status.message} Tried, and solved: the same task with {settings_line(changes)}."
@@ -191,6 +201,10 @@ def _with_what_helps(
         if tried.final:
             break
     return plan
+
+
+def _unseen(station: Station) -> None:
+    """Take note of nothing."""
 
 
 def _time_left(deadline: Deadline) -> Overrides:

@@ -13,6 +13,7 @@ from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
 from fesd_robot.cli.progress import Progress, progress_for
+from fesd_robot.strategies.stations import Station
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -54,15 +55,17 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
         load: returns the task, and the folder for the results.
         quiet: print nothing unless something goes wrong.
     """
-    progress = progress_for(quiet)
+    progress = progress_for(quiet, logger.isEnabledFor(logging.DEBUG))
     with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
-        from fesd_robot.cli.summary import summary
-        from fesd_robot.plans import check_output_folder
+        with progress:
+            from fesd_robot.cli.summary import summary
+            from fesd_robot.plans import check_output_folder
 
-        task, folder = load()
-        check_output_folder(folder)
-        result = _solve(task, progress, interrupts)
-        written = _write(result, task, folder, interrupts)
+            task, folder = load()
+            check_output_folder(folder)
+            progress.time_limit = task.solver.time_limit
+            result = _solve(task, progress, interrupts)
+            written = _write(result, task, folder, progress, interrupts)
         if not quiet:
             typer.echo("\n".join(summary(result, written, folder)))
         elif not result.status.solved:
@@ -83,18 +86,25 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
         return interrupts.stop
 
     logger.debug("building the problem of %s", task.name)
-    with progress:
-        result = planner.plan(task, progress=progress.nlp, stop=stop, retrying=progress.retry, started=progress.start)
+    result = planner.plan(
+        task,
+        progress=progress.nlp,
+        stop=stop,
+        retrying=progress.retry,
+        started=progress.start,
+        station=progress.station,
+    )
     interrupts.solved()
     return result
 
 
-def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> Path:
+def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts: Interrupts) -> Path:
     from fesd_robot.plans import write_plan
     from fesd_robot.render.outputs import write_optional_files
 
     def extras(stage: Path) -> None:
         try:
+            progress.station(Station.DRAWING)
             with interrupts.drawing():
                 write_optional_files(plan, task, stage)
         except KeyboardInterrupt:
@@ -103,6 +113,7 @@ def _write(plan: Plan, task: Task, folder: Path, interrupts: Interrupts) -> Path
             )
 
     logger.debug("writing to %s", folder)
+    progress.station(Station.WRITING)
     written = write_plan(plan, folder, extras)
     interrupts.written()
     return written

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
 import time
 from collections.abc import Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import typer
+
+from fesd_robot.strategies.stations import Station
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,18 +21,27 @@ if TYPE_CHECKING:
     from fesd_robot.plans import Plan
 
 COLUMNS = {
-    "sigma": 7,
-    "velocity level": 14,
-    "status": 12,
+    "sigma": 5,
+    "velocity": 8,
+    "status": 15,
     "iterations": 10,
-    "cost": 12,
-    "complementarity": 15,
+    "cost": 11,
+    "pairs": 7,
     "violation": 9,
     "seconds": 7,
 }
-"""Name and width of every column of the progress table."""
+"""Name and width of every column of the table of NLPs: sigma of the position and the velocity level, how IPOPT ended,
+largest violation of a pair and of any other constraint."""
 
-REFRESH_SECONDS = 0.1
+REFRESHES_PER_SECOND = 4
+
+SILENCE = 2.0
+"""s after which a line is printed though nothing is new."""
+
+LEAST_WAIT = 0.05
+"""s between two looks at the clock."""
+
+STOPPING = "interrupted: stopping with the best iterate; interrupt again to abort at once"
 
 
 def cells(report: NlpReport) -> list[str]:
@@ -58,26 +72,62 @@ def start_line(seed: int, result: Plan) -> str:
 
 
 class Progress:
-    """Shows nothing; base of the kinds that do."""
+    """Shows nothing; base of the kinds that do, which are told what happens.
+
+    What is shown has to come by itself, for a solver that is busy tells nothing: the kinds that show something have a
+    thread for that.
+
+    Attributes:
+        time_limit: seconds for the whole solve, None for no limit.
+    """
+
+    def __init__(self) -> None:
+        self.time_limit: float | None = None
+        self._begin = time.monotonic()
+        self._station = Station.READING
+        self._iterations = 0
+        self._cost: float | None = None
+        self._stopping = False
+
+    def station(self, station: Station) -> None:
+        """Show what is done from now on."""
+        self._station = station
 
     def nlp(self, report: NlpReport) -> None:
         """Show a finished NLP."""
+        if not report.sigma and report.status.converged:
+            self._cost = report.residuals.objective
 
     def iteration(self, iteration: int, objective: float) -> None:
-        """Show where the running NLP is."""
+        """Count an iteration of the solver."""
+        self._iterations += iteration > 0
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why fallback settings are tried, and which."""
+        self._cost = None
 
     def start(self, seed: int, result: Plan) -> None:
         """Say what came of one of several initial guesses."""
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
-        typer.echo("interrupted: stopping with the best iterate; interrupt again to abort at once", err=True)
+        self._stopping = True
+        typer.echo(STOPPING, err=True)
 
     def close(self) -> None:
         """End what is shown and leave the screen to others."""
+
+    def line(self) -> str:
+        """Return what is being done, for how long, with which cost so far, and how much time is left; one line."""
+        spent = time.monotonic() - self._begin
+        words = [f"{spent:4.0f} s  {'stopping' if self._stopping else self._station.value}"]
+        if self._iterations:
+            words.append(f"{self._iterations} iterations")
+        if self._cost is not None:
+            words.append(f"cost {self._cost:.4g}")
+        if self.time_limit is not None and self._station not in (Station.WRITING, Station.DRAWING):
+            words.append(f"{max(self.time_limit - spent, 0.0):.0f} s left")
+        return ", ".join(words)
 
     def __enter__(self) -> Progress:
         return self
@@ -89,106 +139,141 @@ class Progress:
 
 
 class PlainProgress(Progress):
-    """One line per NLP, for files and pipes; the header appears as soon as the solver runs."""
+    """A line for everything new, and one as often as `SILENCE`, for files and pipes.
 
-    def __init__(self) -> None:
-        self._begun = False
+    Args:
+        table: whether every NLP has a line of its own, too.
+    """
+
+    def __init__(self, table: bool = False) -> None:
+        super().__init__()
+        self._table, self._begun = table, False
+        self._ended, self._printing = threading.Event(), threading.Lock()
+        self._printed = self._begin
+        self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
+
+    def __enter__(self) -> Progress:
+        self._print(self.line())
+        self._ticker.start()
+        return self
+
+    def station(self, station: Station) -> None:
+        """Print what is done from now on, if it is something else."""
+        if station is not self._station:
+            super().station(station)
+            self._print(self.line())
 
     def nlp(self, report: NlpReport) -> None:
-        """Show a finished NLP."""
-        self._begin()
-        self._print(cells(report))
-
-    def iteration(self, iteration: int, objective: float) -> None:
-        """Show the header."""
-        self._begin()
+        """Print a row of the table of NLPs."""
+        super().nlp(report)
+        if self._table:
+            if not self._begun:
+                self._begun = True
+                self._print(aligned(list(COLUMNS)))
+            self._print(aligned(cells(report)))
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Say why fallback settings are tried, and which."""
-        typer.echo(retry_line(changes, failed))
+        """Print why fallback settings are tried, and which."""
+        super().retry(changes, failed)
+        self._print(retry_line(changes, failed))
 
     def start(self, seed: int, result: Plan) -> None:
-        """Say what came of one of several initial guesses."""
-        typer.echo(start_line(seed, result))
+        """Print what came of one of several initial guesses."""
+        self._print(start_line(seed, result))
 
-    def _begin(self) -> None:
-        if not self._begun:
-            self._begun = True
-            self._print(list(COLUMNS))
+    def close(self) -> None:
+        """Print no more."""
+        self._ended.set()
+        if self._ticker.is_alive():
+            self._ticker.join()
 
-    @staticmethod
-    def _print(entries: list[str]) -> None:
-        """Print the entries in columns; typer.echo flushes."""
-        typer.echo("  ".join(f"{entry:>{width}}" for entry, width in zip(entries, COLUMNS.values(), strict=True)))
+    def _tick(self) -> None:
+        while not self._ended.wait(max(self._printed + SILENCE - time.monotonic(), LEAST_WAIT)):
+            if time.monotonic() >= self._printed + SILENCE:
+                self._print(self.line())
+
+    def _print(self, line: str) -> None:
+        """Print a line; typer.echo flushes."""
+        with self._printing:
+            self._printed = time.monotonic()
+            typer.echo(line)
 
 
 class LiveProgress(Progress):
-    """A table that grows and, below it, the running iteration, for terminals."""
+    """A line that changes, for terminals.
 
-    def __init__(self, console: Console) -> None:
-        from rich.console import Group
+    Args:
+        console: of the terminal.
+        table: whether every NLP has a line of its own above it.
+    """
+
+    def __init__(self, console: Console, table: bool = False) -> None:
         from rich.live import Live
-        from rich.table import Table
         from rich.text import Text
 
-        self._table = Table(box=None, pad_edge=False, header_style="bold")
-        for name in COLUMNS:
-            self._table.add_column(name, justify="right", no_wrap=True)
-        self._line = Text()
-        self._live = Live(Group(self._table, self._line), console=console, auto_refresh=False)
-        self._begin = self._shown = time.monotonic()
-        self._finished, self._stopping = 0, False
+        super().__init__()
+        self._table, self._begun = table, False
+        self._live = Live(
+            get_renderable=lambda: Text(self.line(), style="yellow" if self._stopping else "dim", overflow="ellipsis"),
+            console=console,
+            refresh_per_second=REFRESHES_PER_SECOND,
+            transient=True,
+        )
+
+    def __enter__(self) -> Progress:
+        self._live.start(refresh=True)
+        return self
 
     def nlp(self, report: NlpReport) -> None:
-        """Show a finished NLP."""
-        self._finished += 1
-        self._table.add_row(*cells(report), style=None if report.status.converged else "yellow")
-        self._refresh()
-
-    def iteration(self, iteration: int, objective: float) -> None:
-        """Show where the running NLP is, at most ten times a second."""
-        now = time.monotonic()
-        if self._stopping or now - self._shown < REFRESH_SECONDS:
-            return
-        self._shown = now
-        text = f"NLP {self._finished + 1}: iteration {iteration}, cost {objective:.6g}, {now - self._begin:.0f} s"
-        self._show(text, "dim")
+        """Print a row of the table of NLPs."""
+        super().nlp(report)
+        if self._table:
+            if not self._begun:
+                self._begun = True
+                self._above(aligned(list(COLUMNS)), "bold")
+            self._above(aligned(cells(report)), "none" if report.status.converged else "yellow")
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Say why fallback settings are tried, and which."""
-        self._live.console.print(retry_line(changes, failed), style="yellow", highlight=False)
+        """Print why fallback settings are tried, and which."""
+        super().retry(changes, failed)
+        self._above(retry_line(changes, failed), "yellow")
 
     def start(self, seed: int, result: Plan) -> None:
-        """Say what came of one of several initial guesses."""
-        self._live.console.print(start_line(seed, result), highlight=False)
+        """Print what came of one of several initial guesses."""
+        self._above(start_line(seed, result), "none")
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
         self._stopping = True
-        self._show("stopping with the best iterate; Ctrl-C again to abort at once", "yellow")
+        self._above(STOPPING, "yellow")
 
     def close(self) -> None:
-        """Leave the table and remove the line below it."""
-        if self._live.is_started:
-            self._live.update(self._table)
-            self._live.stop()
+        """Remove the line."""
+        self._live.stop()
 
-    def _show(self, text: str, style: str) -> None:
-        self._line.plain, self._line.style = text, style
-        self._refresh()
-
-    def _refresh(self) -> None:
-        """Draw; the first drawing starts the display, so that an error before it leaves no empty table."""
-        if not self._live.is_started:
-            self._live.start()
-        self._live.refresh()
+    def _above(self, line: str, style: str) -> None:
+        self._live.console.print(line, style=style, highlight=False, markup=False)
 
 
-def progress_for(quiet: bool) -> Progress:
-    """Return the kind of progress that suits where the output goes."""
+def aligned(entries: list[str]) -> str:
+    """Return the entries of a row of the table of NLPs in columns."""
+    return " ".join(f"{entry:>{width}}" for entry, width in zip(entries, COLUMNS.values(), strict=True))
+
+
+def progress_for(quiet: bool, table: bool = False) -> Progress:
+    """Return the kind of progress that suits where the output goes.
+
+    Args:
+        quiet: show nothing.
+        table: show every NLP, too.
+    """
     if quiet:
         return Progress()
+    if not sys.stdout.isatty() and not os.environ.get("FORCE_COLOR"):
+        return PlainProgress(table)
     from rich.console import Console
 
     console = Console()
-    return LiveProgress(console) if console.is_terminal and not console.is_dumb_terminal else PlainProgress()
+    return (
+        LiveProgress(console, table) if console.is_terminal and not console.is_dumb_terminal else PlainProgress(table)
+    )

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import io
+import time
 from typing import NamedTuple
 
 import pytest
 from rich.console import Console
 
-from fesd_robot.cli.progress import REFRESH_SECONDS, LiveProgress, PlainProgress, Progress, progress_for
+from fesd_robot.cli.progress import (
+    REFRESHES_PER_SECOND,
+    SILENCE,
+    LiveProgress,
+    PlainProgress,
+    Progress,
+    progress_for,
+)
 from fesd_robot.mpcc import NlpStatus
+from fesd_robot.strategies.stations import Station
 
 
 class Residuals(NamedTuple):
@@ -34,31 +43,57 @@ class Report(NamedTuple):
 ROW = ["1e-03", "5e-01", "converged", "57", "12.5", "3.0e-04", "2.0e-09", "4.2"]
 
 
-def test_plain_progress_is_one_line_per_nlp(capsys: pytest.CaptureFixture[str]) -> None:
-    """A header and aligned rows, nothing for iterations."""
+def test_plain_progress_says_what_is_done(capsys: pytest.CaptureFixture[str]) -> None:
+    """A line for every station, and after `SILENCE` seconds one that counts; rows of NLPs only if asked for."""
     with PlainProgress() as progress:
-        progress.iteration(1, 3.0)
+        progress.time_limit = 60.0
+        progress.station(Station.SEARCHING)
+        progress.station(Station.SEARCHING)
+        progress.iteration(0, 1.0)
+        for number in (1, 2):
+            progress.iteration(number, 3.0)
+        progress.nlp(Report(sigma=0.0))  # type: ignore[arg-type]
+        time.sleep(SILENCE + 0.5)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith("s  reading the task")
+    assert lines[1].endswith("s  looking for a motion, 60 s left")
+    assert lines[2].endswith("s  looking for a motion, 2 iterations, cost 12.5, 58 s left")
+    assert len(lines) == 3
+
+
+def test_the_table_has_a_row_for_every_nlp(capsys: pytest.CaptureFixture[str]) -> None:
+    """A header and aligned rows that fit a terminal of 80 columns."""
+    with PlainProgress(table=True) as progress:
         progress.nlp(Report())  # type: ignore[arg-type]
-    header, row = capsys.readouterr().out.splitlines()
+    _, header, row = capsys.readouterr().out.splitlines()
     assert row.split() == ROW
-    assert len(header) == len(row)
+    assert len(header) == len(row) < 80
 
 
-def test_live_progress_shows_table_and_iteration(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a terminal the running iteration stands below the table, and is gone at the end."""
+def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
+    """80 columns are enough for every station after hours, with many iterations, a cost and a time limit."""
+    progress = Progress()
+    progress.time_limit = 9999.0
+    progress.nlp(Report(sigma=0.0, residuals=Residuals(objective=-1.23456789e-11)))  # type: ignore[arg-type]
+    progress._iterations = 99999
+    progress._begin -= 999
+    for station in Station:
+        progress.station(station)
+        assert len(progress.line()) < 80
+
+
+def test_live_progress_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a terminal one line changes, rows of NLPs stand above it if asked for, and it is gone at the end."""
     screen = io.StringIO()
-    progress = LiveProgress(Console(file=screen, force_terminal=True, width=100, color_system=None))
-    monkeypatch.setattr("time.monotonic", lambda: progress._shown + 2 * REFRESH_SECONDS)
-    with progress:
+    with LiveProgress(Console(file=screen, force_terminal=True, width=100, color_system=None), table=True) as progress:
         progress.nlp(Report())  # type: ignore[arg-type]
-        progress.iteration(7, 3.25)
-        assert "NLP 2: iteration 7, cost 3.25" in screen.getvalue()
+        progress.station(Station.REFINING)
+        time.sleep(2 / REFRESHES_PER_SECOND)
+        assert "s  refining the motion" in screen.getvalue()
         progress.stopping()
-        assert "Ctrl-C again" in screen.getvalue()
-        shown = screen.tell()
-    last = screen.getvalue()[shown:]
-    assert all(entry in last for entry in ROW)
-    assert "Ctrl-C" not in last
+        assert "interrupt again to abort at once" in screen.getvalue()
+    lines = screen.getvalue()
+    assert all(entry in lines for entry in ROW)
 
 
 def test_the_kind_of_progress_suits_the_output(

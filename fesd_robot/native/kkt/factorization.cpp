@@ -13,6 +13,8 @@ namespace {
 
 constexpr int SLACK = 16;  // kernels read and write a little beyond the end
 constexpr int MAX_REORDERINGS = 4;
+constexpr double BUDGET = 100.0;   // the same for one factorization, which is then given up
+constexpr int GIVEN_UP = -1;       // in the place of a rank
 constexpr double PATIENCE = 10.0;  // excess, in factorizations as cheap as the cheapest, after which a structure is given up
 
 // 2^k near the inverse root of a size, so that scaling costs no round-off.
@@ -27,6 +29,8 @@ double inverse_root(double size) {
     std::memcpy(&result, &bits, sizeof result);
     return result;
 }
+
+double operations_of(int order, int pivots) { return static_cast<double>(order) * order * pivots; }
 
 void reserve(Memory<double>& memory, std::size_t size) {
     if (memory.size() < size) memory.resize(std::max(size, memory.size() + memory.size() / 2));
@@ -106,17 +110,21 @@ void Factorization::reorder() {
 void Factorization::choose_structure() {
     const bool wasteful = excess_ > PATIENCE * least_operations_;
     if (wasteful && reorderings_ > 0) {
-        adopt(minimum_degree_structure(pattern_));
-        reorderings_ = 0;
-        excess_ = 0.0;
+        start_over();
     } else if (wasteful || (delayed_ > order_ / 50 && reorderings_ < MAX_REORDERINGS)) {
         reorder();
     }
 }
 
+void Factorization::start_over() {
+    adopt(minimum_degree_structure(pattern_));
+    reorderings_ = 0;
+    excess_ = 0.0;
+}
+
 void Factorization::count_operations() {
     double operations = 0.0;
-    for (const Factor& factor : factors_) operations += static_cast<double>(factor.order) * factor.order * factor.pivots;
+    for (const Factor& factor : factors_) operations += operations_of(factor.order, factor.pivots);
     least_operations_ = least_operations_ == 0.0 ? operations : std::min(least_operations_, operations);
     excess_ += operations - least_operations_;
 }
@@ -140,8 +148,22 @@ void Factorization::scale(const double* value) {
     }
 }
 
+// Where almost no pivot is acceptable, columns are delayed until one front holds most of the matrix, and a factorization
+// takes a thousand times as long as others. One beyond its budget begins again with a structure without pivots in mind;
+// if that has none left either, the matrix counts as singular, and IPOPT regularizes it.
 int Factorization::factorize(const double* value, double threshold, bool stop) {
-    if (!stopped_) choose_structure();
+    if (!stopped_ && !given_up_) choose_structure();
+    const double budget = least_operations_ > 0.0 ? BUDGET * least_operations_ : HUGE_VAL;
+    int rank = factorize_once(value, threshold, stop, budget);
+    if (rank == GIVEN_UP && reorderings_ > 0) {
+        start_over();
+        rank = factorize_once(value, threshold, stop, budget);
+    }
+    given_up_ = rank == GIVEN_UP;
+    return given_up_ ? 0 : rank;
+}
+
+int Factorization::factorize_once(const double* value, double threshold, bool stop, double budget) {
     const Structure& s = *structure_;
     // A matrix that is factorized without a solution in between is the last one with another regularization.
     if (!scaled_) scale(value);
@@ -159,6 +181,8 @@ int Factorization::factorize(const double* value, double threshold, bool stop) {
         int inherited = 0;  // delayed columns of the children
         for (int c = 0; c < front.children; ++c) inherited += factors_[child[c]].delayed;
         const int fully_summed = front.columns + inherited, m = fully_summed + front.rows;
+        budget -= operations_of(m, fully_summed);
+        if (budget < 0.0) return GIVEN_UP;
         reserve(dense_, m + SLACK);
 
         factor.order = m;

@@ -33,7 +33,7 @@ public:
     Factorization(int order, int entries, const int* row, const int* column);
 
     // Factorizes values in the order of the pattern's entries.
-    // Returns the rank found; less than the order if singular. With `stop` it may end as soon as the number of negative
+    // Returns the rank found; less than the order if singular, and 0 if it would take far too long to tell. With `stop` it may end as soon as the number of negative
     // eigenvalues is known to be larger than that of the constraints; negative() then is the smallest such number, and
     // solve() begins with the whole factorization.
     int factorize(const double* value, double threshold, bool stop = false);
@@ -47,7 +47,9 @@ public:
 private:
     void adopt(std::shared_ptr<const Structure> structure);
     void reorder();
+    int factorize_once(const double* value, double threshold, bool stop, double budget);
     void choose_structure();
+    void start_over();
     void count_operations();
     void scale(const double* value);
     void eliminate(Factor& factor, int fully_summed, double threshold);
@@ -63,6 +65,7 @@ private:
     bool wrong_inertia_solved_ = false;     // a system was solved with not one negative eigenvalue for each constraint
     bool may_stop_ = false;                 // a system was solved, and none of them with such an inertia
     bool stopped_ = false;                  // the last factorization ended early
+    bool given_up_ = false;                 // the last factorization was given up
     double threshold_ = 0.0;
     std::shared_ptr<const Pattern> pattern_;
     std::shared_ptr<const Structure> structure_;

@@ -1,13 +1,14 @@
 #include "factorization.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dense.hpp"
 
 namespace fesd {
 
 void Factorization::solve(double* x, const double* value) {
-    if (stopped_) factorize(value, threshold_);
+    if (stopped_) factorize_once(value, threshold_, false, HUGE_VAL);
     scaled_ = false;
     wrong_inertia_solved_ = wrong_inertia_solved_ || negative_ != constraints_;
     may_stop_ = !wrong_inertia_solved_;
