@@ -38,6 +38,9 @@ REFRESHES_PER_SECOND = 4
 SILENCE = 2.0
 """s after which a line is printed though nothing is new."""
 
+FIRST_LINE = 0.5
+"""s after which the first line is printed: mistakes in a task are found earlier, and come without one."""
+
 LEAST_WAIT = 0.05
 """s between two looks at the clock."""
 
@@ -149,11 +152,10 @@ class PlainProgress(Progress):
         super().__init__()
         self._table, self._begun = table, False
         self._ended, self._printing = threading.Event(), threading.Lock()
-        self._printed = self._begin
+        self._printed = self._begin - SILENCE + FIRST_LINE
         self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
 
     def __enter__(self) -> Progress:
-        self._print(self.line())
         self._ticker.start()
         return self
 

@@ -35,7 +35,9 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     plan = read_plan(finished.folder)
     doing = [line for line in lines if re.match(r" *\d+ s  ", line)]
     words = [line.partition(" s  ")[2].partition(",")[0] for line in doing]
-    assert list(dict.fromkeys(words)) == [station.value for station in Station]
+    assert [word for word in dict.fromkeys(words) if word != Station.READING.value] == [
+        station.value for station in Station if station is not Station.READING
+    ]
     summary = lines[len(doing) :]
     assert 4 <= len(summary) <= 6
     assert summary[0] == f"published_hopper_one_jump: {plan.status.message}"
@@ -119,12 +121,12 @@ def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, sm
 def test_a_folder_that_cannot_take_results_stops_before_the_solve(
     run: Callable[..., Any], task: Path, small: list[str], tmp_path: Path, out: str, words: str
 ) -> None:
-    """Exit status 2 at once: no progress is printed, and what is there stays as it was."""
+    """Exit status 2 at once: no station after the first is reached, and what is there stays as it was."""
     work = tmp_path / "work"
     (work / "file").write_text("mine", encoding="utf-8")
     (work / "full").mkdir()
     (work / "full" / "thesis.tex").write_text("mine", encoding="utf-8")
     outcome = run("plan", task, "--out", out, *small)
-    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.code == 2 and all(Station.READING.value in line for line in outcome.out.splitlines())
     assert outcome.err.startswith("error: ") and words in outcome.err and "choose another --out" in outcome.err
     assert sorted(file.name for file in work.rglob("*")) == ["file", "full", "thesis.tex"]
