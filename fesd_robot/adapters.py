@@ -115,6 +115,7 @@ def motion_audit(
             ),
             **replay_entries(replay, physical, names),
         },
+        given=motion.task.audit.given,
     )
     return found.model_copy(update={"findings": [*found.findings, *findings_of_notes(replay)]})
 

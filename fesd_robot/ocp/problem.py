@@ -11,7 +11,7 @@ from fesd_robot.ocp.costs import EXPLOITABLE_COSTS, running_costs, terminal_cost
 from fesd_robot.ocp.determinacy import determinacy_constraints
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.targets import target_constraints
-from fesd_robot.ocp.vectors import vector
+from fesd_robot.ocp.vectors import mirrored, vector
 
 
 def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
@@ -96,7 +96,10 @@ def _equal_intervals(parts: ProblemParts) -> TrajectoryConstraint:
 
 
 def _period(parts: ProblemParts) -> TrajectoryConstraint:
-    """The end is the start shifted by one stride, and the integrated gaps of a free start are the true ones."""
+    """The end is the start, perhaps mirrored, shifted by one stride; a free start's integrated gaps are true ones.
+
+    Which contacts touch at the end is not said: their gaps are functions of the configuration.
+    """
     assert parts.task.goal.periodic is not None
     system, n, n_q = parts.contact_system.system, parts.clock_index, parts.dynamics.configuration.numel()
     start, end = system.state, ca.SX.sym("end", system.state.numel())
@@ -105,7 +108,9 @@ def _period(parts: ProblemParts) -> TrajectoryConstraint:
     after_gaps = n + 1 + parts.gap_states
     gaps = start[n + 1 : after_gaps] - parts.gap(start[:n_q]) if parts.gap_states else ca.SX(0, 1)
     names = [f"period of {name}" for name in system.state_names[:n]]
-    rows = ca.vertcat(end[:n] - start[:n] - ca.DM(stride), gaps)
+    q_names, v_names = parts.dynamics.configuration_names, parts.dynamics.velocity_names
+    image = ca.vertcat(mirrored(parts.task, q_names, start[:n_q]), mirrored(parts.task, v_names, start[n_q:n]))
+    rows = ca.vertcat(end[:n] - image - ca.DM(stride), gaps)
     zeros = np.zeros(rows.numel())
     return TrajectoryConstraint(
         "period",
