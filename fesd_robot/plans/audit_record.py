@@ -266,7 +266,11 @@ class Audit(Record):
     @property
     def near_misses(self) -> list[str]:
         """Names of the violated entries if none is beyond its limit by more than `NEAR` of it; else none."""
-        return self.violations if all(self.ratio(name) <= 1 + NEAR for name in self.violations) else []
+        return self.violations if all(map(self.nearly, self.violations)) else []
+
+    def nearly(self, name: str) -> bool:
+        """Return whether an entry is beyond its limit by no more than `NEAR` of it."""
+        return name in ENTRIES and 1 < self.ratio(name) <= 1 + NEAR
 
     @property
     def worst(self) -> tuple[float, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fesd_robot.plans.audit_record import ENTRIES, NEAR
+from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.outcome_report import outcome_section
 from fesd_robot.plans.plan import Plan, Statistics, Status
 from fesd_robot.plans.tables import markdown_table, settings_line
@@ -82,7 +82,7 @@ def _audit(plan: Plan) -> str:
             continue
         passed = "yes"
         if name in plan.audit.violations:
-            passed = "nearly" if plan.audit.ratio(name) <= 1 + NEAR else "no"
+            passed = "nearly" if plan.audit.nearly(name) else "no"
         own = f" (the task's; default {plan.audit.defaults[name]:g})" if name in plan.audit.defaults else ""
         part = f"{max(plan.audit.ratio(name), 0.0):.2g}"
         rows.append([name, f"{value:.3e}", entry.bound(limit) + own, entry.unit, part, passed])
