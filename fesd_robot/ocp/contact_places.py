@@ -128,7 +128,7 @@ def _standing(section: Any, names: Mapping[str, Sequence[str]]) -> Configured:
 
 
 def _constraints(task: Task, names: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    result = {}
+    result: dict[str, Any] = {}
     for key, constraint in task.constraints.items():
         if isinstance(constraint, SwingClearance):
             contacts = [one for name in constraint.contacts for one in names[name]]

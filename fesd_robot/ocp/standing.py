@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -35,7 +35,7 @@ _LEAST_DAMPING, _FIRST_DAMPING, _MOST_DAMPING = 1e-12, 1e-6, 1e10
 _UNDECIDED = 1e-6
 """Weight of the distance from where the search starts beside that of 1 from a preferred value."""
 
-_IPOPT = {"ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}, "print_time": False}
+_IPOPT: dict[str, Any] = {"ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}, "print_time": False}
 
 _DEFAULT_ADJUST = (ROOT_HEIGHT, ROOT_PITCH)
 """What is adjusted by default: the first for one contact, both for several."""
@@ -189,9 +189,7 @@ def preferred_configuration(
     found = solver(
         x0=q[entries], lbx=limits.lower_position[entries], ubx=limits.upper_position[entries], lbg=0.0, ubg=0.0
     )
-    q[entries] = np.clip(
-        np.asarray(found["x"]).ravel(), limits.lower_position[entries], limits.upper_position[entries]
-    )
+    q[entries] = np.clip(np.asarray(found["x"]).ravel(), limits.lower_position[entries], limits.upper_position[entries])
     return touching_configuration(robot, contacts, configuration, standing.adjust, q, limits)
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from types import MappingProxyType
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,17 +20,33 @@ STANDARD_GRAVITY = 9.81
 """m/s^2; used for the tolerance of a force even where the robot moves on a level table."""
 
 
+Bounds = tuple[np.ndarray, np.ndarray]
+"""Lower and upper."""
+
+
+@dataclass(frozen=True)
+class MotionLimits:
+    """What a motion is compared with.
+
+    Attributes:
+        position, velocity, control: bounds of configuration (n_q), velocity (n_v) and controls (n_u).
+        entries: name of an entry of the audit -> limit in place of its default.
+    """
+
+    position: Bounds
+    velocity: Bounds
+    control: Bounds
+    entries: Mapping[str, float] = field(default_factory=dict)
+
+
 def audit(
     motion: PhysicalMotion,
     physics: NumericPhysics,
     *,
     names: Names,
     interval_ends: np.ndarray,
-    position_limits: tuple[np.ndarray, np.ndarray],
-    velocity_limits: tuple[np.ndarray, np.ndarray],
-    control_limits: tuple[np.ndarray, np.ndarray],
+    limits: MotionLimits,
     others: Mapping[str, Measured] | None = None,
-    given: Mapping[str, float] = MappingProxyType({}),
 ) -> Audit:
     """Return what Pinocchio's numeric algorithms say about a motion, with a finding for every violated entry.
 
@@ -44,10 +59,9 @@ def audit(
         motion: the trajectory in physical time.
         names: of contacts, coordinates and controls, for the findings.
         interval_ends: kT/N, k = 1..N, s.
-        position_limits, velocity_limits, control_limits: (lower, upper).
+        limits: of the motion and of the audit itself.
         others: further entries: of the task's own requirements, from `requirements.requirements`, and of the motion's
             replay, from `replay_record.replay_entries`; those that are omitted are left unchecked.
-        given: name of an entry -> limit in place of its default.
     """
     energies = _Energies(motion, physics)
     states, modes, stages = motion.states, ModeForces(motion, physics, names), StageForces(motion, physics, names)
@@ -62,13 +76,13 @@ def audit(
         "max_dynamics_error": stages.dynamics(),
         "max_impact_law_error": largest(_impact_errors(motion, physics, names)),
         "max_position_limit_violation": _outside(
-            states.configuration, position_limits, names.configuration, states.time, states.interval
+            states.configuration, limits.position, names.configuration, states.time, states.interval
         ),
         "max_velocity_limit_violation": _outside(
-            states.velocity, velocity_limits, names.velocity, states.time, states.interval
+            states.velocity, limits.velocity, names.velocity, states.time, states.interval
         ),
         "max_control_limit_violation": _outside(
-            motion.control, control_limits, names.controls, motion.time, motion.interval
+            motion.control, limits.control, names.controls, motion.time, motion.interval
         ),
         "max_position_defect": largest(_position_defects(motion, physics, names)),
         "max_energy_error": largest(energies.errors),
@@ -78,7 +92,7 @@ def audit(
     }
     values = {name: one.value for name, one in measured.items()}
     scales = AuditScales(weight=physics.mass * STANDARD_GRAVITY, turnover=energies.turnover)
-    found = Audit.of(values, scales, given)
+    found = Audit.of(values, scales, limits.entries)
     return found.model_copy(update={"findings": findings_of(found, measured)})
 
 

@@ -50,13 +50,14 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
 
 def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
     """Return what of the file does not enter the robot, one sentence each."""
+    damped = [
+        joint.get("name", "")
+        for joint in root.findall("joint")
+        if joint.get("name") in leaders and joint.find("dynamics[@damping]") is not None
+    ]
     return [
         *_transmission_notes(root, leaders),
-        *(
-            f"The damping of joint '{joint.get('name')}', which follows '{leaders[joint.get('name', '')]}', is not read."
-            for joint in root.findall("joint")
-            if joint.get("name") in leaders and joint.find("dynamics[@damping]") is not None
-        ),
+        *(f"The damping of joint '{name}', which follows '{leaders[name]}', is not read." for name in damped),
     ]
 
 

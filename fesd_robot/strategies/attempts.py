@@ -54,8 +54,7 @@ def stop_requested(stop: Stop | None) -> bool:
 
 
 def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
-    """Return the cheapest solved attempt; if none is solved one that nearly is or only misses the goal, else the first.
-    """
+    """Return the cheapest solved attempt, else one that nearly is solved or only misses the goal, else the first."""
     solved = [attempt for attempt in attempts if attempt.solved]
     if solved:
         return min(solved, key=lambda attempt: attempt.plan.statistics.objective)

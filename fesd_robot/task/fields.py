@@ -87,7 +87,6 @@ Name = Annotated[str, Field(min_length=1)]
 """Name of a joint, coordinate, frame, contact or control."""
 
 
-
 def _read_distinct(names: list[str]) -> list[str]:
     if len(set(names)) < len(names):
         raise expected("every name once")
