@@ -40,6 +40,9 @@ _VIOLATED = 1e-6
 SWING_SPEED = 0.1
 """Speed at which a contact may touch before a swing clearance asks for height, in units of the robot."""
 
+SWING_SPARE = 0.5
+"""Part of what the audit spares that a swing clearance may be violated between stages without a refinement."""
+
 BoundedRow = tuple[str, ca.SX, float, float]
 """Name, row, lower and upper bound, m."""
 
@@ -101,21 +104,20 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
         TaskError: a fixed start violates a constraint.
     """
     everywhere: list[BoundedRow] = []
-    windows: list[TrajectoryConstraint] = []
+    others: list[TrajectoryConstraint] = []
     for name, constraint in parts.task.constraints.items():
-        if isinstance(constraint, SwingClearance):
-            rows = _swing(parts, constraint)
-        elif isinstance(constraint, BodyPoint):
+        if isinstance(constraint, BodyPoint):
             rows = point_rows(constraint, parts.points.fixed_to(constraint), parts.ground)
-        if isinstance(constraint, SwingClearance | BodyPoint):
             rows = [(f"constraint '{name}', {what}", row, low, high) for what, row, low, high in rows]
             _check_start(parts, name, rows)
             everywhere += [row for row in rows if not row[1].is_constant()]
         elif isinstance(constraint, ContactWindow):
-            windows.append(_window(parts, name, constraint))
+            others.append(_window(parts, name, constraint))
+        elif isinstance(constraint, SwingClearance):
+            others.append(_swing(parts, name, constraint))
     if not everywhere:
-        return windows
-    return [*windows, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
+        return others
+    return [*others, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
 
 
 def with_swing_speeds(task: Task, scales: RobotScales) -> Task:
@@ -128,16 +130,18 @@ def with_swing_speeds(task: Task, scales: RobotScales) -> Task:
     return task.model_copy(update={"constraints": constraints})
 
 
-def _swing(parts: ProblemParts, swing: SwingClearance) -> list[BoundedRow]:
-    """g - h (v_t^2 - c^2) / (v_t^2 + c^2) >= 0 of every contact; at rest it is g + h, so that stance is no bound."""
+def _swing(parts: ProblemParts, name: str, swing: SwingClearance) -> TrajectoryConstraint:
+    """Return g - h (v_t^2 - c^2) / (v_t^2 + c^2) >= 0 of every contact; at rest it is g + h: stance is no bound."""
     assert swing.speed is not None
-    rows = []
+    rows: list[BoundedRow] = []
     for contact in parts.contacts:
         if contact.name in swing.contacts:
             square, slow = ca.dot(contact.tangent, parts.dynamics.velocity) ** 2, swing.speed**2
             row = contact.gap - swing.height * (square - slow) / (square + slow)
-            rows.append((f"{contact.name} in swing", row, 0.0, np.inf))
-    return rows
+            rows.append((f"constraint '{name}', {contact.name}", row, 0.0, np.inf))
+    _check_start(parts, name, rows)
+    everywhere = _trajectory_constraint(parts, name, "path", range(parts.grid.intervals), rows)
+    return replace(everywhere, spare=SWING_SPARE * swing.spare)
 
 
 def _window(parts: ProblemParts, name: str, window: ContactWindow) -> TrajectoryConstraint:

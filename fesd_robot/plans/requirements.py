@@ -207,7 +207,8 @@ class _Checks:
             gaps, speeds = self._physics.gaps(q), tangential_rows(self._physics.contact_jacobian(q) @ v)
             for i in contacts:
                 ratio = (speeds[i] / swing.speed) ** 2
-                yield self._at(k, swing.height * (ratio - 1) / (ratio + 1) - float(gaps[i]))
+                demand = swing.height * (ratio - 1) / (ratio + 1) - swing.spare
+                yield self._at(k, demand - float(gaps[i]))
 
     def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[Measured]:
         """Yield the violations of hard goals, of a period, and of the bounds of a free duration."""

@@ -219,6 +219,11 @@ class SwingClearance(Section):
         "sqrt(length / gravity).",
     )
 
+    @property
+    def spare(self) -> float:
+        """By how much the audit lets the gap be less, m: a hundredth of the height, which is no edge of a body."""
+        return 0.01 * self.height
+
     def in_words(self) -> str:
         """Return the constraint as a part of a sentence."""
         return (

@@ -20,7 +20,7 @@ SWING = "constraints: {up: {type: swing_clearance, contacts: [foot], height: 0.0
 
 def test_rows_are_the_gap_that_the_speed_asks_for(short: str, load: Load) -> None:
     """On a slope the gap and the speed along it are those of Pinocchio's kinematics of the foot."""
-    path = constraint(formulate(load(short + "ground: {height: -0.3, slope: 0.1}\n" + SWING)), "constraints")
+    path = constraint(formulate(load(short + "ground: {height: -0.3, slope: 0.1}\n" + SWING)), "up")
     assert (path.kind, path.lower.tolist(), path.upper.tolist()) == ("path", [0.0], [np.inf])
     rest = np.zeros(path.variables.numel() - 10)
     along = np.array([np.cos(0.1), 0, np.sin(0.1)])
@@ -36,7 +36,7 @@ def test_rows_are_the_gap_that_the_speed_asks_for(short: str, load: Load) -> Non
 @pytest.mark.parametrize(("ratio", "part"), [(0.0, -1.0), (1.0, 0.0), (2.0, 0.6), (3.0, 0.8), (5.0, 0.923), (1e3, 1.0)])
 def test_what_is_asked_at_a_multiple_of_the_speed(short: str, load: Load, ratio: float, part: float) -> None:
     """Nothing up to the speed, so that stance is no bound; 0.6, 0.8 and 0.92 of the height at 2, 3 and 5 times it."""
-    path = constraint(formulate(load(short + SWING)), "constraints")
+    path = constraint(formulate(load(short + SWING)), "up")
     x = np.concatenate([[0, 0.5, 0, 0.5], [0.25 * ratio, 0, 0, 0], np.zeros(path.variables.numel() - 8)])
     assert rows(path, x) == pytest.approx([-part * 0.04], abs=1e-4)
 

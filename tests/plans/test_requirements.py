@@ -42,7 +42,7 @@ CONSTRAINTS = [
     ("{type: forbidden_zone, contact: foot, x: [0.01, null]}", 0.0),
     ("{type: contact_window, contact: foot, times: [0.15, 0.3], touch: forbidden, clearance: 0.03}", 0.03),
     ("{type: contact_window, contact: foot, times: [0, 0.15], touch: forbidden, clearance: 0.03}", 0.0),
-    ("{type: swing_clearance, contacts: [foot], height: 0.05, speed: 0.5}", 0.03),
+    ("{type: swing_clearance, contacts: [foot], height: 0.05, speed: 0.5}", 0.03 - 5e-4),
     ("{type: swing_clearance, contacts: [foot], height: 0.05, speed: 1.5}", 0.0),
     ("{type: contact_window, contact: foot, times: [0.15, 0.3], touch: required}", 0.2 - 9.81 / 2 * 0.15**2 - 1e-3),
 ]
