@@ -86,9 +86,7 @@ CLAIMS: dict[str, Claim] = {
     "published_hopper_five_jumps": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "published_hopper_one_jump": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "pusher_slider": Claim({"sole": ContactClaim(slides=(0.39, 0.41)), "push": ContactClaim((2, 2))}),
-    "solo12_bound": Claim(
-        {"front": ContactClaim((1, 2), longest=0.13), "hind": ContactClaim((1, 1), longest=0.14, highest=0.015)}
-    ),
+    "solo12_bound": Claim({name: ContactClaim((1, 2), longest=0.05, highest=0.015) for name in ("front", "hind")}),
     "solo12_jump": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in ("front", "hind")}),
     "wheel_hills": Claim({"rim": ContactClaim(slides=(0.0, 0.01))}),
 }

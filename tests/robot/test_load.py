@@ -322,3 +322,17 @@ def test_a_mimic_joint_needs_no_transmission(tmp_path):
     follower = _joint("two", "b", "c", inside=LIMIT + '<mimic joint="one" multiplier="2"/>')
     file = _with(_urdf(tmp_path, _joint("one", "a", "b"), follower), _transmission("t", "one"))
     assert load_robot(file).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("path", "joint"),
+    [
+        ("anymal_b_simple_description/robots/anymal-kinova.urdf", "LF_HAA"),
+        ("baxter_description/urdf/baxter.urdf", "right_s0"),
+    ],
+)
+def test_motors_of_robots_that_were_put_together(path, joint):
+    """Legs of ANYmal and arms of Baxter have motors and no transmission, unlike arm and grippers in their files."""
+    robot = load_robot(library.examples_folder() / path)
+    assert robot.driven[robot.velocity_names.index(joint)]
+    assert any("without <transmission>" in sentence and joint in sentence for sentence in robot.notes)
