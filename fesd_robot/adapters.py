@@ -17,7 +17,7 @@ from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, ce
 from fesd_robot.ocp import MotionProblem, with_promises
 from fesd_robot.ocp.contact_places import with_contact_frames
 from fesd_robot.plans import assemble
-from fesd_robot.plans.audit import audit
+from fesd_robot.plans.audit import MotionLimits, audit
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.columns import control_interval
 from fesd_robot.plans.conflict_words import conflict_words
@@ -101,9 +101,12 @@ def motion_audit(
         physics,
         names=names,
         interval_ends=grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals,
-        position_limits=(limits.lower_position, limits.upper_position),
-        velocity_limits=(limits.lower_velocity, limits.upper_velocity),
-        control_limits=(motion.actuation.lower, motion.actuation.upper),
+        limits=MotionLimits(
+            position=(limits.lower_position, limits.upper_position),
+            velocity=(limits.lower_velocity, limits.upper_velocity),
+            control=(motion.actuation.lower, motion.actuation.upper),
+            entries=motion.task.audit.given,
+        ),
         others={
             **requirements(
                 motion.task,

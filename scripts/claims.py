@@ -72,6 +72,7 @@ FREE = (0.0, float("inf"))
 
 CLAIMS: dict[str, Claim] = {
     "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
+    "biped_walk": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.5, highest=0.025)}),
     "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),
     "cart_pole_friction": Claim({"runner": ContactClaim(slides=FREE)}),
     "double_pendulum_wall": Claim({"tip": ContactClaim((1, 3), highest=0.9, slides=(0.0, 0.05))}),
@@ -85,6 +86,7 @@ CLAIMS: dict[str, Claim] = {
     "published_hopper_five_jumps": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "published_hopper_one_jump": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "pusher_slider": Claim({"sole": ContactClaim(slides=(0.39, 0.41)), "push": ContactClaim((2, 2))}),
+    "solo12_bound": Claim({name: ContactClaim((1, 2), longest=0.05, highest=0.015) for name in ("front", "hind")}),
     "solo12_jump": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in ("front", "hind")}),
     "wheel_hills": Claim({"rim": ContactClaim(slides=(0.0, 0.01))}),
 }

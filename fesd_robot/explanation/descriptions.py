@@ -55,7 +55,9 @@ def described_standing(motion: MotionProblem) -> list[str]:
         key, *number = standing.path
         where = {"initial": "the start", "goal": "the goal"}.get(key) or f"waypoint {int(number[0]) + 1}"
         rests = ", all through the last control interval" if key == "goal" and motion.task.goal.rests_on else ""
-        lines.append(f"At {where} standing on {', '.join(standing.contacts)}{rests}: {values}.")
+        wanted = ", ".join(f"{name} {value:g} {units[name]}" for name, value in standing.prefer.items())
+        nearest = f", as near as possible to {wanted}" if wanted else ""
+        lines.append(f"At {where} standing on {', '.join(standing.contacts)}{rests}{nearest}: {values}.")
     return lines
 
 

@@ -276,8 +276,11 @@ def _goal(motion: MotionProblem) -> list[str]:
     if goal.periodic is not None:
         shifts = ", ".join(f"{name} by {value:g} {positions[name]}" for name, value in goal.periodic.stride.items())
         stride = f", shifted by one stride: {shifts}" if shifts else ""
-        first = f"Periodic: the motion ends in the state it begins in{stride}; the start is free within the limits."
-        return [first, *described_points(goal)]
+        image = "mirror image of the state" if goal.periodic.mirror else "state"
+        first = f"Periodic: the motion ends in the {image} it begins in{stride}; the start is free within the limits."
+        pairs = ", ".join(f"{name} as {partner}" for name, partner in goal.periodic.mirror.items())
+        mirror = [f"Mirrored, each ends as the other began: {pairs}; all else ends as it began."] if pairs else []
+        return [first, *mirror, *described_points(goal)]
     widths = goal.tolerance
     hard = [*_hard(widths.configuration, positions), *_hard_velocities(goal, velocities)]
     if not hard:

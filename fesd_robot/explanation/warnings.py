@@ -12,6 +12,7 @@ from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.ocp.standing import posture_of, touching_configuration
+from fesd_robot.ocp.vectors import mirrored
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.robot.units import configuration_units
@@ -37,6 +38,12 @@ FLOATING = 0.01
 
 REFERENCE_SAMPLES = 400
 
+MIRRORED_STATES, MIRRORED_SPAN = 10, 0.5
+"""How many states are mirrored, and how far from the start their coordinates are, m or rad."""
+
+SYMMETRIC = 1e-3
+"""Of the energy, or of the robot's length; left and right legs of a file that was drawn are alike to some digits."""
+
 _LEAST_DEGREES, _STEP_OF_DEGREES = 10.0, 5.0
 """Nobody writes a multiple of 5 rad from 10 rad on, but many write such angles in degrees."""
 
@@ -53,6 +60,7 @@ def task_warnings(motion: MotionProblem) -> list[str]:
         *_buried_reference(motion),
         *_goal_against_constraints(motion),
         *_long_intervals(motion),
+        *_no_symmetry(motion),
     ]
 
 
@@ -201,4 +209,27 @@ def _long_intervals(motion: MotionProblem) -> Iterator[str]:
         yield (
             f"The controls are constant for {length:.4g} s at a time, which is long for a robot that has to balance; "
             f"horizon.intervals of {least} or more make it at most {LONGEST_INTERVAL:g} s."
+        )
+
+
+def _no_symmetry(motion: MotionProblem) -> Iterator[str]:
+    """Compare energies and gaps of random states with those of their mirror images, which a symmetry leaves alike."""
+    periodic = motion.task.goal.periodic
+    if periodic is None or not periodic.mirror:
+        return
+    physics, ends, generator = numeric_physics(motion), motion.endpoints, np.random.default_rng(0)
+    names, velocities, energies, gaps = motion.robot.configuration_names, motion.robot.velocity_names, [], []
+    for _ in range(MIRRORED_STATES):
+        q = ends.initial_configuration + generator.uniform(-MIRRORED_SPAN, MIRRORED_SPAN, len(names))
+        v = generator.uniform(-1.0, 1.0, len(velocities))
+        image = mirrored(motion.task, names, q), mirrored(motion.task, velocities, v)
+        own = physics.energy(q, v) - physics.energy(ends.initial_configuration, 0 * v)
+        energies.append((own, physics.energy(*image) - physics.energy(q, v)))
+        gaps.append(np.abs(np.sort(physics.gaps(image[0])) - np.sort(physics.gaps(q))).max())
+    scale, difference = np.abs(energies).max(axis=0)
+    if difference > SYMMETRIC * scale or max(gaps) > SYMMETRIC * motion.scales.length:
+        yield (
+            f"goal.periodic.mirror is no symmetry of this robot: energies of mirrored states differ by up to "
+            f"{100 * difference / scale:.2g} %, their gaps by up to {max(gaps):.2g} m; the mirror image of the motion "
+            "is not what would follow it."
         )

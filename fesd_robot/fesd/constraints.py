@@ -39,6 +39,7 @@ class TrajectoryConstraint:
         cost: name -> SX in y and p, added once a place.
         parameters: p, SX symbols (n_p).
         values: p for each of `intervals`, (n_p, len(intervals)).
+        spare: by how much a ``path`` may be violated between stages before a refinement holds it there.
         on_request: whether a ``path`` holds nowhere but where a refinement adds it (`AddedRows.paths`).
 
     Raises:
@@ -56,6 +57,7 @@ class TrajectoryConstraint:
     cost: Mapping[str, ca.SX] = field(default_factory=dict)
     parameters: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     values: np.ndarray | None = None
+    spare: float = 0.0
     on_request: bool = False
 
     def __post_init__(self) -> None:

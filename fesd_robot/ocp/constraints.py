@@ -15,6 +15,7 @@ from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact import ContactSystem, Ground, PlanarContact
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import TrajectoryConstraint
+from fesd_robot.ocp.default_costs import RobotScales
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.task import (
@@ -26,6 +27,7 @@ from fesd_robot.task import (
     ContactWindow,
     ForbiddenZone,
     FrameLimits,
+    SwingClearance,
     Task,
 )
 
@@ -34,6 +36,12 @@ _ROUNDED = 1e-12
 
 _VIOLATED = 1e-6
 """m; a start that violates a constraint by less is on its boundary, rounded."""
+
+SWING_SPEED = 0.1
+"""Speed at which a contact may touch before a swing clearance asks for height, in units of the robot."""
+
+SWING_SPARE = 0.5
+"""Part of what the audit spares that a swing clearance may be violated between stages without a refinement."""
 
 BoundedRow = tuple[str, ca.SX, float, float]
 """Name, row, lower and upper bound, m."""
@@ -96,7 +104,7 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
         TaskError: a fixed start violates a constraint.
     """
     everywhere: list[BoundedRow] = []
-    windows: list[TrajectoryConstraint] = []
+    others: list[TrajectoryConstraint] = []
     for name, constraint in parts.task.constraints.items():
         if isinstance(constraint, BodyPoint):
             rows = point_rows(constraint, parts.points.fixed_to(constraint), parts.ground)
@@ -104,10 +112,36 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
             _check_start(parts, name, rows)
             everywhere += [row for row in rows if not row[1].is_constant()]
         elif isinstance(constraint, ContactWindow):
-            windows.append(_window(parts, name, constraint))
+            others.append(_window(parts, name, constraint))
+        elif isinstance(constraint, SwingClearance):
+            others.append(_swing(parts, name, constraint))
     if not everywhere:
-        return windows
-    return [*windows, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
+        return others
+    return [*others, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
+
+
+def with_swing_speeds(task: Task, scales: RobotScales) -> Task:
+    """Return the task with a speed for every swing clearance, by default that of the robot's size, three digits."""
+    speed = float(f"{SWING_SPEED * scales.of('m/s'):.3g}")
+    constraints = {
+        name: one.model_copy(update={"speed": speed}) if isinstance(one, SwingClearance) and one.speed is None else one
+        for name, one in task.constraints.items()
+    }
+    return task.model_copy(update={"constraints": constraints})
+
+
+def _swing(parts: ProblemParts, name: str, swing: SwingClearance) -> TrajectoryConstraint:
+    """Return g - h (v_t^2 - c^2) / (v_t^2 + c^2) >= 0 of every contact; at rest it is g + h: stance is no bound."""
+    assert swing.speed is not None
+    rows: list[BoundedRow] = []
+    for contact in parts.contacts:
+        if contact.name in swing.contacts:
+            square, slow = ca.dot(contact.tangent, parts.dynamics.velocity) ** 2, swing.speed**2
+            row = contact.gap - swing.height * (square - slow) / (square + slow)
+            rows.append((f"constraint '{name}', {contact.name}", row, 0.0, np.inf))
+    _check_start(parts, name, rows)
+    everywhere = _trajectory_constraint(parts, name, "path", range(parts.grid.intervals), rows)
+    return replace(everywhere, spare=SWING_SPARE * swing.spare)
 
 
 def _window(parts: ProblemParts, name: str, window: ContactWindow) -> TrajectoryConstraint:
@@ -149,8 +183,9 @@ def _check_start(parts: ProblemParts, name: str, rows: Sequence[BoundedRow]) -> 
     """Raise if a start that is not free violates the rows of a constraint."""
     if parts.task.goal.periodic is not None:
         return
-    values = ca.Function("rows", [parts.points.q], [ca.vertcat(*[row for _, row, _, _ in rows])])(
-        parts.endpoints.initial_configuration
+    symbols = [parts.points.q, parts.points.v]
+    values = ca.Function("rows", symbols, [ca.vertcat(*[row for _, row, _, _ in rows])])(
+        parts.endpoints.initial_configuration, parts.endpoints.initial_velocity
     )
     violation = max(
         max(low - value, value - high)

@@ -15,10 +15,10 @@ from fesd_robot.ocp.vectors import initial_configuration, with_values
 from fesd_robot.robot import Robot
 from fesd_robot.robot.load import with_frames
 from fesd_robot.robot.outline import Outline, touching_outlines
-from fesd_robot.task import GROUND, CircleContact, PointContact, Task
+from fesd_robot.task import GROUND, CircleContact, PointContact, SwingClearance, Task
 from fesd_robot.task.contacts import BodyContact, PlacedContact
 from fesd_robot.task.costs import COST_TERMS
-from fesd_robot.task.standing import Configured, StandOn
+from fesd_robot.task.standing import Configured
 
 _PLACED = 10
 """Decimals of a place on a body, m."""
@@ -124,12 +124,16 @@ def _standing(section: Any, names: Mapping[str, Sequence[str]]) -> Configured:
     if standing is None:
         return section
     contacts = [one for name in standing.contacts for one in names[name]]
-    return section.model_copy(update={"stand_on": StandOn(contacts=contacts, adjust=standing.adjust)})
+    return section.model_copy(update={"stand_on": standing.model_copy(update={"contacts": contacts})})
 
 
 def _constraints(task: Task, names: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    result = {}
+    result: dict[str, Any] = {}
     for key, constraint in task.constraints.items():
+        if isinstance(constraint, SwingClearance):
+            contacts = [one for name in constraint.contacts for one in names[name]]
+            result[key] = constraint.model_copy(update={"contacts": contacts})
+            continue
         places = names[constraint.contact] if hasattr(constraint, "contact") else [None]
         for number, one in enumerate(places, start=1):
             at = f"{key}_{number}" if len(places) > 1 else key

@@ -22,7 +22,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation
 from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
-from fesd_robot.ocp.constraints import add_forbidden_zones
+from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
 from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.parts import ProblemParts
@@ -103,7 +103,7 @@ def formulate(task: Task) -> MotionProblem:
     grid = time_grid(task)
     scales = scales_of(task, robot, initial_configuration(task, robot), grid.nominal)
     default_costs = tuple(key for key in COST_TERMS if getattr(task.costs, key) is None)
-    task = with_default_costs(task, robot, actuation, scales)
+    task = with_swing_speeds(with_default_costs(task, robot, actuation, scales), scales)
     endpoints = endpoints_of(task, robot)
     _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:

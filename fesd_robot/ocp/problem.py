@@ -11,7 +11,10 @@ from fesd_robot.ocp.costs import relaxed_costs, running_costs, terminal_costs, t
 from fesd_robot.ocp.determinacy import determinacy_constraints
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.targets import target_constraints
-from fesd_robot.ocp.vectors import vector
+from fesd_robot.ocp.vectors import mirrored, vector
+
+START_DRIFT = 1e-6
+"""m; how far apart the true and the integrated gap of a contact may be at the start of a motion that repeats."""
 
 
 def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
@@ -96,7 +99,13 @@ def _equal_intervals(parts: ProblemParts) -> TrajectoryConstraint:
 
 
 def _period(parts: ProblemParts) -> TrajectoryConstraint:
-    """The end is the start shifted by one stride, and the integrated gaps of a free start are the true ones."""
+    """The end is the start, perhaps mirrored, shifted by one stride; a free start's integrated gaps are true ones.
+
+    Which contacts touch at the end is not said: their gaps are functions of the configuration. A contact that stands at
+    the start and, as itself or its mirror image, at the end has true gaps there that are equal, and one integrated gap
+    that is zero; between them is the drift of the integration, which nothing else can undo. So the gaps at the start
+    agree to `START_DRIFT` only: exactly they would be one equation more than there are unknowns.
+    """
     assert parts.task.goal.periodic is not None
     system, n, n_q = parts.contact_system.system, parts.clock_index, parts.dynamics.configuration.numel()
     start, end = system.state, ca.SX.sym("end", system.state.numel())
@@ -105,16 +114,18 @@ def _period(parts: ProblemParts) -> TrajectoryConstraint:
     after_gaps = n + 1 + parts.gap_states
     gaps = start[n + 1 : after_gaps] - parts.gap(start[:n_q]) if parts.gap_states else ca.SX(0, 1)
     names = [f"period of {name}" for name in system.state_names[:n]]
-    rows = ca.vertcat(end[:n] - start[:n] - ca.DM(stride), gaps)
-    zeros = np.zeros(rows.numel())
+    q_names, v_names = parts.dynamics.configuration_names, parts.dynamics.velocity_names
+    image = ca.vertcat(mirrored(parts.task, q_names, start[:n_q]), mirrored(parts.task, v_names, start[n_q:n]))
+    rows = ca.vertcat(end[:n] - image - ca.DM(stride), gaps)
+    width = np.concatenate([np.zeros(n), np.full(rows.numel() - n, START_DRIFT)])
     return TrajectoryConstraint(
         "period",
         "boundary",
         ca.vertcat(start, end),
         (0,),
         rows,
-        zeros,
-        zeros,
+        -width,
+        width,
         [*names, *(f"start of {name}" for name in system.state_names[n + 1 : after_gaps])],
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -32,6 +32,11 @@ _MAX_STEPS = 200
 _LEAST_DAMPING, _FIRST_DAMPING, _MOST_DAMPING = 1e-12, 1e-6, 1e10
 """Of the Levenberg-Marquardt steps, in units of the largest square of a column of the Jacobian."""
 
+_UNDECIDED = 1e-6
+"""Weight of the distance from where the search starts beside that of 1 from a preferred value."""
+
+_IPOPT: dict[str, Any] = {"ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}, "print_time": False}
+
 _DEFAULT_ADJUST = (ROOT_HEIGHT, ROOT_PITCH)
 """What is adjusted by default: the first for one contact, both for several."""
 
@@ -46,11 +51,13 @@ class Standing:
         path: key path of the section that asks for it.
         contacts: names of the contacts.
         adjust: names of the configuration coordinates that are found so that these touch.
+        prefer: name of a coordinate of these -> value that it should have, m or rad.
     """
 
     path: KeyPath
     contacts: Sequence[str]
     adjust: Sequence[str]
+    prefer: Mapping[str, float]
 
 
 def standings_of(task: Task, robot: Robot) -> list[Standing]:
@@ -143,6 +150,49 @@ def touching_configuration(
     return rounded[:2] if np.abs(rounded[1]).max() <= GAP_TOLERANCE else (q, gap)
 
 
+def preferred_configuration(
+    robot: Robot,
+    contacts: Sequence[PlanarContact],
+    configuration: ca.SX,
+    standing: Standing,
+    start: np.ndarray,
+    limits: StateLimits,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the configuration (n_q) nearest to what is preferred in which contacts touch, and their gaps, m, (n_c).
+
+        min  sum_{i preferred} (q_i - p_i)^2 + epsilon sum_{i adjusted} (q_i - start_i)^2   with   g_c(q) = 0
+
+    within the limits, where epsilon decides what the preferences leave open; solved by IPOPT from where the contacts
+    touch. If they cannot, that configuration is as `touching_configuration` says.
+
+    Args:
+        contacts: that should touch.
+        configuration: q, SX symbols (n_q) of their expressions.
+        standing: coordinates that may change, and preferences.
+        start: q where the search begins, (n_q).
+        limits: of the positions, which the coordinates keep to.
+    """
+    names = robot.configuration_names
+    start = start.copy()
+    for name, value in standing.prefer.items():
+        start[names.index(name)] = value
+    q, gaps = touching_configuration(robot, contacts, configuration, standing.adjust, start, limits)
+    if not standing.prefer or np.abs(gaps).max() > GAP_TOLERANCE:
+        return q, gaps
+    entries = [names.index(name) for name in standing.adjust]
+    free, weights = ca.SX.sym("adjusted", len(entries)), [float(name in standing.prefer) for name in standing.adjust]
+    whole = ca.SX(ca.DM(q))
+    whole[entries] = free
+    distances = ca.DM(np.array(weights) + _UNDECIDED) * (free - ca.DM(start[entries])) ** 2
+    touching = ca.substitute(ca.vertcat(*[contact.gap for contact in contacts]), configuration, whole)
+    solver = ca.nlpsol("standing", "ipopt", {"x": free, "f": ca.sum1(distances), "g": touching}, _IPOPT)
+    found = solver(
+        x0=q[entries], lbx=limits.lower_position[entries], ubx=limits.upper_position[entries], lbg=0.0, ubg=0.0
+    )
+    q[entries] = np.clip(np.asarray(found["x"]).ravel(), limits.lower_position[entries], limits.upper_position[entries])
+    return touching_configuration(robot, contacts, configuration, standing.adjust, q, limits)
+
+
 def _step(
     gap: np.ndarray, slope: np.ndarray, bounded: tuple[np.ndarray, np.ndarray, np.ndarray], damping: float
 ) -> np.ndarray:
@@ -185,7 +235,7 @@ class _Search:
         """Return the adjusted coordinates by name."""
         start = with_values(self.robot, values, base)
         contacts = [self.contacts[name] for name in standing.contacts]
-        q, gaps = touching_configuration(self.robot, contacts, self.configuration, standing.adjust, start, self.limits)
+        q, gaps = preferred_configuration(self.robot, contacts, self.configuration, standing, start, self.limits)
         worst = int(np.argmax(np.abs(gaps)))
         if not abs(gaps[worst]) <= GAP_TOLERANCE:
             raise self.task.error((*standing.path, "stand_on"), self._impossible(standing, worst, q, gaps[worst]))
@@ -214,7 +264,7 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
         return None
     default = _DEFAULT_ADJUST[: len(wanted.contacts)]
     adjust = wanted.adjust or [name for name in default if name in robot.velocity_names]
-    if not adjust:
+    if not adjust and not wanted.prefer:
         raise task.error(
             (*path, "stand_on"),
             "found no coordinates to adjust for a robot without root_z, expected stand_on.contacts and stand_on.adjust "
@@ -227,7 +277,14 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
                 f"found '{name}', which changes together with others, expected a length or an angle that one joint "
                 "changes alone",
             )
-    return Standing(path, wanted.contacts, adjust)
+    for name in wanted.prefer:
+        if name not in robot.velocity_names:
+            raise task.error(
+                (*path, "stand_on", "prefer", name),
+                f"found '{name}', which changes together with others, expected a length or an angle that one joint "
+                "changes alone",
+            )
+    return Standing(path, wanted.contacts, [*dict.fromkeys([*adjust, *wanted.prefer])], wanted.prefer)
 
 
 def _and(words: Sequence[str]) -> str:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
+import casadi as ca
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.robot import Robot
+from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Task
+
+Values = TypeVar("Values", np.ndarray, ca.SX)
 
 _SLACK = 1e-9
 """m or rad: an end this far outside its limit is on it, rounded."""
@@ -49,8 +54,8 @@ def endpoints_of(task: Task, robot: Robot) -> Endpoints:
     """
     velocities, q0 = robot.velocity_names, initial_configuration(task, robot)
     if task.goal.periodic is not None:
-        v0 = vector(velocities, task.initial.velocity, 0.0)
-        return Endpoints(q0, v0, _after_stride(task, robot, limits_of(task, robot), q0), v0)
+        v0, end = vector(velocities, task.initial.velocity, 0.0), _after_stride(task, robot, limits_of(task, robot), q0)
+        return Endpoints(q0, v0, end, mirrored(task, velocities, v0))
     return Endpoints(
         initial_configuration=q0,
         initial_velocity=vector(velocities, task.initial.velocity, 0.0),
@@ -69,6 +74,20 @@ def initial_configuration(task: Task, robot: Robot) -> np.ndarray:
 def with_values(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> np.ndarray:
     """Return a configuration (n_q) with other values by name; quaternions and (cos, sin) pairs are normalised."""
     return np.asarray(pin.normalize(robot.model, vector(robot.configuration_names, values, configuration)))
+
+
+def mirrored(task: Task, names: Sequence[str], values: Values) -> Values:
+    """Return S x, in which coordinates that a periodic goal mirrors have changed places; x if it mirrors none.
+
+    Args:
+        names: of the coordinates, (n).
+        values: x, (n), numbers or symbols.
+    """
+    periodic = task.goal.periodic
+    sources = [(name, 1.0) if periodic is None else periodic.source(name) for name in names]
+    signs = np.array([sign for _, sign in sources])
+    picked = values[[list(names).index(name) for name, _ in sources]]
+    return picked * (signs if isinstance(values, np.ndarray) else ca.DM(signs))
 
 
 def limits_of(task: Task, robot: Robot) -> StateLimits:
@@ -93,7 +112,16 @@ def _after_stride(task: Task, robot: Robot, limits: StateLimits, start: np.ndarr
             "goal.periodic", "found a robot with joints whose configuration is a quaternion or a cosine and sine, "
             "expected one whose every coordinate is a length or an angle"
         )  # fmt: skip
-    end = start + vector(robot.configuration_names, task.goal.periodic.stride, 0.0)
+    periodic, units = task.goal.periodic, configuration_units(robot)
+    for name in periodic.mirror:
+        other, _ = periodic.source(name)
+        if units[name] != units[other]:
+            raise task.error(
+                ("goal", "periodic", "mirror", name),
+                f"found '{name}' in {units[name]} mirrored with '{other}' in {units[other]}, expected two lengths or "
+                "two angles",
+            )
+    end = mirrored(task, robot.configuration_names, start) + vector(robot.configuration_names, periodic.stride, 0.0)
     for i, name in enumerate(robot.configuration_names):
         lower, upper = limits.lower_position[i], limits.upper_position[i]
         if name in task.goal.periodic.stride and not lower - _SLACK <= end[i] <= upper + _SLACK:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
 from fesd_robot.plans.mode_forces import ModeForces
@@ -17,7 +17,26 @@ from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 
 STANDARD_GRAVITY = 9.81
-"""m/s^2; used for the tolerance of the energy even where the robot moves on a level table."""
+"""m/s^2; used for the tolerance of a force even where the robot moves on a level table."""
+
+
+Bounds = tuple[np.ndarray, np.ndarray]
+"""Lower and upper."""
+
+
+@dataclass(frozen=True)
+class MotionLimits:
+    """What a motion is compared with.
+
+    Attributes:
+        position, velocity, control: bounds of configuration (n_q), velocity (n_v) and controls (n_u).
+        entries: name of an entry of the audit -> limit in place of its default.
+    """
+
+    position: Bounds
+    velocity: Bounds
+    control: Bounds
+    entries: Mapping[str, float] = field(default_factory=dict)
 
 
 def audit(
@@ -26,9 +45,7 @@ def audit(
     *,
     names: Names,
     interval_ends: np.ndarray,
-    position_limits: tuple[np.ndarray, np.ndarray],
-    velocity_limits: tuple[np.ndarray, np.ndarray],
-    control_limits: tuple[np.ndarray, np.ndarray],
+    limits: MotionLimits,
     others: Mapping[str, Measured] | None = None,
 ) -> Audit:
     """Return what Pinocchio's numeric algorithms say about a motion, with a finding for every violated entry.
@@ -42,10 +59,11 @@ def audit(
         motion: the trajectory in physical time.
         names: of contacts, coordinates and controls, for the findings.
         interval_ends: kT/N, k = 1..N, s.
-        position_limits, velocity_limits, control_limits: (lower, upper).
+        limits: of the motion and of the audit itself.
         others: further entries: of the task's own requirements, from `requirements.requirements`, and of the motion's
             replay, from `replay_record.replay_entries`; those that are omitted are left unchecked.
     """
+    energies = _Energies(motion, physics)
     states, modes, stages = motion.states, ModeForces(motion, physics, names), StageForces(motion, physics, names)
     measured = {
         "min_gap": _smallest_gap(motion, physics, names),
@@ -58,22 +76,23 @@ def audit(
         "max_dynamics_error": stages.dynamics(),
         "max_impact_law_error": largest(_impact_errors(motion, physics, names)),
         "max_position_limit_violation": _outside(
-            states.configuration, position_limits, names.configuration, states.time, states.interval
+            states.configuration, limits.position, names.configuration, states.time, states.interval
         ),
         "max_velocity_limit_violation": _outside(
-            states.velocity, velocity_limits, names.velocity, states.time, states.interval
+            states.velocity, limits.velocity, names.velocity, states.time, states.interval
         ),
         "max_control_limit_violation": _outside(
-            motion.control, control_limits, names.controls, motion.time, motion.interval
+            motion.control, limits.control, names.controls, motion.time, motion.interval
         ),
         "max_position_defect": largest(_position_defects(motion, physics, names)),
-        "max_energy_error": largest(_energy_errors(motion, physics)),
+        "max_energy_error": largest(energies.errors),
         "max_improper_slide_time": modes.improper_slides(),
         "max_force_at_opening": modes.openings(),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}
-    found = Audit.of(values, lifting=physics.mass * STANDARD_GRAVITY)
+    scales = AuditScales(weight=physics.mass * STANDARD_GRAVITY, turnover=energies.turnover)
+    found = Audit.of(values, scales, limits.entries)
     return found.model_copy(update={"findings": findings_of(found, measured)})
 
 
@@ -139,18 +158,43 @@ def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Na
         start = end
 
 
-def _energy_errors(motion: PhysicalMotion, physics: NumericPhysics) -> Iterator[Measured]:
-    """Yield |change of energy - work - impact losses| of every control interval, J."""
-    energy = np.array([physics.energy(q, v) for q, v in zip(motion.configuration, motion.velocity, strict=True)])
-    jumps = {impact.after: energy[impact.after] - energy[impact.before] for impact in motion.impacts}
-    balance = 0.0
-    for k in range(1, len(energy)):
-        balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
-        if motion.weight[k] > 0:
-            q, v = motion.configuration[k], motion.velocity[k]
-            force = physics.generalized_force(q, motion.control[k]) - physics.damping * v
-            force = force + physics.contact_jacobian(q).T @ stacked_rows(motion.force[k])
-            balance -= motion.weight[k] * float(force @ v)
-        if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
-            yield Measured(abs(float(balance)), float(motion.time[k]), int(motion.interval[k]))
-            balance = 0.0
+class _Energies:
+    """The balance of energy of a motion over its control intervals.
+
+    Attributes:
+        errors: |change of energy - work - losses of impacts| of every interval, J.
+        turnover: mean of what an interval turns over, J: the integral of |controls' power| by coordinate, |power| of
+            every contact and damping, the change of potential energy from sample to sample, and losses of impacts.
+    """
+
+    def __init__(self, motion: PhysicalMotion, physics: NumericPhysics) -> None:
+        self._motion, self._physics = motion, physics
+        states = list(zip(motion.configuration, motion.velocity, strict=True))
+        energy = np.array([physics.energy(q, v) for q, v in states])
+        potential = np.array([physics.energy(q, np.zeros_like(v)) for q, v in states])
+        jumps = {impact.after: energy[impact.after] - energy[impact.before] for impact in motion.impacts}
+        balance, turned_over = 0.0, float(np.abs(np.diff(potential)).sum() + sum(map(abs, jumps.values())))
+        self.errors: list[Measured] = []
+        for k in range(1, len(energy)):
+            balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
+            if motion.weight[k] > 0:
+                work = motion.weight[k] * self._powers(k)
+                balance -= float(work.sum())
+                turned_over += float(np.abs(work).sum())
+            if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
+                self.errors.append(Measured(abs(float(balance)), float(motion.time[k]), int(motion.interval[k])))
+                balance = 0.0
+        self.turnover = turned_over / max(len(self.errors), 1)
+
+    def _powers(self, k: int) -> np.ndarray:
+        """Return the powers of the controls and of damping on every coordinate and of every contact force, W."""
+        motion, physics = self._motion, self._physics
+        q, v = motion.configuration[k], motion.velocity[k]
+        velocity = physics.contact_jacobian(q) @ v
+        return np.concatenate(
+            [
+                physics.generalized_force(q, motion.control[k]) * v,
+                -physics.damping * v**2,
+                stacked_rows(motion.force[k]) * velocity,
+            ]
+        )

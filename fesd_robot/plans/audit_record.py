@@ -5,11 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Annotated
 
 from pydantic import Field
 
 from fesd_robot.plans.record import Record
+
+NEAR = 0.1
+"""Of a limit; an entry that is beyond it by no more than this misses it nearly."""
+
+
+@dataclass(frozen=True)
+class AuditScales:
+    """How large a robot and its motion are.
+
+    Attributes:
+        weight: of the robot under standard gravity, N.
+        turnover: energy that the motion turns over in a control interval, on average, J: the work of controls, contacts
+            and damping, the losses of impacts, and what potential energy changes, each without its sign.
+    """
+
+    weight: float
+    turnover: float
 
 
 @dataclass(frozen=True)
@@ -20,20 +38,21 @@ class AuditEntry:
         meaning: what is measured, in words.
         unit: of the value; empty for a pure number.
         tolerance: the largest value that passes; of a smallest value, how far below zero it may lie.
-        lifting_ratio: the tolerance is at least this times the work of lifting the robot by one metre, J; of a force,
-            this times its weight, N.
+        weight_ratio: the tolerance of a force is at least this times the robot's weight.
+        turnover_ratio: the tolerance of an energy is at least this times what the motion turns over in an interval.
         smallest: whether the value is the smallest of all, so that it passes down to minus its tolerance.
     """
 
     meaning: str
     unit: str
     tolerance: float
-    lifting_ratio: float = 0.0
+    weight_ratio: float = 0.0
+    turnover_ratio: float = 0.0
     smallest: bool = False
 
-    def limit(self, lifting: float) -> float:
-        """Return the tolerance for a robot that takes `lifting`, J, to lift by one metre: its weight in N."""
-        return max(self.tolerance, self.lifting_ratio * lifting)
+    def limit(self, scales: AuditScales) -> float:
+        """Return the tolerance for a robot and a motion of this size."""
+        return max(self.tolerance, self.weight_ratio * scales.weight, self.turnover_ratio * scales.turnover)
 
     def excess(self, value: float) -> float:
         """Return what is held against the limit: a value, or the negative of a smallest one."""
@@ -77,6 +96,7 @@ class Audit(Record):
 
     Attributes:
         tolerances: the limit each entry was compared with.
+        defaults: name of an entry whose limit the task gives -> the default in whose place it is.
         violations: names of the entries beyond their limit.
         findings: one for every violation, causes before consequences and the worst first, and what the replay notes;
             empty in plans that do not say it.
@@ -151,7 +171,9 @@ class Audit(Record):
     ]
     max_energy_error: Annotated[
         float,
-        AuditEntry("the largest mismatch of the energy balance over a control interval", "J", 1e-2, lifting_ratio=1e-3),
+        AuditEntry(
+            "the largest mismatch of the energy balance over a control interval", "J", 1e-2, turnover_ratio=2e-3
+        ),
     ]
     max_slip_violation: Annotated[
         float | None,
@@ -210,31 +232,49 @@ class Audit(Record):
             "impact",
             "N",
             1e-1,
-            lifting_ratio=1e-3,
+            weight_ratio=1e-3,
         ),
     ] = None
     tolerances: dict[str, float]
+    defaults: dict[str, float] = Field(default_factory=dict)
     violations: list[str]
     findings: list[Finding] = Field(default_factory=list)
 
     @classmethod
-    def of(cls, values: Mapping[str, float], lifting: float) -> Audit:
+    def of(
+        cls, values: Mapping[str, float], scales: AuditScales, given: Mapping[str, float] = MappingProxyType({})
+    ) -> Audit:
         """Return the audit of measured values, each compared with its tolerance.
 
         Args:
             values: name of an entry -> value.
-            lifting: work of lifting the robot by one metre, J.
+            scales: of the robot and its motion.
+            given: name of an entry -> limit that the task asks for in place of the default.
         """
-        limits = {name: entry.limit(lifting) for name, entry in ENTRIES.items()}
+        usual = {name: entry.limit(scales) for name, entry in ENTRIES.items()}
+        limits = {**usual, **given}
         violations = [name for name, value in values.items() if not ENTRIES[name].passes(value, limits[name])]
-        return cls(**dict(values), tolerances=limits, violations=violations)
+        defaults = {name: usual[name] for name in given}
+        return cls(**dict(values), tolerances=limits, defaults=defaults, violations=violations)
+
+    def ratio(self, name: str) -> float:
+        """Return an entry that was checked in units of its limit, more than 1 beyond it and infinite for NaN."""
+        ratio = ENTRIES[name].excess(getattr(self, name)) / self.tolerances[name]
+        return math.inf if math.isnan(ratio) else ratio
+
+    @property
+    def near_misses(self) -> list[str]:
+        """Names of the violated entries if none is beyond its limit by more than `NEAR` of it; else none."""
+        return self.violations if all(map(self.nearly, self.violations)) else []
+
+    def nearly(self, name: str) -> bool:
+        """Return whether an entry is beyond its limit by no more than `NEAR` of it."""
+        return name in ENTRIES and 1 < self.ratio(name) <= 1 + NEAR
 
     @property
     def worst(self) -> tuple[float, str]:
         """The largest ratio of an entry that was checked to its limit, infinite for NaN, and the entry's name."""
-        checked = [(name, value) for name in ENTRIES if (value := getattr(self, name)) is not None]
-        ratios = {name: ENTRIES[name].excess(value) / self.tolerances[name] for name, value in checked}
-        return max((math.inf if math.isnan(ratio) else ratio, name) for name, ratio in ratios.items())
+        return max((self.ratio(name), name) for name in ENTRIES if getattr(self, name) is not None)
 
 
 ENTRIES: dict[str, AuditEntry] = {

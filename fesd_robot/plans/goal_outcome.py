@@ -13,7 +13,7 @@ from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import Task
+from fesd_robot.task import Periodic, Task
 from fesd_robot.task.fields import AXES
 
 CENTER_OF_MASS = "center of mass"
@@ -26,8 +26,8 @@ def goal_entries(
 
     Coordinates are those with a goal or a tolerance. All velocities are added, wanted to be zero, where the goal is a
     place to rest at: it has positions, and no velocity of a coordinate, a frame or the centre of mass. Of a periodic
-    motion the changes of all configuration coordinates and velocities are compared with the stride, with tolerance
-    zero.
+    motion the changes of all configuration coordinates and velocities are compared with the stride, and what is
+    mirrored with where its partner began, with tolerance zero.
 
     Args:
         task: what was asked for.
@@ -36,7 +36,7 @@ def goal_entries(
         goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
     """
     if task.goal.periodic is not None:
-        entries = _changes(task.goal.periodic.stride, robot, motion)
+        entries = _changes(task.goal.periodic, robot, motion)
     else:
         entries = _coordinates(task, robot, motion, goal)
     return [*entries, *_points(task, robot, motion)]
@@ -55,14 +55,21 @@ def _entry(
     )
 
 
-def _changes(stride: dict[str, float], robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEntry]:
-    moved = motion.configuration[-1] - motion.configuration[0]
-    for (name, unit), change in zip(configuration_units(robot).items(), moved, strict=True):
-        yield _entry(f"change of {name}", "position", unit, (stride.get(name, 0.0), change), 0.0)
-    for (name, unit), change in zip(
-        velocity_units(robot).items(), motion.velocity[-1] - motion.velocity[0], strict=True
-    ):
-        yield _entry(f"change of {name} velocity", "velocity", unit, (0.0, change), 0.0)
+def _changes(periodic: Periodic, robot: Robot, motion: PhysicalMotion) -> Iterator[GoalEntry]:
+    groups: list[tuple[Literal["position", "velocity"], str, dict[str, str], np.ndarray]] = [
+        ("position", "", configuration_units(robot), motion.configuration),
+        ("velocity", " velocity", velocity_units(robot), motion.velocity),
+    ]
+    for kind, what, units, values in groups:
+        first, last = (dict(zip(units, values[k], strict=True)) for k in (0, -1))
+        for name, unit in units.items():
+            source, sign = periodic.source(name)
+            if name in periodic.mirrored:
+                label, ends = f"{name}{what}, mirrored", (sign * first[source], last[name])
+            else:
+                stride = periodic.stride.get(name, 0.0) if kind == "position" else 0.0
+                label, ends = f"change of {name}{what}", (stride, last[name] - first[name])
+            yield _entry(label, kind, unit, ends, 0.0)
 
 
 def _coordinates(

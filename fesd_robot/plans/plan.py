@@ -79,6 +79,7 @@ class Status(Record):
         biactive: complementarity pairs of which both sides are zero.
         unresolved: pairs of which neither side is small enough to count as zero for the two answers above.
         audit_passed: every entry of `Audit.violations` is empty.
+        near_miss: all that is missing is that entries of the audit are beyond their limits by a few per cent.
         message: one sentence for the reader.
     """
 
@@ -94,6 +95,7 @@ class Status(Record):
     biactive: int = 0
     unresolved: int = 0
     audit_passed: bool
+    near_miss: bool = False
     message: str
 
 

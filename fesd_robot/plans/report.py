@@ -8,6 +8,7 @@ from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.outcome_report import outcome_section
 from fesd_robot.plans.plan import Plan, Statistics, Status
 from fesd_robot.plans.tables import markdown_table, settings_line
+from fesd_robot.plans.verdict import given_limits, near_miss_words
 from fesd_robot.plans.weights import weights_of
 
 
@@ -29,9 +30,20 @@ def _answers(plan: Plan) -> str:
         ["natural residual, largest min(G, H)", f"{status.natural_residual:.2e}"],
         ["constraint violation", f"{status.constraint_violation:.2e}"],
         ["kind of stationary point", _stationarity(status)],
-        ["physics audit", "passed" if status.audit_passed else "failed: " + ", ".join(plan.audit.violations)],
+        ["physics audit", _passed(plan)],
     ]
     return "## Status\n\n" + markdown_table(["question", "answer"], rows)
+
+
+def _passed(plan: Plan) -> str:
+    if plan.status.audit_passed:
+        words = "passed"
+    elif plan.audit.near_misses:
+        words = f"nearly passed, but for {near_miss_words(plan.audit)}"
+    else:
+        words = "failed: " + ", ".join(plan.audit.violations)
+    given = given_limits(plan.audit)
+    return f"{words}; limits of the task: {given}" if given else words
 
 
 def _stationarity(status: Status) -> str:
@@ -66,12 +78,16 @@ def _audit(plan: Plan) -> str:
     for name, entry in ENTRIES.items():
         value, limit = getattr(plan.audit, name), plan.audit.tolerances.get(name, np.nan)
         if value is None:
-            rows.append([name, "not checked", "", entry.unit, ""])
+            rows.append([name, "not checked", "", entry.unit, "", ""])
             continue
-        passed = "no" if name in plan.audit.violations else "yes"
-        rows.append([name, f"{value:.3e}", entry.bound(limit), entry.unit, passed])
+        passed = "yes"
+        if name in plan.audit.violations:
+            passed = "nearly" if plan.audit.nearly(name) else "no"
+        own = f" (the task's; default {plan.audit.defaults[name]:g})" if name in plan.audit.defaults else ""
+        part = f"{max(plan.audit.ratio(name), 0.0):.2g}"
+        rows.append([name, f"{value:.3e}", entry.bound(limit) + own, entry.unit, part, passed])
     text = "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n"
-    text += markdown_table(["entry", "value", "limit", "unit", "passed"], rows)
+    text += markdown_table(["entry", "value", "limit", "unit", "part of it", "passed"], rows)
     failed = [f"- `{name}` is {ENTRIES[name].meaning}.\n" for name in plan.audit.violations]
     text += "".join(["\n", *failed] if failed else [])
     found = [f"- {finding.sentence}\n" for finding in plan.audit.findings]

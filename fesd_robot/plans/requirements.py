@@ -32,6 +32,7 @@ from fesd_robot.task import (
     FreeDuration,
     Goal,
     PointTarget,
+    SwingClearance,
     Task,
     Waypoint,
 )
@@ -163,6 +164,8 @@ class _Checks:
                 found = self._zone(constraint)
             elif isinstance(constraint, ContactWindow):
                 found = self._window(constraint)
+            elif isinstance(constraint, SwingClearance):
+                found = self._swing(constraint)
             else:
                 continue
             for one in found:
@@ -197,6 +200,16 @@ class _Checks:
             last = self._samples(float(time))[-1]
             yield self._at(last, float(self._physics.gaps(motion.configuration[last])[i]) - window.tolerance)
 
+    def _swing(self, swing: SwingClearance) -> Iterator[Measured]:
+        assert swing.speed is not None
+        contacts = [self._names.index(name) for name in swing.contacts]
+        for k, (q, v) in enumerate(zip(self._states.configuration, self._states.velocity, strict=True)):
+            gaps, speeds = self._physics.gaps(q), tangential_rows(self._physics.contact_jacobian(q) @ v)
+            for i in contacts:
+                ratio = (speeds[i] / swing.speed) ** 2
+                demand = swing.height * (ratio - 1) / (ratio + 1) - swing.spare
+                yield self._at(k, demand - float(gaps[i]))
+
     def goal(self, initial: tuple[np.ndarray, np.ndarray], goal: tuple[np.ndarray, np.ndarray]) -> Iterator[Measured]:
         """Yield the violations of hard goals, of a period, and of the bounds of a free duration."""
         asked, duration = self._task.goal, self._task.horizon.duration
@@ -207,10 +220,12 @@ class _Checks:
             reached = float(self._motion.clock[-1])
             yield self._at(end, max(duration.lower - reached, reached - duration.upper), "the duration")
         if asked.periodic is not None:
-            stride = [asked.periodic.stride.get(name, 0.0) for name in names]
-            for found, subjects in ((q - q0 - stride, names), (v - v0, velocities)):
-                for name, value in zip(subjects, found, strict=True):
-                    yield self._at(end, float(abs(value)), name)
+            for final, first, subjects in ((q, q0, names), (v, v0, velocities)):
+                began = dict(zip(subjects, first, strict=True))
+                for name, value in zip(subjects, final, strict=True):
+                    source, sign = asked.periodic.source(name)
+                    stride = asked.periodic.stride.get(name, 0.0) if subjects is names else 0.0
+                    yield self._at(end, float(abs(value - sign * began[source] - stride)), name)
             for i, name in enumerate(names):
                 if name in asked.periodic.stride:
                     yield self._at(0, float(abs(q0[i] - initial[0][i])), name)

@@ -48,7 +48,14 @@ def status_of(
             "costs.configuration, or larger limits of the controls."
         )
     elif solution.solved and audit_passed:
-        message = f"Solved to complementarity {residuals.complementarity:.1e}; the physics audit passed."
+        limits = f" with limits of the task ({given})" if (given := given_limits(audit)) else ""
+        message = f"Solved to complementarity {residuals.complementarity:.1e}; the physics audit passed{limits}."
+    elif solution.solved and audit.near_misses:
+        finding = _worst_finding(audit)
+        message = (
+            f"Not solved, but nearly: of the physics audit all but {near_miss_words(audit)} passed."
+            f"{f' {finding.sentence}' if finding else ''}"
+        )
     elif solution.solved and audit.violations == ["max_goal_violation"] and (missed := _missed(outcome)):
         message = (
             f"Not solved: the goal is missed, {missed}; try more time or higher limits, a larger goal.tolerance, or "
@@ -88,6 +95,7 @@ def status_of(
         biactive=certificate.biactive if certificate else 0,
         unresolved=certificate.unresolved if certificate else 0,
         audit_passed=audit_passed,
+        near_miss=solution.solved and bool(audit.near_misses),
         message=message,
     )
 
@@ -95,6 +103,28 @@ def status_of(
 def _worst_finding(audit: Audit) -> Finding | None:
     """Return the first finding about a violated entry, None if there is none."""
     return next((finding for finding in audit.findings if finding.entry in audit.violations), None)
+
+
+def near_miss_words(audit: Audit) -> str:
+    """Return by how much entries miss their limits, e.g. ``max_energy_error (1.03e-03 of 1.00e-03 J, 3 % more)``."""
+    return ", ".join(
+        f"{name} ({getattr(audit, name):.3g} of {_bound(audit, name)}, {100 * (audit.ratio(name) - 1):.2g} % more)"
+        for name in audit.near_misses
+    )
+
+
+def given_limits(audit: Audit) -> str:
+    """Return the limits that the task gives with their defaults, e.g. ``max_energy_error 0.01 J, default 0.002 J``."""
+    return ", ".join(
+        f"{name} {_bound(audit, name)}, default {default:.3g} {ENTRIES[name].unit}".rstrip()
+        for name, default in audit.defaults.items()
+    )
+
+
+def _bound(audit: Audit, name: str) -> str:
+    """Return the limit of an entry with its sign and unit."""
+    sign = "-" if ENTRIES[name].smallest else ""
+    return f"{sign}{audit.tolerances[name]:.3g} {ENTRIES[name].unit}".rstrip()
 
 
 def _measured(audit: Audit, name: str) -> str:

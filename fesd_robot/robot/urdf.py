@@ -8,6 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.model_file import note
+
+_UNDRIVEN = ("fixed", "floating", "planar")
+"""Types of joints that have no motor of their own."""
 
 _XACRO = re.compile(r"\{https?://(www\.)?ros\.org/wiki/xacro.*\}")
 
@@ -46,11 +50,65 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
 
 def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
     """Return what of the file does not enter the robot, one sentence each."""
-    return [
-        f"The damping of joint '{joint.get('name')}', which follows '{leaders[joint.get('name', '')]}', is not read."
+    damped = [
+        joint.get("name", "")
         for joint in root.findall("joint")
         if joint.get("name") in leaders and joint.find("dynamics[@damping]") is not None
     ]
+    return [
+        *_transmission_notes(root, leaders),
+        *(f"The damping of joint '{name}', which follows '{leaders[name]}', is not read." for name in damped),
+    ]
+
+
+def _transmission_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
+    """Return where the transmissions of a file and the controls differ, one sentence each.
+
+    An effort limit, which URDF gives at the joint, makes a control, of whatever reduction; a joint without transmission
+    keeps it, since files whose robots are put together often have transmissions for one part only.
+    """
+    transmissions = {
+        each.get("name", ""): [name for one in each if (name := _driven_joint(one))]
+        for each in root.iter("transmission")
+    }
+    moving = {
+        joint.get("name", ""): _effort(joint)
+        for joint in root.findall("joint")
+        if joint.get("type") not in _UNDRIVEN and joint.get("name") not in leaders
+    }
+    named = {name for joints in transmissions.values() for name in joints}
+    if not named & set(moving):
+        return []
+    several = [f"{name} ({', '.join(joints)})" for name, joints in transmissions.items() if len(set(joints)) > 1]
+    return [
+        *note(
+            "Joints without <transmission>, unlike others of the file, have an effort limit and are driven: {}; name "
+            "those without a motor in robot.passive.",
+            [name for name, effort in moving.items() if effort > 0 and name not in named],
+        ),
+        *note(
+            "Joints with <transmission> have no effort limit and are not driven: {}; limits.effort drives them.",
+            [name for name, effort in moving.items() if effort == 0 and name in named],
+        ),
+        *note(
+            "Transmissions of several joints couple their motors: {}; the plan has a control for every joint, within "
+            "the limits of that joint alone.",
+            several,
+        ),
+    ]
+
+
+def _driven_joint(part: ElementTree.Element) -> str:
+    """Return the joint that a part of a transmission moves, ``joint`` or as older files have it, ``rollJoint``."""
+    return part.get("name", "") if part.tag.lower().endswith("joint") else ""
+
+
+def _effort(joint: ElementTree.Element) -> float:
+    limit = joint.find("limit")
+    try:
+        return float(limit.get("effort", "0")) if limit is not None else 0.0
+    except ValueError:
+        return 0.0
 
 
 def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) -> None:

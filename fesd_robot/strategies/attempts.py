@@ -38,6 +38,11 @@ class AttemptedPlan(NamedTuple):
         return plan.status.nlp == NlpStatus.CONVERGED and plan.audit.violations == ["max_goal_violation"]
 
     @property
+    def nearly(self) -> bool:
+        """Whether its plan misses limits of the audit by a few per cent, and nothing else."""
+        return self.plan.status.near_miss
+
+    @property
     def final(self) -> bool:
         """Whether no other attempt should follow: it is solved, or the user or the time limit ended it."""
         return self.solved or self.plan.status.nlp in (NlpStatus.INTERRUPTED, NlpStatus.TIME_LIMIT)
@@ -49,11 +54,12 @@ def stop_requested(stop: Stop | None) -> bool:
 
 
 def best_attempt(attempts: Sequence[AttemptedPlan]) -> AttemptedPlan:
-    """Return the cheapest solved attempt; if none is solved one that only misses the goal, else the first of all."""
+    """Return the cheapest solved attempt, else one that nearly is solved or only misses the goal, else the first."""
     solved = [attempt for attempt in attempts if attempt.solved]
     if solved:
         return min(solved, key=lambda attempt: attempt.plan.statistics.objective)
-    return next((attempt for attempt in attempts if attempt.only_misses_goal), attempts[0])
+    near = [attempt for attempt in attempts if attempt.nearly]
+    return next((attempt for attempt in [*near, *attempts] if attempt.nearly or attempt.only_misses_goal), attempts[0])
 
 
 def best_plan(attempts: Sequence[AttemptedPlan]) -> Plan:

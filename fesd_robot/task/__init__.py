@@ -16,6 +16,7 @@ from fesd_robot.task.constraints import (
     ContactWindow,
     ForbiddenZone,
     FrameLimits,
+    SwingClearance,
 )
 from fesd_robot.task.contacts import (
     BodyContact,
@@ -84,6 +85,7 @@ __all__ = [
     "Step",
     "StepEquilibration",
     "Steps",
+    "SwingClearance",
     "Task",
     "ThroughWaypoints",
     "Tolerance",

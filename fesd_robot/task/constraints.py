@@ -11,6 +11,7 @@ from fesd_robot.task.fields import (
     AXES,
     Bounds,
     Name,
+    Names,
     NonNegative,
     Number,
     Offset,
@@ -196,8 +197,43 @@ class ContactWindow(Section):
         return f"the gap of {self.contact} {gap} from {self.times[0]:g} to {self.times[1]:g} s"
 
 
+class SwingClearance(Section):
+    """Contacts that are high when they are fast, so that a swinging foot passes at a height without being told when.
+
+    With the gap g, the tangential velocity v_t, the height h and the speed c, at every stage
+
+        g >= h (v_t^2 - c^2) / (v_t^2 + c^2)
+
+    which asks nothing of a contact that is slower than c, 0.6 h at 2 c, 0.8 h at 3 c, and h of one that is much faster.
+    """
+
+    type: Literal["swing_clearance"] = Field(
+        description="Contacts that move along what they may touch do so at a height, whenever that is."
+    )
+    contacts: Names = Field(description="Names of the contacts.")
+    height: Positive = Field(description="Gap of a contact that is much faster than 'speed', m.")
+    speed: Positive | None = Field(
+        default=None,
+        description="Speed along the surface, m/s, at which a contact may still touch; at 2, 3 and 5 times this it is "
+        "0.6, 0.8 and 0.92 of the height above it. Default: a tenth of the robot's length per its own time, "
+        "sqrt(length / gravity).",
+    )
+
+    @property
+    def spare(self) -> float:
+        """By how much the audit lets the gap be less, m: a hundredth of the height, which is no edge of a body."""
+        return 0.01 * self.height
+
+    def in_words(self) -> str:
+        """Return the constraint as a part of a sentence."""
+        return (
+            f"where {' or '.join(self.contacts)} moves along the surface faster than {self.speed:g} m/s, it is above "
+            f"it, by {0.8 * self.height:.3g} m at {3 * (self.speed or 0.0):.3g} m/s and towards {self.height:g} m"
+        )
+
+
 Constraint = Annotated[
-    Clearance | AvoidSphere | AvoidEllipse | AvoidBox | FrameLimits | ForbiddenZone | ContactWindow,
+    Clearance | AvoidSphere | AvoidEllipse | AvoidBox | FrameLimits | ForbiddenZone | ContactWindow | SwingClearance,
     Field(discriminator="type"),
 ]
 

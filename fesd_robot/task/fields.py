@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 
@@ -85,6 +85,16 @@ NameKind = Literal[
 
 Name = Annotated[str, Field(min_length=1)]
 """Name of a joint, coordinate, frame, contact or control."""
+
+
+def _read_distinct(names: list[str]) -> list[str]:
+    if len(set(names)) < len(names):
+        raise expected("every name once")
+    return names
+
+
+Names = Annotated[list[Name], Field(min_length=1), AfterValidator(_read_distinct)]
+"""At least one name, none twice."""
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; text and booleans are refused."""

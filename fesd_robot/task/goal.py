@@ -60,18 +60,72 @@ class PointTarget(Section):
         return self
 
 
-class Periodic(Section):
-    """A motion that repeats: it ends in the state it began in, shifted by one stride.
+_MINUS = "-"
 
-    The initial state is free within the limits, except for the coordinates of the stride, which begin where `initial`
-    says; all other values of `initial` are the solver's start.
+
+class Periodic(Section):
+    """A motion that repeats: it ends in the state it began in, perhaps mirrored, shifted by one stride.
+
+    With a mirror it is half of a cycle: a coordinate l that is paired with r has
+
+        q_l(T) = sign q_r(0),   v_l(T) = sign v_r(0)   and   q_r(T) = sign q_l(0),   v_r(T) = sign v_l(0)
+
+    so that the motion followed by its mirror image repeats. The initial state is free within the limits, except for
+    the coordinates of the stride, which begin where `initial` says; all other values of `initial` are the solver's
+    start.
     """
 
     stride: Values = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> its change over the whole motion, m or rad; coordinates "
-        "not listed, and all velocities, end as they began.",
+        "not listed, and all velocities, end as they began, or as those that they are mirrored with.",
     )
+    mirror: dict[Name, Name] = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> the one that it changes places with: each ends as the other "
+        "began, in position and velocity. With '-' before the name it ends as the negative, which a coordinate may "
+        "also do of itself. Every coordinate at most once; default: none, a whole cycle.",
+    )
+
+    @model_validator(mode="after")
+    def _pairs(self) -> Periodic:
+        seen: set[str] = set()
+        for name, partner in self.mirror.items():
+            other, at = partner.removeprefix(_MINUS), ("mirror", name)
+            if not other:
+                raise conflict(at, f"found '{partner}', expected the name of a coordinate behind the '-'")
+            if partner == name:
+                raise conflict(
+                    at, f"found '{name}' mirrored with itself, expected another coordinate, or '-{name}' for the one "
+                    "that changes its sign"
+                )  # fmt: skip
+            for one in dict.fromkeys((name, other)):
+                if one in seen:
+                    raise conflict(at, f"found '{one}' twice, expected every coordinate once: pairs change places")
+                if one in self.stride:
+                    raise conflict(
+                        at, f"found '{one}', which has a stride, expected a stride of coordinates that are not mirrored"
+                    )
+            seen |= {name, other}
+        return self
+
+    def source(self, name: str) -> tuple[str, float]:
+        """Return the coordinate whose beginning the end of a coordinate is, and the sign: q(T) = sign q_source(0).
+
+        Args:
+            name: of a configuration or velocity coordinate.
+        """
+        for first, partner in self.mirror.items():
+            second = partner.removeprefix(_MINUS)
+            if name in (first, second):
+                return second if name == first else first, -1.0 if partner.startswith(_MINUS) else 1.0
+        return name, 1.0
+
+    @property
+    def mirrored(self) -> list[str]:
+        """Names of all coordinates that are mirrored, the two of a pair beside each other."""
+        pairs = [(name, partner.removeprefix(_MINUS)) for name, partner in self.mirror.items()]
+        return list(dict.fromkeys(name for pair in pairs for name in pair))
 
 
 class Goal(Configured):

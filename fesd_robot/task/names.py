@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import MappingProxyType
 
 from fesd_robot.errors import nearest
-from fesd_robot.task.constraints import BodyPoint
+from fesd_robot.task.constraints import BodyPoint, SwingClearance
 from fesd_robot.task.contacts import BodyContact, CircleCircleContact
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import Initial
@@ -116,6 +116,8 @@ def check_values(
             groups.append(((*path, "posture"), own, configuration))
         groups.append(((*path, "configuration"), state.configuration, configuration))
         groups.append(((*path, "velocity"), state.velocity, velocity))
+        if state.standing is not None:
+            groups.append(((*path, "stand_on", "prefer"), state.standing.prefer, configuration))
     if isinstance(task.reference, Jumps):
         groups.append((("reference", "apex"), task.reference.apex, configuration))
     problems: list[tuple[KeyPath, str]] = []
@@ -181,6 +183,9 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     if task.goal.periodic is not None:
         for name in task.goal.periodic.stride:
             yield ("goal", "periodic", "stride", name), _CONFIGURATION, name
+        for name in task.goal.periodic.mirror:
+            for one in dict.fromkeys((name, task.goal.periodic.source(name)[0])):
+                yield ("goal", "periodic", "mirror", name), _CONFIGURATION, one
     for posture, values in task.postures.items():
         for name in values:
             yield ("postures", posture, name), _CONFIGURATION, name
@@ -213,6 +218,9 @@ def _constraint_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
             yield ("constraints", name, "frame"), "frame", constraint.frame
+        elif isinstance(constraint, SwingClearance):
+            for i, contact in enumerate(constraint.contacts):
+                yield ("constraints", name, "contacts", str(i)), "contact", contact
         else:
             yield ("constraints", name, "contact"), "contact", constraint.contact
 

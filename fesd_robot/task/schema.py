@@ -9,6 +9,7 @@ from typing import Annotated
 from pydantic import Field, PrivateAttr, model_validator
 
 from fesd_robot.errors import TaskError, nearest, nearest_file
+from fesd_robot.task.audit import AuditLimits
 from fesd_robot.task.consistency import consistency_errors
 from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import BodyContact, CircleCircleContact, Contact, SingleContact
@@ -62,6 +63,9 @@ class Task(Section):
     )
     method: Method = Field(default_factory=Method, description="How the motion is discretised.")
     solver: Solver = Field(default_factory=Solver, description="How the resulting problem is solved.")
+    audit: AuditLimits = Field(
+        default_factory=AuditLimits, description="Limits of the audit in place of its own; a plan's report names them."
+    )
     output: Output = Field(default_factory=Output, description="Which optional files are written.")
 
     _origins: Origins = PrivateAttr(default_factory=Origins)

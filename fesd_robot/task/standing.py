@@ -5,19 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
-from fesd_robot.task.fields import Name, NameKind, Section, Values, expected
-
-
-def _read_distinct(names: list[str]) -> list[str]:
-    if len(set(names)) < len(names):
-        raise expected("every name once")
-    return names
-
-
-Names = Annotated[list[Name], Field(min_length=1), AfterValidator(_read_distinct)]
-"""At least one name, none twice."""
+from fesd_robot.task.fields import Name, NameKind, Names, Section, Values
 
 
 class StandOn(Section):
@@ -28,6 +18,12 @@ class StandOn(Section):
         default=None,
         description="Names of the configuration coordinates that are found so that the contacts touch; default: "
         "root_z, and root_pitch too for more than one contact.",
+    )
+    prefer: Values = Field(
+        default_factory=dict,
+        description="Name of a configuration coordinate -> value that it should have, m or rad. These are adjusted, "
+        "too: of all configurations in which the contacts touch, the one with the least sum of squared distances from "
+        "these values is taken. Default: none, the one that the search leads to.",
     )
 
 
@@ -53,8 +49,8 @@ class Configured(Section):
     ) = Field(
         default=None,
         description="Contacts that touch: their names, or 'contacts' with the coordinates to 'adjust', which are found "
-        "and become part of the configuration; values given for these are where the search starts. At a goal at rest "
-        "they touch all through the last control interval. Default: none.",
+        "and become part of the configuration; values given for these are where the search starts, and 'prefer' says "
+        "which are wanted. At a goal at rest they touch all through the last control interval. Default: none.",
     )
 
     @property
@@ -76,6 +72,8 @@ class Configured(Section):
             yield (*at, str(i)), "contact", name
         for i, name in enumerate(standing.adjust or ()):
             yield ("stand_on", "adjust", str(i)), "configuration coordinate", name
+        for name in standing.prefer:
+            yield ("stand_on", "prefer", name), "configuration coordinate", name
 
     def completed(self: AnyConfigured, configuration: Mapping[str, float]) -> AnyConfigured:
         """Return this section with its whole configuration, name -> m or rad.

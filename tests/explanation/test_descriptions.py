@@ -101,3 +101,19 @@ def test_a_free_duration_and_a_period_are_described() -> None:
     ):
         assert words in text, words
     assert "distance from the goal" not in text and "Waypoints" not in text and "Constraints" not in text
+
+
+def test_a_mirror_and_a_swing_are_described() -> None:
+    """Which coordinates change places with which sign, and how high which contact swings at which speed."""
+    text = explained(
+        "goal={periodic: {mirror: {root_pitch: -root_pitch}, stride: {root_x: 0.5}}}",
+        "constraints={up: {type: swing_clearance, contacts: [foot], height: 0.05, speed: 0.2}}",
+        "costs={}",
+    )
+    for words in (
+        "Periodic: the motion ends in the mirror image of the state it begins in, shifted by one stride",
+        "Mirrored, each ends as the other began: root_pitch as -root_pitch; all else ends as it began.",
+        "up: where foot moves along the surface faster than 0.2 m/s, it is above it, by 0.04 m at 0.6 m/s and towards "
+        "0.05 m.",
+    ):
+        assert words in text, words

@@ -35,6 +35,14 @@ def test_what_was_found_is_said() -> None:
     assert "            At waypoint 2 standing on front: root_z 0.244749 m." in text
 
 
+def test_preferences_are_said() -> None:
+    """What is wanted stands beside what was found."""
+    overrides = ["initial.stand_on={contacts: [front, hind], prefer: {FL_KFE: -1.2}}"]
+    motion = formulate(load_task(TASKS / "solo12_jump.yaml", overrides))
+    text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
+    assert "At the start standing on front, hind, as near as possible to FL_KFE -1.2 rad: " in text
+
+
 def test_nothing_is_said_where_nothing_was_asked() -> None:
     """A task without `stand_on` has no such section."""
     motion = formulate(load_task(TASKS / "published_hopper_one_jump.yaml"))

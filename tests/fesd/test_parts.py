@@ -74,8 +74,11 @@ def test_coefficients_enclose_a_polynomial(stages: int) -> None:
         assert coefficients[[0, -1]] == pytest.approx(polynomial(np.array([0.0, 1.0])), abs=1e-9)
 
 
-def ball(*, path: bool) -> OptimalControlProblem:
-    """A ball that is thrown up and caught after a second, below a ceiling at 0.2 m: a limit, or a path constraint."""
+def ball(*, path: bool, spare: float = 0.0) -> OptimalControlProblem:
+    """A ball that is thrown up and caught after a second, below a ceiling at 0.2 m: a limit, or a path constraint.
+
+    Between stages it may be above a path constraint by `spare`, m.
+    """
     x, u, alpha = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("alpha")
     system = heaviside(Model(x, control=u), StepFunctions(alpha, x[0] + 10), ca.vertcat(x[1], u))
     below = TrajectoryConstraint(
@@ -87,6 +90,7 @@ def ball(*, path: bool) -> OptimalControlProblem:
         np.array([-np.inf]),
         np.array([0.2]),
         ["height"],
+        spare=spare,
     )
     return OptimalControlProblem(
         system,
@@ -130,6 +134,18 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
         rows = np.asarray(block.evaluate(w)[1]).T
         slack = 2e-3 if path else 1e-9  # at other places than before
         assert (rows <= block.upper + slack).all() and (rows >= block.lower - slack).all()
+
+
+@pytest.mark.parametrize(("part", "held"), [(0.5, [PathBetween(0, 0)]), (2.0, [])])
+def test_what_a_path_constraint_spares_is_left(part: float, held: list[PathBetween]) -> None:
+    """A violation between stages is held where it is larger than the constraint spares, and left where it is not."""
+    transcription = Transcription(ball(path=True), FesdOptions(tableau=make_tableau("radau_iia", 2), elements=1))
+    polisher = BranchTranscription(transcription)
+    coarse = solve(transcription.problem, OPTIONS, polisher=polisher)
+    assert coarse.branch is not None
+    spare = part * (_highest(transcription, coarse.w) - 0.2)
+    sparing = Transcription(ball(path=True, spare=spare), transcription.options)
+    assert violated_between_stages(sparing, polisher.conditions, coarse.w, coarse.branch) == held
 
 
 def _highest(transcription: Transcription, w: np.ndarray) -> float:

@@ -135,3 +135,14 @@ def test_mistakes_are_located(write: Write, edit: tuple[str, str], line: int, ke
         formulate(write(TASK.replace(*edit)))
     assert (caught.value.line, caught.value.key) == (line, key), str(caught.value)
     assert words in caught.value.message
+
+
+def test_a_swing_clearance_of_a_body_is_that_of_its_places(write: Write) -> None:
+    """All corners of a sole keep the height; other keys of `stand_on` stay."""
+    text = TASK.replace(
+        "constraints:\n", "constraints:\n  up: {type: swing_clearance, contacts: [foot], height: 0.02}\n"
+    )
+    text = text.replace("adjust: [root_z, ankle]", "adjust: [root_z], prefer: {ankle: 0.0}")
+    task = formulate(write(text)).task
+    assert task.constraints["up"].contacts == ["foot_1", "foot_2"]
+    assert task.goal.stand_on.contacts == ["foot_1", "foot_2"] and task.goal.stand_on.prefer == {"ankle": 0.0}

@@ -82,6 +82,8 @@ def test_a_period_has_rows_of_its_own(tmp_path: Path) -> None:
     rows = Function("rows", [period.variables], [period.rows])
     start, end = np.array([0.3, 0.4, 0, 0.9]), np.array([2.0, 0.5, 2, 0.8])
     np.testing.assert_allclose(np.asarray(rows(np.append(start, end))).ravel(), [0.2, 0.1, -0.1], atol=1e-12)
+    np.testing.assert_array_equal(period.upper, [0, 0, 1e-6])
+    np.testing.assert_array_equal(period.lower, [0, 0, -1e-6])
     np.testing.assert_array_equal(ocp.initial_lower, [0.2, -20, 0, 0])
     np.testing.assert_array_equal(ocp.initial_upper, [0.2, 20, 0, np.inf])
 

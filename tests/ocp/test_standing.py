@@ -137,6 +137,49 @@ reference: {type: waypoints}
 """
 
 
+def preferring(**prefer: float) -> MotionProblem:
+    """The biped that stands on both feet with knees and hips that are preferred."""
+    standing = f"{{contacts: [left, right], prefer: {json.dumps(prefer)}}}"
+    start = "initial.configuration={left_hip: -0.3, right_hip: 0.2}"
+    return formulated("biped_step", start, f"initial.stand_on={standing}", "goal.stand_on=[left, right]")
+
+
+def test_a_preference_that_can_be_met_is() -> None:
+    """Legs bent alike stand level: all four preferred angles are what is found, at the height of the closed form."""
+    found = preferring(left_hip=-0.3, right_hip=-0.3, left_knee=0.6, right_knee=0.6).task.initial.configuration
+    height = 0.4 * (math.cos(-0.3) + math.cos(0.3))
+    expected = {"left_hip": -0.3, "right_hip": -0.3, "left_knee": 0.6, "right_knee": 0.6, "root_z": height}
+    assert {name: found[name] for name in expected} == pytest.approx(expected, abs=1e-6)
+
+
+def test_of_all_postures_the_nearest_to_the_preferred_is_found() -> None:
+    """With a pitch that is preferred no other posture nearby in which both feet touch is nearer; numeric kinematics."""
+    wanted = {"root_pitch": 0.0, "left_knee": 0.6, "right_knee": 0.6, "left_hip": -0.6}
+    motion = preferring(**wanted)
+    physics, names = numeric_physics(motion), motion.robot.configuration_names
+    q = motion.endpoints.initial_configuration
+    assert start_gaps(motion) == pytest.approx(0, abs=EXACT)
+    pull = np.array([q[i] - wanted[name] if name in wanted else 0.0 for i, name in enumerate(names)])
+    assert np.abs(pull).max() > 0.01
+    adjusted = [names.index(name) for name in ("root_z", *wanted)]
+    normals = physics.contact_jacobian(q)[::2][:, adjusted]
+    along = pull[adjusted] - normals.T @ np.linalg.lstsq(normals.T, pull[adjusted], rcond=None)[0]
+    np.testing.assert_allclose(along, 0, atol=1e-5)
+
+
+def test_preferences_keep_to_limits() -> None:
+    """A preferred value that a limit of the task forbids is an error; a straight knee at its limit is allowed."""
+    found = preferring(left_knee=0.0, right_knee=0.0).task.initial.configuration
+    assert found["left_knee"] >= 0 and found["right_knee"] >= 0
+    with pytest.raises(TaskError) as caught:
+        preferring(left_knee=-0.1)
+    assert caught.value.key == "initial.stand_on.prefer.left_knee"
+    assert "found -0.1, expected a value in [0, 2.4]" in caught.value.message
+    with pytest.raises(TaskError) as caught:
+        preferring(left_kne=0.1)
+    assert caught.value.key == "initial.stand_on.prefer.left_kne" and "'left_knee'" in caught.value.message
+
+
 def test_what_a_waypoint_finds_is_its_target(short: str, load: Load) -> None:
     """The found height may have a tolerance, weighs in the cost and leads the reference; what is left out is free."""
     motion = formulate(load(short.replace("root_z: 0.6", "root_z: 0.8") + WAYPOINTS))

@@ -10,7 +10,7 @@ import pytest
 from fesd_robot.adapters import motion_outcome, names_of, numeric_physics, with_full_model
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, assemble
-from fesd_robot.plans.audit import audit
+from fesd_robot.plans.audit import MotionLimits, audit
 from fesd_robot.plans.plan import HomotopyStep, Provenance, Statistics, Status, Units
 from fesd_robot.plans.replay_record import replay_entries, replay_summary
 from fesd_robot.plans.requirements import requirements
@@ -47,9 +47,11 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
         physics,
         names=all_names,
         interval_ends=motion.clock,
-        position_limits=(-infinity, infinity),
-        velocity_limits=(-infinity, infinity),
-        control_limits=(hopper.actuation.lower, hopper.actuation.upper),
+        limits=MotionLimits(
+            position=(-infinity, infinity),
+            velocity=(-infinity, infinity),
+            control=(hopper.actuation.lower, hopper.actuation.upper),
+        ),
         others={
             **requirements(
                 hopper.task,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.plans import Plan, read_plan, write_plan
-from fesd_robot.plans.audit_record import ENTRIES, Audit
+from fesd_robot.plans.audit_record import ENTRIES, Audit, AuditScales
 from fesd_robot.plans.findings import findings_of, findings_of_notes
 from fesd_robot.plans.measured import Measured
 from fesd_robot.recovery.physics import NumericPhysics
@@ -18,7 +18,7 @@ from .motions import tumble
 
 def audit_with(values: dict[str, float]) -> tuple[Audit, dict[str, Measured]]:
     """An audit of these values, each measured at one place, and zeros."""
-    audit = Audit.of({**dict.fromkeys(ENTRIES, 0.0), **values}, lifting=1.0)
+    audit = Audit.of({**dict.fromkeys(ENTRIES, 0.0), **values}, AuditScales(weight=1.0, turnover=1.0))
     return audit, {name: Measured(value, 0.25, 3, "foot") for name, value in values.items()}
 
 

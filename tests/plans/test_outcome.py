@@ -99,6 +99,23 @@ def test_a_period_compares_changes_with_the_stride(hopper: MotionProblem) -> Non
     assert {entry.tolerance for entry in entries.values()} == {0.0}
 
 
+def test_a_mirrored_coordinate_is_compared_with_its_partner(hopper: MotionProblem) -> None:
+    """The end of each is held against the beginning of the other, with its sign; others are compared as before."""
+    first = tumble()
+    entries = entries_of(hopper, "{periodic: {mirror: {root_x: -root_z}, stride: {leg: -0.1}}}")
+    expected = {
+        "root_x, mirrored": (-first.configuration[0, 1], Q[0]),
+        "root_z, mirrored": (-first.configuration[0, 0], Q[1]),
+        "root_x velocity, mirrored": (-first.velocity[0, 1], V[0]),
+        "root_z velocity, mirrored": (-first.velocity[0, 0], V[1]),
+        "change of leg": (-0.1, Q[3] - first.configuration[0, 3]),
+        "change of leg velocity": (0.0, V[3] - first.velocity[0, 3]),
+    }
+    assert expected.keys() < entries.keys() and len(entries) == 8
+    for name, ends in expected.items():
+        assert (entries[name].goal, entries[name].end) == pytest.approx(ends), name
+
+
 def entry(name: str, unit: str, missed_by: float, met: bool | None = None) -> GoalEntry:
     """Return an entry that is missed by so much."""
     kind = "velocity" if unit.endswith("/s") else "position"

@@ -12,7 +12,7 @@ import pytest
 from fesd_robot.adapters import names_of, numeric_physics
 from fesd_robot.contact import ContactMode
 from fesd_robot.ocp import formulate
-from fesd_robot.plans.audit import audit
+from fesd_robot.plans.audit import MotionLimits, audit
 from fesd_robot.plans.audit_record import Audit, Finding
 from fesd_robot.plans.findings import findings_of_notes
 from fesd_robot.plans.measured import Names
@@ -60,9 +60,11 @@ def audited(
         physics,
         names=names,
         interval_ends=motion.clock,
-        position_limits=position_limits or free(names.configuration),
-        velocity_limits=free(names.velocity),
-        control_limits=free(names.controls),
+        limits=MotionLimits(
+            position=position_limits or free(names.configuration),
+            velocity=free(names.velocity),
+            control=free(names.controls),
+        ),
         others=replay_entries(replay, motion, names),
     )
     return found.model_copy(update={"findings": [*found.findings, *findings_of_notes(replay)]})

@@ -33,6 +33,30 @@ def test_a_failed_entry_is_marked(plan: Plan) -> None:
     ]
 
 
+def test_a_near_miss_looks_different(plan: Plan) -> None:
+    """An entry a few per cent beyond its limit is "nearly", with the part of the limit; the status says the same."""
+    limit = plan.audit.tolerances["max_energy_error"]
+    near = plan.audit.model_copy(update={"max_energy_error": 1.04 * limit, "violations": ["max_energy_error"]})
+    status = plan.status.model_copy(update={"audit_passed": False, "near_miss": True})
+    lines = report(plan.model_copy(update={"audit": near, "status": status})).splitlines()
+    assert [line for line in lines if line.endswith("| 1 | nearly |")] == [
+        line for line in lines if line.startswith("| max_energy_error")
+    ]
+    (answer,) = [line for line in lines if line.startswith("| physics audit")]
+    assert "nearly passed, but for max_energy_error (" in answer and "4 % more)" in answer
+
+
+def test_limits_of_the_task_are_marked(plan: Plan) -> None:
+    """A limit that is not the default is named in the status and in its row, with the default."""
+    audit = plan.audit.model_copy(
+        update={"tolerances": {**plan.audit.tolerances, "min_gap": 0.02}, "defaults": {"min_gap": 1e-3}}
+    )
+    text = report(plan.model_copy(update={"audit": audit}))
+    assert "| physics audit | passed; limits of the task: min_gap -0.02 m, default 0.001 m |" in text
+    (row,) = [line for line in text.splitlines() if line.startswith("| min_gap")]
+    assert ">= -0.02 (the task's; default 0.001)" in row
+
+
 def test_findings_are_listed(plan: Plan) -> None:
     """What the audit has found stands below its table, one sentence a line; without any there is no such section."""
     assert "### Findings" not in report(plan)

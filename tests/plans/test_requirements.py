@@ -42,14 +42,23 @@ CONSTRAINTS = [
     ("{type: forbidden_zone, contact: foot, x: [0.01, null]}", 0.0),
     ("{type: contact_window, contact: foot, times: [0.15, 0.3], touch: forbidden, clearance: 0.03}", 0.03),
     ("{type: contact_window, contact: foot, times: [0, 0.15], touch: forbidden, clearance: 0.03}", 0.0),
+    ("{type: swing_clearance, contacts: [foot], height: 0.05, speed: 0.5}", 0.03 - 5e-4),
+    ("{type: swing_clearance, contacts: [foot], height: 0.05, speed: 1.5}", 0.0),
     ("{type: contact_window, contact: foot, times: [0.15, 0.3], touch: required}", 0.2 - 9.81 / 2 * 0.15**2 - 1e-3),
 ]
 
 
 @pytest.mark.parametrize(("constraint", "size"), CONSTRAINTS, ids=[str(i) for i in range(len(CONSTRAINTS))])
 def test_constraints(hopper: MotionProblem, constraint: str, size: float) -> None:
-    """Each constraint is missed by its distance in m, or not at all."""
-    found = missed(hopper, drop(), f"constraints={{one: {constraint}}}")
+    """Each constraint is missed by its distance in m, or not at all.
+
+    For those of a swing the drop is seen from a train at 1 m/s, with its foot closed in stance: there the gap that is
+    asked for is missing as a whole.
+    """
+    seen = drop()
+    if "swing" in constraint:
+        seen = replace(seen, velocity=seen.velocity + np.array([1.0, 0, 0, 0]))
+    found = missed(hopper, seen, f"constraints={{one: {constraint}}}")
     assert found == pytest.approx(
         {"slip": 0, "slip_distance": 0, "constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9
     )
@@ -90,6 +99,8 @@ GOALS = [
     (tumble, "goal.frames={body: {velocity: {x: 0.25}, velocity_tolerance: 0}}", 0.75),
     (tumble, "goal.center_of_mass={position: [0.3, null, 1.2], tolerance: 0}", 9.81 * 0.02),
     (tumble, "goal={periodic: {stride: {root_x: 0.15}}}", 9.81 * 0.2),
+    (tumble, "goal={periodic: {mirror: {root_z: -root_z}}}", 2.2 - 9.81 / 2 * 0.2**2),
+    (tumble, "goal={periodic: {mirror: {root_pitch: leg, root_z: root_x}}}", np.nan),
 ]
 
 
@@ -100,6 +111,11 @@ def test_goals(hopper: MotionProblem, make: object, goal: str, size: float) -> N
     found = missed(hopper, make(), *(costs if "periodic" in goal else []), goal)  # type: ignore[operator]
     if goal.startswith("goal.center"):
         size = abs(1 + 0.2 - 9.81 / 2 * 0.04 - 1.2)
+    if np.isnan(size):  # both pairs change places, in position and in velocity; the fall is the largest change
+        motion = make()  # type: ignore[operator]
+        pairs = [(0, 1), (1, 0), (2, 3), (3, 2)]
+        ends = (motion.configuration, motion.velocity)
+        size = max(abs(values[-1, i] - values[0, j]) for values in ends for i, j in pairs)
     assert found == pytest.approx(
         {"slip": 0, "slip_distance": 0, "constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9
     )

@@ -11,7 +11,7 @@ from fesd_robot.complementarity import Label, Place
 from fesd_robot.mpcc import Certificate, MpccSolution, NlpReport, NlpStatus
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.plans import Plan
-from fesd_robot.plans.audit_record import Finding
+from fesd_robot.plans.audit_record import ENTRIES, AuditScales, Finding
 from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome
 from fesd_robot.plans.plan import Audit
 from fesd_robot.plans.verdict import status_of
@@ -190,3 +190,43 @@ def test_a_refuted_certificate_has_its_reason(clean: Audit) -> None:
         solution("converged", solved=True), clean, REACHED, 1e-8, replace(refuted, b_stationary="certified")
     )
     assert certified.b_stationary_reason == ""
+
+
+def audit_of(**values: float) -> Audit:
+    """An audit of these values and zeros."""
+    return Audit.of({**dict.fromkeys(ENTRIES, 0.0), **values}, AuditScales(weight=10.0, turnover=10.0))
+
+
+def test_a_near_miss_says_by_how_much() -> None:
+    """Entries beyond their limits by a few per cent are a near miss, with value, limit and percentage."""
+    found = audit_of(max_energy_error=2.06e-2, min_gap=-1.05e-3)
+    status = status_of(solution("converged", solved=True), found, REACHED, 1e-8)
+    assert not status.solved and not status.audit_passed and status.near_miss
+    assert status.message == (
+        "Not solved, but nearly: of the physics audit all but min_gap (-0.00105 of -0.001 m, 5 % more), "
+        "max_energy_error (0.0206 of 0.02 J, 3 % more) passed."
+    )
+
+
+@pytest.mark.parametrize("energy", [2.4e-2, np.nan])
+def test_a_miss_that_is_not_near(energy: float) -> None:
+    """One entry that is far beyond its limit, or no number, makes the whole plan no near miss."""
+    found = audit_of(max_energy_error=energy, min_gap=-1.05e-3)
+    status = status_of(solution("converged", solved=True), found, REACHED, 1e-8)
+    assert not status.near_miss and status.message.startswith("Not solved: the numbers converged but the physics audit")
+
+
+def test_a_solve_that_has_not_converged_is_no_near_miss() -> None:
+    """What is near is the motion, not the audit alone."""
+    status = status_of(solution("infeasible"), audit_of(max_energy_error=2.06e-2), REACHED, 1e-8)
+    assert not status.near_miss and "nearly" not in status.message
+
+
+def test_limits_of_the_task_are_named() -> None:
+    """A plan that passes an audit with limits of its task says which, and what the defaults are."""
+    values = {**dict.fromkeys(ENTRIES, 0.0), "max_energy_error": 0.04}
+    found = Audit.of(values, AuditScales(weight=10.0, turnover=10.0), {"max_energy_error": 0.05})
+    status = status_of(solution("converged", solved=True), found, REACHED, 1e-8)
+    assert status.solved and status.message.endswith(
+        "the physics audit passed with limits of the task (max_energy_error 0.05 J, default 0.02 J)."
+    )

@@ -277,3 +277,62 @@ def test_missing_example_data_says_what_to_install(monkeypatch, tmp_path):
 
 def _not_found(name: str):
     raise library.metadata.PackageNotFoundError(name)
+
+
+def _transmission(name: str, *joints: str) -> str:
+    inside = "".join(f'<joint name="{joint}"/>' for joint in joints)
+    return f'<transmission name="{name}"><type>t</type>{inside}<actuator name="m"/></transmission>'
+
+
+def _with(file: Path, *elements: str) -> Path:
+    file.write_text(file.read_text().replace("</robot>", f"{''.join(elements)}</robot>"))
+    return file
+
+
+def test_transmissions_and_effort_limits_are_compared(tmp_path):
+    """An effort limit drives a joint, with or without a transmission; where the two differ the notes name the joint."""
+    free = '<limit lower="-1" upper="1" velocity="1" effort="0"/>'
+    joints = _joint("one", "a", "b"), _joint("two", "b", "c", inside=free), _joint("three", "c", "d")
+    file = _with(_urdf(tmp_path, *joints), _transmission("first", "one"), _transmission("second", "two"))
+    robot = load_robot(file)
+    assert robot.driven.tolist() == [True, False, True]
+    without, weak = robot.notes
+    assert without.startswith("Joints without <transmission>, unlike others of the file,") and ": three; " in without
+    assert weak.startswith("Joints with <transmission> have no effort limit and are not driven: two; ")
+
+
+def test_transmissions_that_couple_motors_are_named(tmp_path):
+    """A differential of two joints is in the notes with both; a reduction is not, limits are those of the joints."""
+    joints = _joint("one", "a", "b"), _joint("two", "b", "c")
+    (sentence,) = load_robot(_with(_urdf(tmp_path, *joints), _transmission("wrist", "one", "two"))).notes
+    assert sentence.startswith("Transmissions of several joints couple their motors: wrist (one, two); ")
+    geared = _transmission("gear", "one", "two").replace("<act", "<mechanicalReduction>50</mechanicalReduction><act")
+    assert load_robot(_with(_urdf(tmp_path, *joints), geared)).upper_effort.tolist() == [1, 1]
+
+
+@pytest.mark.parametrize("transmissions", [(), ("elsewhere",)])
+def test_a_file_without_transmissions_of_its_joints_has_nothing_to_say(tmp_path, transmissions):
+    """Without transmissions, or with those of joints that are not there, effort limits alone count."""
+    file = _with(_urdf(tmp_path, _joint("one", "a", "b")), *(_transmission("t", name) for name in transmissions))
+    assert load_robot(file).notes == ()
+
+
+def test_a_mimic_joint_needs_no_transmission(tmp_path):
+    """A joint that follows another has no motor, so that its missing transmission is not worth a word."""
+    follower = _joint("two", "b", "c", inside=LIMIT + '<mimic joint="one" multiplier="2"/>')
+    file = _with(_urdf(tmp_path, _joint("one", "a", "b"), follower), _transmission("t", "one"))
+    assert load_robot(file).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("path", "joint"),
+    [
+        ("anymal_b_simple_description/robots/anymal-kinova.urdf", "LF_HAA"),
+        ("baxter_description/urdf/baxter.urdf", "right_s0"),
+    ],
+)
+def test_motors_of_robots_that_were_put_together(path, joint):
+    """Legs of ANYmal and arms of Baxter have motors and no transmission, unlike arm and grippers in their files."""
+    robot = load_robot(library.examples_folder() / path)
+    assert robot.driven[robot.velocity_names.index(joint)]
+    assert any("without <transmission>" in sentence and joint in sentence for sentence in robot.notes)

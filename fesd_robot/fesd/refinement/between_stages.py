@@ -120,7 +120,7 @@ class _Path:
         """Yield where the constraint is to be held."""
         for excess in self._excess.values():
             worst = max(excess.values())
-            if worst > VIOLATION:
+            if worst > max(VIOLATION, self._constraint.spare):
                 for e in excess:
                     margin = self._held[e] + STRICTER * worst if e in self._held else 0.0
                     yield worst, PathBetween(self._number, e, margin)
