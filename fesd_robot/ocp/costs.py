@@ -24,6 +24,9 @@ Terms = dict[str, ca.SX]
 SMOOTHED_SPEED = 0.1
 """m/s; slower slipping costs less than its work while pairs are relaxed by more than this."""
 
+FULL_WEIGHT_SIGMA = 0.03
+"""Sigma of the velocity level above which the weight of friction's work falls as 1 / sigma."""
+
 
 def running_costs(parts: ProblemParts) -> Terms:
     """Return name -> integrand in numerical time.
@@ -96,13 +99,14 @@ def _slipping(parts: ProblemParts) -> Terms:
 
 
 def _relaxed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
-    """Sum of w_c a_n mu (theta_+ psi(J_t v) + theta_- psi(-J_t v)), psi(s) = max(s, 0)^3 / (s^2 + epsilon^2).
+    """Weight times sum of w_c a_n mu (theta_+ psi(J_t v) + theta_- psi(-J_t v)), psi(s) = max(s, 0)^3 / (s^2 + e^2).
 
     While friction need not oppose slipping, the work that it takes may be negative; this is not. Where it does oppose,
-    psi(s) tends to max(s, 0) and the sum to that work with epsilon = min(sigma, `SMOOTHED_SPEED`).
+    psi(s) tends to max(s, 0) and the sum to that work with e = min(sigma, `SMOOTHED_SPEED`). The weight is one, and
+    `FULL_WEIGHT_SIGMA` / sigma above that.
     """
-    square = ca.fmin(sigma, SMOOTHED_SPEED) ** 2
-    return _friction_work(parts, lambda speed: ca.fmax(speed, 0) ** 3 / (speed**2 + square))["slipping"]
+    square, weight = ca.fmin(sigma, SMOOTHED_SPEED) ** 2, FULL_WEIGHT_SIGMA / ca.fmax(sigma, FULL_WEIGHT_SIGMA)
+    return weight * _friction_work(parts, lambda speed: ca.fmax(speed, 0) ** 3 / (speed**2 + square))["slipping"]
 
 
 def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX]) -> Terms:
