@@ -254,13 +254,15 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
 def _full_robot(motion: MotionProblem) -> Robot:
     """Return the task's robot with nothing locked or coupled.
 
-    Armature and damping that the task gives to joints in unison are for all of them: each has an equal part.
+    Armature, damping and dry friction that the task gives to joints in unison are for all of them: each has an equal
+    part.
     """
     task = motion.task
     section = task.robot
     if not section.locked and not section.coupled:
         return motion.robot
-    parts = {name: [name] for name in {*section.armature, *section.damping}}
+    friction = section.dry_friction or {}
+    parts = {name: [name] for name in {*section.armature, *section.damping, *friction}}
     for follower, leader in section.coupled.items():
         parts.setdefault(leader, [leader]).append(follower)
 
@@ -269,4 +271,9 @@ def _full_robot(motion: MotionProblem) -> Robot:
 
     full = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
     full = with_contact_frames(task, full)
-    return with_joint_properties(full, armature=shared(section.armature), damping=shared(section.damping))
+    return with_joint_properties(
+        full,
+        armature=shared(section.armature),
+        damping=shared(section.damping),
+        dry_friction=False if section.dry_friction is False else shared(friction),
+    )

@@ -33,10 +33,11 @@ def audit(
 ) -> Audit:
     """Return what Pinocchio's numeric algorithms say about a motion, with a finding for every violated entry.
 
-    At every stage the contact force is what M(q) a + h(q, v) - B u asks for, with the acceleration a taken from the
-    trajectory; it is solved for in least squares, and everything the closed contacts cannot supply counts as an error
-    of the dynamics. Only where the motion leaves open how contacts divide a force, the motion's own forces decide. At
-    the ends of elements and between their stages it is what the planned modes ask for (`ModeForces`).
+    At every stage the force of contacts and of the dry friction of joints is what M(q) a + h(q, v) - B u asks for, with
+    the acceleration a taken from the trajectory; it is solved for in least squares, and everything that closed contacts
+    and these joints cannot supply counts as an error of the dynamics. Only where the motion leaves open how they divide
+    a force, the motion's own forces decide. At the ends of elements and between their stages it is what the planned
+    modes ask for (`ModeForces`).
 
     Args:
         motion: the trajectory in physical time.
@@ -70,6 +71,14 @@ def audit(
         "max_energy_error": largest(_energy_errors(motion, physics)),
         "max_improper_slide_time": modes.improper_slides(),
         "max_force_at_opening": modes.openings(),
+        **(
+            {
+                "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
+                "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
+            }
+            if physics.rubbing.size
+            else {}
+        ),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}
@@ -149,7 +158,7 @@ def _energy_errors(motion: PhysicalMotion, physics: NumericPhysics) -> Iterator[
         if motion.weight[k] > 0:
             q, v = motion.configuration[k], motion.velocity[k]
             force = physics.generalized_force(q, motion.control[k]) - physics.damping * v
-            force = force + physics.contact_jacobian(q).T @ stacked_rows(motion.force[k])
+            force = force + physics.contact_jacobian(q).T @ stacked_rows(motion.force[k]) + motion.dry_friction(k)
             balance -= motion.weight[k] * float(force @ v)
         if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
             yield Measured(abs(float(balance)), float(motion.time[k]), int(motion.interval[k]))

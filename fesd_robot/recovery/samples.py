@@ -45,6 +45,7 @@ class Samples:
         self.between: list[DenseElement] = []
         self.impacts: list[ImpactRecord] = []
         self.phases: list[ContactPhase] = []
+        self.joint_phases: list[ContactPhase] = []
 
     def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
         """An element in which the clock stands still."""
@@ -60,9 +61,10 @@ class Samples:
         self._provisional = False
         if not self._rows or self._jumps_to(element.x_left):
             self._close_impact(self._reader.clock(element.x_left))
-            self._append(element.x_left, element, physics.force[0], physics.modes)
+            self._append(element.x_left, element, physics.force[0], physics.modes, physics.joint_force[0])
         self._pending[:] = 0.0
         self.phases.append(ContactPhase(self._reader.clock(element.x_left), physics.modes))
+        self.joint_phases.append(ContactPhase(self._reader.clock(element.x_left), physics.joint_modes))
         self.between.append(self._reader.between(element, physics))
         n_q, n_v, tableau = self._reader.n_q, self._reader.n_v, self._reader.tableau
         slope = tableau.derivative @ np.vstack([element.x_left, element.x[: tableau.stages]])
@@ -70,9 +72,10 @@ class Samples:
             if j < tableau.stages:
                 acceleration = slope[j, n_q : n_q + n_v] / slope[j, n_q + n_v]
                 weight = element.step * tableau.b[j] * physics.rate[j]
-                self._append(x, element, physics.force[j], physics.modes, acceleration, weight)
+                joints = physics.joint_force[j]
+                self._append(x, element, physics.force[j], physics.modes, joints, acceleration, weight)
             else:
-                self._append(x, element, physics.force[j - 1], physics.modes)
+                self._append(x, element, physics.force[j - 1], physics.modes, physics.joint_force[j - 1])
 
     def close(self, last: Element) -> None:
         """Add the state after an impact at the very end."""
@@ -105,6 +108,7 @@ class Samples:
         element: Element,
         force: np.ndarray,
         modes: list[ContactMode],
+        joint_force: np.ndarray | None = None,
         acceleration: np.ndarray | None = None,
         weight: float = 0.0,
     ) -> None:
@@ -121,5 +125,6 @@ class Samples:
                 "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
                 "gap_state": gap_state,
                 "mode": np.array([mode.without_direction.value for mode in modes], dtype=object),
+                "joint_force": np.zeros(len(self._reader.rubbing)) if joint_force is None else joint_force,
             }
         )
