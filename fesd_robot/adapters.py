@@ -25,6 +25,7 @@ from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.findings import findings_of_notes
 from fesd_robot.plans.full_model import full_model_of
 from fesd_robot.plans.goal_outcome import goal_entries
+from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
 from fesd_robot.plans.measured import Names
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
@@ -213,6 +214,8 @@ def assembled_plan(
         contacts=assemble.contacts_of(physical, contacts, physics),
         switches=assemble.switches_of(physical, contacts),
         impulses=assemble.impulses_of(physical, contacts),
+        joint_friction=joint_friction_of(physical, velocity_units(robot)),
+        joint_switches=joint_switches_of(physical, robot.velocity_names),
         statistics=statistics,
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
@@ -248,7 +251,15 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
         np.moveaxis(np.array(forces), -1, 0),
         strict=True,
     )
-    return plan.model_copy(update={"full_model": full_model_of(model.motion(physics, samples))})
+    full = model.motion(physics, samples, _dry_friction(plan, robot))
+    return plan.model_copy(update={"full_model": full_model_of(full)})
+
+
+def _dry_friction(plan: Plan, robot: Robot) -> np.ndarray:
+    """Return the force of the dry friction of joints at every sample, N or N m, (n, n_v)."""
+    none = np.zeros_like(plan.trajectory.time)
+    joints = plan.joint_friction
+    return np.column_stack([joints[name].force if name in joints else none for name in robot.velocity_names])
 
 
 def _full_robot(motion: MotionProblem) -> Robot:

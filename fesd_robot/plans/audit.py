@@ -71,14 +71,8 @@ def audit(
         "max_energy_error": largest(_energy_errors(motion, physics)),
         "max_improper_slide_time": modes.improper_slides(),
         "max_force_at_opening": modes.openings(),
-        **(
-            {
-                "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
-                "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
-            }
-            if physics.rubbing.size
-            else {}
-        ),
+        "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
+        "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}

@@ -23,6 +23,10 @@ SLIP_VELOCITY = 1e-3
 """Tangential velocity, m/s, below which a contact that could slip is said to stick."""
 
 
+JointsAtPoint = tuple[np.ndarray, Sequence[ContactMode]]
+"""Force of the dry friction of joints, N or N m, (n_f), and their modes, (n_f)."""
+
+
 @dataclass(frozen=True)
 class ElementPhysics:
     """What happens in one element.
@@ -50,6 +54,10 @@ class ElementPhysics:
     joint_force: np.ndarray
     joint_modes: list[ContactMode]
     joint_branch_modes: list[ContactMode]
+
+    def at_joints(self, point: int) -> JointsAtPoint:
+        """Return dry friction and modes of the joints at a point."""
+        return self.joint_force[point], self.joint_modes
 
 
 class ElementReader:
@@ -103,6 +111,11 @@ class ElementReader:
         """Configuration, velocity, integrated gaps of a state."""
         n = self.n_q + self.n_v
         return x[: self.n_q], x[self.n_q : n], x[n + 1 : n + 1 + self._gap_states]
+
+    def joints_of_state(self, velocity: np.ndarray) -> JointsAtPoint:
+        """Return no friction, and the modes that velocities show: of a state that is followed by no motion."""
+        speeds = velocity[self.rubbing]
+        return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None]) for speed in speeds]
 
     def read(self, number: int, element: Element) -> ElementPhysics:
         """Return what happens in an element, the `number`-th of the trajectory.

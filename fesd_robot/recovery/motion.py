@@ -24,12 +24,14 @@ class JointFriction:
         rows: their velocity coordinates, (n_f).
         limit: F, N or N m, (n_f).
         force: of the friction on the joint, N or N m, (n, n_f).
+        mode: ``stick`` or ``slip``, (n, n_f).
         switches: changes between sticking and sliding in time order; their contact is a number of a joint.
     """
 
     rows: np.ndarray
     limit: np.ndarray
     force: np.ndarray
+    mode: np.ndarray
     switches: list[SwitchRecord]
 
 
@@ -146,12 +148,13 @@ def recover(
         if number + 1 == len(elements) or elements[number + 1].interval != element.interval:
             clock.append(reader.clock(element.x[-1]))
     samples.close(elements[-1])
-    columns = samples.stacked()
-    force, rows = columns.pop("joint_force"), reader.rubbing
-    joints = JointFriction(rows, dynamics.dry_friction_limits[rows], force, switches_between(samples.joint_phases))
+    columns, rows = samples.stacked(), reader.rubbing
+    of_joints = columns.pop("joint_force"), columns.pop("joint_mode")
+    limits = dynamics.dry_friction_limits[rows]
+    joints = JointFriction(rows, limits, *of_joints, switches_between(samples.joint_phases)) if rows.size else None
     return PhysicalMotion(
         **columns,
-        joints=joints if rows.size else None,
+        joints=joints,
         between=stacked_elements(samples.between, (reader.n_q, reader.n_v, len(elements[0].u) - 1, reader.n_c)),
         impacts=samples.impacts,
         switches=switches_between(samples.phases),

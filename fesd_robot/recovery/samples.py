@@ -9,7 +9,7 @@ import numpy as np
 from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Element
 from fesd_robot.recovery.between import DenseElement
-from fesd_robot.recovery.elements import ElementPhysics, ElementReader
+from fesd_robot.recovery.elements import ElementPhysics, ElementReader, JointsAtPoint
 from fesd_robot.recovery.switches import ContactPhase
 
 VELOCITY_JUMP = 1e-6
@@ -61,7 +61,7 @@ class Samples:
         self._provisional = False
         if not self._rows or self._jumps_to(element.x_left):
             self._close_impact(self._reader.clock(element.x_left))
-            self._append(element.x_left, element, physics.force[0], physics.modes, physics.joint_force[0])
+            self._append(element.x_left, element, physics.force[0], physics.modes, physics.at_joints(0))
         self._pending[:] = 0.0
         self.phases.append(ContactPhase(self._reader.clock(element.x_left), physics.modes))
         self.joint_phases.append(ContactPhase(self._reader.clock(element.x_left), physics.joint_modes))
@@ -72,10 +72,10 @@ class Samples:
             if j < tableau.stages:
                 acceleration = slope[j, n_q : n_q + n_v] / slope[j, n_q + n_v]
                 weight = element.step * tableau.b[j] * physics.rate[j]
-                joints = physics.joint_force[j]
+                joints = physics.at_joints(j)
                 self._append(x, element, physics.force[j], physics.modes, joints, acceleration, weight)
             else:
-                self._append(x, element, physics.force[j - 1], physics.modes, physics.joint_force[j - 1])
+                self._append(x, element, physics.force[j - 1], physics.modes, physics.at_joints(j - 1))
 
     def close(self, last: Element) -> None:
         """Add the state after an impact at the very end."""
@@ -108,11 +108,12 @@ class Samples:
         element: Element,
         force: np.ndarray,
         modes: list[ContactMode],
-        joint_force: np.ndarray | None = None,
+        joints: JointsAtPoint | None = None,
         acceleration: np.ndarray | None = None,
         weight: float = 0.0,
     ) -> None:
         q, v, gap_state = self._reader.split(x)
+        friction, joint_modes = joints or self._reader.joints_of_state(v)
         self._rows.append(
             {
                 "time": self._reader.clock(x),
@@ -125,6 +126,7 @@ class Samples:
                 "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
                 "gap_state": gap_state,
                 "mode": np.array([mode.without_direction.value for mode in modes], dtype=object),
-                "joint_force": np.zeros(len(self._reader.rubbing)) if joint_force is None else joint_force,
+                "joint_force": friction,
+                "joint_mode": np.array([mode.without_direction.value for mode in joint_modes], dtype=object),
             }
         )
