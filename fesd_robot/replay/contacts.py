@@ -143,7 +143,7 @@ class ContactLaw:
 
     def _rated(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> list[ModeMotion]:
         dynamics = contact_dynamics(self._physics, q, v, self._control)
-        return rated_modes(dynamics, contacts.closed, contacts.joints)
+        return rated_modes(dynamics, contacts.closed)
 
     def _settled(self, closed: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the velocity, nearest in kinetic energy, at which closed contacts neither part nor creep.

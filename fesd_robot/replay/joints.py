@@ -37,22 +37,19 @@ class JointsInMotion:
     motion_margin: float
 
 
-def joints_in_motion(
-    dynamics: ContactDynamics, forces: Callable[[ContactDynamics], np.ndarray], start: JointModes | None = None
-) -> JointsInMotion:
+def joints_in_motion(dynamics: ContactDynamics, forces: Callable[[ContactDynamics], np.ndarray]) -> JointsInMotion:
     """Return what joints with dry friction do in a state: stick where they can, and slide against their friction.
 
         v_i = 0:  |tau_i| <= F_i and a_i = 0,  or  tau_i = -F_i s and s a_i >= 0;   v_i != 0:  tau_i = -F_i sgn v_i
 
     This is a linear complementarity problem with bounds, whose matrix, the inverse of the mass matrix seen by the
     joints, is positive definite where no contact slides, so that the modes are the only ones. They are found by
-    principal pivoting: every joint that violates its condition changes to the mode that the violation points to, at
-    first all of them, then the first only.
+    principal pivoting from the modes in which all joints at rest stick: every joint that violates its condition changes
+    to the mode that the violation points to, at first all of them, then the first only.
 
     Args:
         dynamics: of the state, without dry friction of joints.
         forces: dynamics in given modes of the joints -> contact forces, stacked, (2 n_c).
-        start: modes to begin with, (n_f); all stick that do not move if omitted.
 
     Source: Judice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
     complementarity problems, Computers and Operations Research 21 (1994).
@@ -60,8 +57,8 @@ def joints_in_motion(
     joints = dynamics.joints
     resting = np.abs(joints.velocity) <= ZERO_TANGENTIAL_VELOCITY
     modes = [
-        (start[i] if start else Mode.STICK) if rests else _ALONG[int(np.sign(joints.velocity[i]))]
-        for i, rests in enumerate(resting)
+        Mode.STICK if rests else _ALONG[int(np.sign(speed))]
+        for rests, speed in zip(resting, joints.velocity, strict=True)
     ]
     found = _judged(dynamics, forces, modes, resting)
     for pivot in range(_PIVOTS if len(modes) else 0):

@@ -79,7 +79,7 @@ def force_margin(dynamics: ContactDynamics, modes: Modes) -> float:
     return _forces(dynamics, modes)[1]
 
 
-def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, joints: JointModes | None = None) -> list[ModeMotion]:
+def rated_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotion]:
     """Return every choice of modes for the closed contacts: admissible ones first, then proper ones.
 
     Of them those with the fewest slips come first, then those that keep farthest from a bound. A contact with a
@@ -88,9 +88,8 @@ def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, joints: JointMode
     Args:
         dynamics: of the state, without dry friction of joints.
         closed: contacts that touch and have no normal velocity, (n_c) of bool.
-        joints: modes of the joints with dry friction to begin with, (n_f); all stick if omitted.
     """
-    choices = [_rated(dynamics, modes, closed, joints) for modes in product(*_options(dynamics, closed))]
+    choices = [_rated(dynamics, modes, closed) for modes in product(*_options(dynamics, closed))]
     return sorted(choices, key=_plausibility)
 
 
@@ -167,8 +166,8 @@ def _bounds(modes: Modes, friction: np.ndarray, spread: np.ndarray) -> np.ndarra
     return np.array(rows)
 
 
-def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray, joints: JointModes | None) -> ModeMotion:
-    chosen = joints_in_motion(without, lambda dynamics: _forces(dynamics, modes)[0], joints)
+def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMotion:
+    chosen = joints_in_motion(without, lambda dynamics: _forces(dynamics, modes)[0])
     dynamics = chosen.dynamics
     forces, margin, unmet = _forces(dynamics, modes)
     following = dynamics.free + dynamics.compliance @ forces
