@@ -175,7 +175,8 @@ def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndar
     if seconds <= 0 or not np.isfinite(w).all():
         return ""
     conflict = conflict_at(polisher.problem, polisher.bounds(polisher.branch(w)), w, seconds)
-    return conflict_words(conflict, names_of(motion), motion.grid.intervals) if conflict else ""
+    rubbing = list(motion.robot.dry_friction)
+    return conflict_words(conflict, names_of(motion), motion.grid.intervals, rubbing) if conflict else ""
 
 
 def assembled_plan(

@@ -69,7 +69,7 @@ class _Change:
 
 
 def moves(transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch) -> Iterator[Move]:
-    """Yield the neighbours of a branch, contact by contact and switch by switch in time order.
+    """Yield the neighbours of a branch, contact by contact, then joint by joint, and switch by switch in time order.
 
     - A switch between two modes that lies on the boundary of two control intervals moves to the boundary before, the
       one after, or into one of the two intervals; one inside an interval moves into the interval before or after, or
@@ -81,6 +81,7 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
+    - A joint with dry friction, which sticks or slides, is moved as a contact is that never flies.
 
     Args:
         transcription: of a collocation scheme.
@@ -106,7 +107,7 @@ def _shifted(switches: Sequence[Switch]) -> Iterator[_Change]:
     """Yield the changes that move one switch."""
     for switch in switches:
         for where, patterns in switch.choices.items():
-            what = f"{switch.name} of contact '{switch.modes.name}' in interval {switch.interval} {where}"
+            what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
             yield _Change(key, what, [(switch.modes, patterns)])
 
@@ -119,7 +120,7 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
                 patterns = {**begin.choices[where], **end.choices[where]}
                 if len(patterns) == len(begin.choices[where]) + len(end.choices[where]):
                     what = (
-                        f"{begin.name} and {end.name} of contact '{begin.modes.name}' in intervals {begin.interval} "
+                        f"{begin.name} and {end.name} of {begin.modes.in_words} in intervals {begin.interval} "
                         f"and {end.interval} {where}"
                     )
                     yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
@@ -145,10 +146,10 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
 
 
 def _in_words(group: Sequence[Switch]) -> str:
-    contacts = [f"'{switch.modes.name}'" for switch in group]
-    if len({switch.name for switch in group}) == 1:
+    if len({switch.name for switch in group}) == 1 and not any(switch.modes.is_joint for switch in group):
+        contacts = [f"'{switch.modes.name}'" for switch in group]
         return f"{group[0].name} of contacts {', '.join(contacts)}"
-    return " and ".join(f"{one.name} of contact {contact}" for one, contact in zip(group, contacts, strict=True))
+    return " and ".join(f"{one.name} of {one.modes.in_words}" for one in group)
 
 
 def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
@@ -159,8 +160,8 @@ def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
         same = len(neighbours) == 2 and neighbours[0] == neighbours[1]
         for mode in sorted(set(neighbours), key=str) if same or short else ():
             patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
-            kind = "flight" if modes.is_flight(run.mode) else "contact"
-            what = f"no {kind} of contact '{modes.name}' in intervals {run.first} to {run.last}"
+            kind = "flight" if modes.is_flight(run.mode) else "stick or slip" if modes.is_joint else "contact"
+            what = f"no {kind} of {modes.in_words} in intervals {run.first} to {run.last}"
             yield _Change((modes.name, n, "left out"), what, [(modes, patterns)])
 
 
@@ -170,7 +171,7 @@ def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
     for n, run in enumerate(runs):
         for mode in closed:
             if mode != run.mode and not modes.is_flight(run.mode):
-                what = f"stick or slip of contact '{modes.name}' swapped in intervals {run.first} to {run.last}"
+                what = f"stick or slip of {modes.in_words} swapped in intervals {run.first} to {run.last}"
                 patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
                 yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])
 
@@ -180,7 +181,7 @@ def _with_flight(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
     flight = next((run.mode for run in runs if modes.is_flight(run.mode)), modes.flight)
     for n, run in enumerate(runs):
         count = run.last - run.first + 1
-        if modes.is_flight(run.mode) or count < LEAST_STANCE:
+        if modes.is_joint or modes.is_flight(run.mode) or count < LEAST_STANCE:
             continue
         own = range(run.first + count // 3, run.last + 1 - count // 3)
         what = f"flight of contact '{modes.name}' in intervals {own[0]} to {own[-1]} inserted"
