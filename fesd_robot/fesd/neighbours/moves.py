@@ -68,8 +68,15 @@ class _Change:
         return range(min(changed), max(changed) + 1)
 
 
-def moves(transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch) -> Iterator[Move]:
-    """Yield the neighbours of a branch, contact by contact, then joint by joint, and switch by switch in time order.
+def moves(
+    transcription: Transcription,
+    conditions: ElementConditions,
+    w: np.ndarray,
+    branch: Branch,
+    *,
+    joints: bool = False,
+) -> Iterator[Move]:
+    """Yield the neighbours of a branch, contact by contact and switch by switch in time order.
 
     - A switch between two modes that lies on the boundary of two control intervals moves to the boundary before, the
       one after, or into one of the two intervals; one inside an interval moves into the interval before or after, or
@@ -81,18 +88,21 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
-    - A joint with dry friction, which sticks or slides, is moved as a contact is that never flies.
+    - If `joints` are asked for, one with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
         transcription: of a collocation scheme.
         conditions: what can vanish in an element.
         w: a point of it, (n).
         branch: on which it lies.
+        joints: whether those of joints with dry friction are among them; they follow the contacts.
     """
     placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
     changes: list[_Change] = []
     switches: list[list[Switch]] = []
     for modes in ContactModes.of(conditions, branch):
+        if modes.is_joint and not joints:
+            continue
         patterns = [pattern_of(modes, branch, own) for own in intervals]
         runs = runs_of(modes, patterns)
         switches.append(switches_of(modes, patterns, runs, placing))
