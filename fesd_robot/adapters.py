@@ -25,6 +25,7 @@ from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.findings import findings_of_notes
 from fesd_robot.plans.full_model import full_model_of
 from fesd_robot.plans.goal_outcome import goal_entries
+from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
 from fesd_robot.plans.measured import Names
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Plan, Statistics, Status, Units
@@ -177,7 +178,8 @@ def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndar
     if seconds <= 0 or not np.isfinite(w).all():
         return ""
     conflict = conflict_at(polisher.problem, polisher.bounds(polisher.branch(w)), w, seconds)
-    return conflict_words(conflict, names_of(motion), motion.grid.intervals) if conflict else ""
+    rubbing = list(motion.robot.dry_friction)
+    return conflict_words(conflict, names_of(motion), motion.grid.intervals, rubbing) if conflict else ""
 
 
 def assembled_plan(
@@ -216,6 +218,8 @@ def assembled_plan(
         contacts=assemble.contacts_of(physical, contacts, physics),
         switches=assemble.switches_of(physical, contacts),
         impulses=assemble.impulses_of(physical, contacts),
+        joint_friction=joint_friction_of(physical, velocity_units(robot)),
+        joint_switches=joint_switches_of(physical, robot.velocity_names),
         statistics=statistics,
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
@@ -251,19 +255,29 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
         np.moveaxis(np.array(forces), -1, 0),
         strict=True,
     )
-    return plan.model_copy(update={"full_model": full_model_of(model.motion(physics, samples))})
+    full = model.motion(physics, samples, _dry_friction(plan, robot))
+    return plan.model_copy(update={"full_model": full_model_of(full)})
+
+
+def _dry_friction(plan: Plan, robot: Robot) -> np.ndarray:
+    """Return the force of the dry friction of joints at every sample, N or N m, (n, n_v)."""
+    none = np.zeros_like(plan.trajectory.time)
+    joints = plan.joint_friction
+    return np.column_stack([joints[name].force if name in joints else none for name in robot.velocity_names])
 
 
 def _full_robot(motion: MotionProblem) -> Robot:
     """Return the task's robot with nothing locked or coupled.
 
-    Armature and damping that the task gives to joints in unison are for all of them: each has an equal part.
+    Armature, damping and dry friction that the task gives to joints in unison are for all of them: each has an equal
+    part.
     """
     task = motion.task
     section = task.robot
     if not section.locked and not section.coupled:
         return motion.robot
-    parts = {name: [name] for name in {*section.armature, *section.damping}}
+    friction = section.dry_friction or {}
+    parts = {name: [name] for name in {*section.armature, *section.damping, *friction}}
     for follower, leader in section.coupled.items():
         parts.setdefault(leader, [leader]).append(follower)
 
@@ -272,4 +286,9 @@ def _full_robot(motion: MotionProblem) -> Robot:
 
     full = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
     full = with_contact_frames(task, full)
-    return with_joint_properties(full, armature=shared(section.armature), damping=shared(section.damping))
+    return with_joint_properties(
+        full,
+        armature=shared(section.armature),
+        damping=shared(section.damping),
+        dry_friction=False if section.dry_friction is False else shared(friction),
+    )

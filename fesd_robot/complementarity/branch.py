@@ -74,9 +74,29 @@ class Branch:
         Raises:
             ModelError: two conditions of one kind and subject, as in the branch of a problem without elements.
         """
+        return self._active(element, [label.contact == contact for label in self.conditions])
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the velocity coordinates with dry friction that conditions belong to, in their order."""
+        return tuple(dict.fromkeys(label.joint for label in self.conditions if label.joint is not None))
+
+    def of_joint(self, element: int, joint: str) -> Mapping[tuple[str, str], ActiveFactor]:
+        """Return (kind, subject) of every condition of a joint's dry friction -> its active factor in an element.
+
+        Args:
+            element: number of the element in the trajectory.
+            joint: name of the velocity coordinate.
+
+        Raises:
+            ModelError: two conditions of one kind and subject, as in the branch of a problem without elements.
+        """
+        return self._active(element, [label.joint == joint for label in self.conditions])
+
+    def _active(self, element: int, chosen: Sequence[bool]) -> Mapping[tuple[str, str], ActiveFactor]:
         active: dict[tuple[str, str], ActiveFactor] = {}
-        for label, factor in zip(self.conditions, self.factors[element], strict=True):
-            if label.contact == contact:
+        for label, factor, own in zip(self.conditions, self.factors[element], chosen, strict=True):
+            if own:
                 if (label.kind, label.subject) in active:
                     raise ModelError(f"'{label}' stands twice in element {element}, expected the branch of elements")
                 active[label.kind, label.subject] = factor

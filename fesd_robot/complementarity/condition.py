@@ -41,6 +41,9 @@ class Complementarity:
         left_boundary_only: within a finite element hold the condition for G at the left boundary only.
         stages_only: within a finite element hold the condition for G at the stages only, where G is a function of the
             algebraic variables, too.
+        share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds up to
+            that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
+            vanish whatever G is.
 
     Raises:
         DimensionError: a factor that is not a scalar.
@@ -59,6 +62,7 @@ class Complementarity:
     invariant: bool = False
     left_boundary_only: bool = False
     stages_only: bool = False
+    share: bool = False
 
     def __post_init__(self) -> None:
         for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement)):
@@ -66,3 +70,5 @@ class Complementarity:
                 raise DimensionError(f"{name} of '{self.label}' has shape {factor.shape}, expected (1, 1)")
         if self.complement is not None and not self.vanishing:
             raise ModelError(f"'{self.label}' has a complement, which only a vanishing constraint can have")
+        if self.share and self.label.joint is None:
+            raise ModelError(f"'{self.label}' is about a share of no joint, whose shares add up")

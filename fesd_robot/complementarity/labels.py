@@ -56,19 +56,21 @@ class Label:
         subject: the state, step function, region or direction that it is about.
         contact: name of the contact that it belongs to, if it belongs to one.
         place: where it holds.
+        joint: name of the velocity coordinate whose dry friction it belongs to, if it belongs to one.
     """
 
     kind: str
     subject: str = ""
     contact: str | None = None
     place: Place = NOWHERE
+    joint: str | None = None
 
     def at(self, place: Place) -> Label:
         """Return the label at a place inside which its own place lies."""
         return replace(self, place=self.place.within(place))
 
     def __str__(self) -> str:
-        about = " ".join(part for part in (self.contact, self.subject) if part)
+        about = " ".join(part for part in (self.contact, self.joint, self.subject) if part)
         name = f"{self.kind} [{about}]" if about else self.kind
         where = str(self.place)
         return f"{name}, {where}" if where else name

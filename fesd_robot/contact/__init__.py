@@ -12,7 +12,7 @@ from fesd_robot.contact.geometry import (
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
-from fesd_robot.contact.modes import ContactMode, contact_modes
+from fesd_robot.contact.modes import ContactMode, contact_modes, joint_modes
 from fesd_robot.contact.points import point_contact
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "contact_modes",
     "contact_of",
     "contact_system",
+    "joint_modes",
     "point_contact",
     "two_circles_contact",
 ]

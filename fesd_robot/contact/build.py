@@ -26,8 +26,11 @@ def contact_system(
         parameters: SX symbols that costs and constraints will use, constant on each control interval.
 
     Raises:
-        OptionError: the multiplier form with a gap that is not integrated.
+        OptionError: the multiplier form with a gap that is not integrated, or dry friction of joints in the step form.
     """
+    if options.form == "steps" and dynamics.dry_friction:
+        joints = ", ".join(dynamics.dry_friction)
+        raise OptionError(f"dry friction of joints ({joints}) needs the form 'multipliers', found 'steps'")
     if options.form == "steps":
         return step_contact_system(dynamics, contacts, options, parameters)
     if options.gap != "integrated":

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 import casadi as ca
+import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 
@@ -20,6 +21,8 @@ class MultibodyDynamics:
         configuration, velocity, control: symbols q (n_q), v (n_v), u (n_u).
         configuration_derivative: (n_q); `mass_matrix`: (n_v, n_v); `force`: B u - h, (n_v).
         configuration_names, velocity_names, control_names: one name an entry.
+        dry_friction: velocity coordinate -> limit F of its dry friction, N or N m, greater than 0; those not listed
+            have none. The force -F Sgn(v) is no part of `force`.
     """
 
     configuration: ca.SX
@@ -31,6 +34,12 @@ class MultibodyDynamics:
     configuration_names: Sequence[str]
     velocity_names: Sequence[str]
     control_names: Sequence[str]
+    dry_friction: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def dry_friction_limits(self) -> np.ndarray:
+        """Limit of the dry friction of every velocity coordinate, N or N m, (n_v); zero where there is none."""
+        return np.array([self.dry_friction.get(name, 0.0) for name in self.velocity_names])
 
 
 @dataclass(frozen=True)
@@ -98,6 +107,8 @@ class ContactSystem:
             |theta_ODE + theta_+ + theta_- - 1|.
         integrated_gap: whether the p states exist.
         gap_lower: lower bound of the p states, m.
+        theta_joints: (plus, minus) shares of the clock's rate of each velocity coordinate with dry friction, in the
+            order of the coordinates, SX in z; minus F (plus - minus) / theta_ODE is its force.
     """
 
     system: ComplementaritySystem
@@ -107,6 +118,7 @@ class ContactSystem:
     theta_error: ca.SX
     integrated_gap: bool
     gap_lower: float
+    theta_joints: Sequence[tuple[ca.SX, ca.SX]] = ()
 
     @property
     def gap_states(self) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from enum import Enum
 
 from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.contact.joint_friction import FRICTION_ALONG_MOTION
 from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
 from fesd_robot.contact.velocities import (
     BACKWARDS,
@@ -55,6 +56,26 @@ def contact_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
         element: number of the element in the trajectory.
     """
     return {name: _mode(branch.of_contact(element, name)) for name in branch.contacts}
+
+
+def joint_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
+    """Return name of every velocity coordinate with dry friction -> stick or a direction of slip in a finite element.
+
+    In an element in which a contact is in impact the mode means nothing: dry friction has no impulse.
+
+    Args:
+        branch: of a trajectory of a contact system.
+        element: number of the element in the trajectory.
+    """
+    return {name: _joint_mode(branch.of_joint(element, name)) for name in branch.joints}
+
+
+def _joint_mode(active: Active) -> ContactMode:
+    if active[FRICTION_ALONG_MOTION, FORWARDS] is ActiveFactor.H:
+        return ContactMode.SLIP_FORWARDS
+    return (
+        ContactMode.SLIP_BACKWARDS if active[FRICTION_ALONG_MOTION, BACKWARDS] is ActiveFactor.H else ContactMode.STICK
+    )
 
 
 def _mode(active: Active) -> ContactMode:

@@ -14,6 +14,7 @@ from fesd_robot.contact.freezing import (
     freezing_state,
     stabilised_normal_velocities,
 )
+from fesd_robot.contact.joint_friction import with_dry_friction
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.slip_distance import limit_slip_distances
 from fesd_robot.contact.velocities import FORCE_AT_A_DISTANCE, velocity_conditions
@@ -113,4 +114,4 @@ def multiplier_contact_system(
         integrated_gap=True,
         gap_lower=0.0,
     )
-    return limit_slip_distances(contact_system, dynamics, contacts)
+    return limit_slip_distances(with_dry_friction(contact_system, dynamics), dynamics, contacts)

@@ -117,6 +117,7 @@ def _robot(motion: MotionProblem) -> list[str]:
         *armature,
         *_damping(robot),
         *_springs(robot),
+        *_dry_friction(robot),
         *_shapes(motion),
     ]
 
@@ -138,6 +139,10 @@ def _damping(robot: Robot) -> list[str]:
 def _springs(robot: Robot) -> list[str]:
     values = [f"{robot.velocity_names[v]} {stiffness:g} from {rest:g}" for v, _, stiffness, rest in robot.springs]
     return [f"Springs: {', '.join(values)} (N/m from m, or N m/rad from rad)."] if values else []
+
+
+def _dry_friction(robot: Robot) -> list[str]:
+    return [f"Dry friction: {listed(robot.dry_friction)} (N or N m)."] if robot.dry_friction else []
 
 
 def _shapes(motion: MotionProblem) -> list[str]:

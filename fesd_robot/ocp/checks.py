@@ -43,6 +43,21 @@ def check_inertia(task: Task, robot: Robot, configuration: np.ndarray) -> None:
     )
 
 
+def check_dry_friction(task: Task, robot: Robot) -> None:
+    """Raise if joints have dry friction and the task asks for the published form of contact, which has none.
+
+    Raises:
+        TaskError: at the type of the formulation.
+    """
+    if robot.dry_friction and task.method.formulation.type != "multipliers":
+        sizes = ", ".join(f"{name} {size:g}" for name, size in robot.dry_friction.items())
+        raise task.error(
+            "method.formulation.type",
+            f"found 'steps' for a robot with dry friction in its joints ({sizes}; N or N m), expected 'multipliers', "
+            "or robot.dry_friction: false to leave that friction out",
+        )
+
+
 def check_contacts_move(task: Task, contacts: Sequence[PlanarContact], configuration: ca.SX) -> None:
     """Raise if a contact touches wherever the robot is: nothing moves its frame to or from the surface.
 

@@ -21,7 +21,7 @@ from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation
-from fesd_robot.ocp.checks import check_contacts_move, check_forces, check_inertia, check_pace
+from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_forces, check_inertia, check_pace
 from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
 from fesd_robot.ocp.guess import guess_of
@@ -92,6 +92,7 @@ def formulate(task: Task) -> MotionProblem:
     """
     task, robot = load_task_robot(task)
     task = with_slipping(task)
+    check_dry_friction(task, robot)
     actuation = build_actuation(task, robot)
     scene = scene_of(task)
     dynamics = _multibody_dynamics(robot, actuation)
@@ -202,6 +203,7 @@ def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics
         configuration_names=robot.configuration_names,
         velocity_names=robot.velocity_names,
         control_names=actuation.names,
+        dry_friction=robot.dry_friction,
     )
 
 

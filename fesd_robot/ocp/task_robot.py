@@ -44,7 +44,9 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
         list(actuators_of(task, robot)),
         list(robot.postures),
     )
-    robot = with_joint_properties(robot, armature=section.armature, damping=section.damping)
+    robot = with_joint_properties(
+        robot, armature=section.armature, damping=section.damping, dry_friction=section.dry_friction
+    )
     positions = zip(robot.lower_position, robot.upper_position, strict=True)
     check_values(
         task,

@@ -50,10 +50,11 @@ def audit(
 ) -> Audit:
     """Return what Pinocchio's numeric algorithms say about a motion, with a finding for every violated entry.
 
-    At every stage the contact force is what M(q) a + h(q, v) - B u asks for, with the acceleration a taken from the
-    trajectory; it is solved for in least squares, and everything the closed contacts cannot supply counts as an error
-    of the dynamics. Only where the motion leaves open how contacts divide a force, the motion's own forces decide. At
-    the ends of elements and between their stages it is what the planned modes ask for (`ModeForces`).
+    At every stage the force of contacts and of the dry friction of joints is what M(q) a + h(q, v) - B u asks for, with
+    the acceleration a taken from the trajectory; it is solved for in least squares, and everything that closed contacts
+    and these joints cannot supply counts as an error of the dynamics. Only where the motion leaves open how they divide
+    a force, the motion's own forces decide. At the ends of elements and between their stages it is what the planned
+    modes ask for (`ModeForces`).
 
     Args:
         motion: the trajectory in physical time.
@@ -88,6 +89,8 @@ def audit(
         "max_energy_error": largest(energies.errors),
         "max_improper_slide_time": modes.improper_slides(),
         "max_force_at_opening": modes.openings(),
+        "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
+        "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}
@@ -187,7 +190,7 @@ class _Energies:
         self.turnover = turned_over / max(len(self.errors), 1)
 
     def _powers(self, k: int) -> np.ndarray:
-        """Return the powers of the controls and of damping on every coordinate and of every contact force, W."""
+        """Return the powers of controls, damping and dry friction by coordinate, and of every contact force, W."""
         motion, physics = self._motion, self._physics
         q, v = motion.configuration[k], motion.velocity[k]
         velocity = physics.contact_jacobian(q) @ v
@@ -195,6 +198,7 @@ class _Energies:
             [
                 physics.generalized_force(q, motion.control[k]) * v,
                 -physics.damping * v**2,
+                motion.dry_friction(k) * v,
                 stacked_rows(motion.force[k]) * velocity,
             ]
         )

@@ -149,7 +149,12 @@ class Audit(Record):
         ),
     ]
     max_dynamics_error: Annotated[
-        float, AuditEntry("the largest part of M a + h - B u that closed contacts cannot supply", "relative", 1e-3)
+        float,
+        AuditEntry(
+            "the largest part of M a + h - B u that contacts and dry friction cannot supply",
+            "relative",
+            1e-3,
+        ),
     ]
     max_position_limit_violation: Annotated[
         float, AuditEntry("the largest excess over a position limit, at stages and between them", "m or rad", 1e-6)
@@ -233,6 +238,24 @@ class Audit(Record):
             "N",
             1e-1,
             weight_ratio=1e-3,
+        ),
+    ] = None
+    max_joint_friction_violation: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest excess of the dry friction of a joint over its limit, at stages and, in the planned modes, at "
+            "the ends of elements and between stages",
+            "N or N m",
+            1e-2,
+        ),
+    ] = None
+    max_joint_slide_violation: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest min(speed, unused friction) of a joint with dry friction, and the largest power in W that "
+            "this friction adds; zero if every joint either sticks or slides against its friction",
+            "m/s, rad/s, N or N m",
+            1e-2,
         ),
     ] = None
     tolerances: dict[str, float]

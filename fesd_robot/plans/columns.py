@@ -33,8 +33,8 @@ def control_interval(plan: Plan) -> np.ndarray:
 def columns_of(plan: Plan) -> dict[str, np.ndarray]:
     """Return the trajectory as named columns with units, controls by `CONTROL_CONVENTION`.
 
-    First the plan's own coordinates, controls and contacts, then all joints of the model file, its base, and the feet
-    of contacts that stand for several.
+    First the plan's own coordinates, controls, contacts and dry friction of joints, then all joints of the model file,
+    its base, and the feet of contacts that stand for several.
     """
     trajectory, units = plan.trajectory, plan.units
     columns = {"time [s]": trajectory.time}
@@ -50,6 +50,8 @@ def columns_of(plan: Plan) -> dict[str, np.ndarray]:
         columns[f"{name} gap [m]"] = contact.gap
         columns[f"{name} normal force [N]"] = contact.normal_force
         columns[f"{name} tangential force [N]"] = contact.tangential_force
+    for name, joint in plan.joint_friction.items():
+        columns[f"{name} dry friction [{joint.unit}]"] = joint.force
     return columns | (_full_model_columns(plan.full_model) if plan.full_model else {})
 
 

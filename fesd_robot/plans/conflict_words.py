@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from fesd_robot.mpcc import Conflict, Demand
 from fesd_robot.plans.measured import Names
@@ -17,14 +17,18 @@ _LEAST_SHARE = 0.05
 _GAP = " integrated gap"
 """End of the name of the state that is zero while a contact is closed."""
 
+_VELOCITY = " velocity"
+"""End of the name of the state that is a velocity."""
 
-def conflict_words(conflict: Conflict, names: Names, intervals: int) -> str:
+
+def conflict_words(conflict: Conflict, names: Names, intervals: int, rubbing: Collection[str] = ()) -> str:
     """Return which limits, goals and contacts stand against each other, and in which intervals; empty if none is named.
 
     Args:
         conflict: at the least violated point.
         names: of contacts, coordinates and controls.
         intervals: N.
+        rubbing: velocity coordinates with dry friction, which may hold their velocity at zero or on one side of it.
     """
     prices: dict[str, float] = defaultdict(float)
     places: dict[str, set[int]] = defaultdict(set)
@@ -33,7 +37,10 @@ def conflict_words(conflict: Conflict, names: Names, intervals: int) -> str:
         label, interval = demand.label, demand.label.place.interval
         contact = label.subject.removesuffix(_GAP)
         is_gap = label.kind == "state" and label.subject.endswith(_GAP) and contact in names.contacts
+        joint = label.subject.removesuffix(_VELOCITY)
+        is_held = label.kind == "state" and joint in rubbing and joint != label.subject and demand.bound == 0
         closed = f"contact '{contact}' on the ground" if is_gap else ""
+        closed = f"dry friction of joint '{joint}'" if is_held else closed
         what = closed or _demanded(demand, names, intervals)
         if what and interval is not None:
             prices[what] += demand.price

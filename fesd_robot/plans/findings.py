@@ -106,6 +106,14 @@ _WORDS = {
         _POSTURE,
         rank=0,
     ),
+    "max_joint_friction_violation": _Words(
+        "joint {subject} needs {value} of dry friction more than it has", "it would slide", _SMOOTHER
+    ),
+    "max_joint_slide_violation": _Words(
+        "joint {subject} slides by {value} without all of its dry friction against the slide",
+        "dry friction of a joint that moves is its limit and opposes the motion",
+        _SOLVED,
+    ),
     "max_force_at_opening": _Words(
         "contact {subject} opens while it still carries {value}",
         "the force would have to end without a cause",

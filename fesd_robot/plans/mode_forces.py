@@ -16,7 +16,8 @@ from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.elements import SLIP_VELOCITY
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
-from fesd_robot.replay.modes import Mode, Modes, is_proper, motion_in_modes
+from fesd_robot.replay.mode import JointModes, Mode, Modes
+from fesd_robot.replay.modes import is_proper, motion_in_modes
 
 EVERY = 2
 """Of the points of an element every second one is looked at: the left end, the middle, the right end among them."""
@@ -38,7 +39,7 @@ class ModeForces:
     """What the modes that a plan has chosen ask of the contacts, by Newton's and Coulomb's laws alone.
 
         M a + h + D v = B u + J^T f,   J_n a + (dJ_n/dt) v = 0 of closed contacts,   J_t a + (dJ_t/dt) v = 0 of sticking
-        ones,   f_t = -mu s f_n of sliding ones
+        ones,   f_t = -mu s f_n of sliding ones,   a_i = 0 of sticking joints and tau_f = -F s of sliding ones
 
     is solved at states of every element, its left end included, where a control jumps and no stage is. The planner's
     own multipliers and accelerations take no part in it.
@@ -92,6 +93,29 @@ class ModeForces:
         """
         return largest(self._openings())
 
+    def joint_friction(self) -> Measured:
+        """Return the largest excess of the friction that a sticking joint needs over its limit, N or N m."""
+        limits = self.physics.dry_friction[self.physics.rubbing]
+        return largest(
+            self._at_joint(point, i, float(abs(point.joint_force[i]) - limits[i]))
+            for point in self._points
+            for i, mode in enumerate(point.joint_modes)
+            if mode is Mode.STICK
+        )
+
+    def joint_slides(self) -> Measured:
+        """Return the largest power, W, that dry friction adds where a joint moves against the slide of its mode."""
+        limits = self.physics.dry_friction[self.physics.rubbing]
+        return largest(
+            self._at_joint(point, i, float(-limits[i] * mode.direction * point.joint_velocity[i]))
+            for point in self._points
+            for i, mode in enumerate(point.joint_modes)
+        )
+
+    def _at_joint(self, point: _Point, joint: int, value: float) -> Measured:
+        name = list(self.names.velocity)[self.physics.rubbing[joint]]
+        return Measured(value, point.time, int(self.motion.between.interval[point.element]), name)
+
     def _cone(self) -> Iterator[Measured]:
         for point in self._points:
             for i in point.closed_contacts:
@@ -133,9 +157,13 @@ class ModeForces:
 
     @cached_property
     def _points(self) -> list[_Point]:
-        """Points of all elements in which a contact is closed, in time order."""
+        """Points of all elements in which a contact is closed or a joint has dry friction, in time order."""
         dense = self.motion.between
-        touching = [e for e in range(len(dense.time)) if any(mode is not Mode.FLIGHT for mode in self._modes(e))]
+        touching = [
+            e
+            for e in range(len(dense.time))
+            if self.physics.rubbing.size or any(mode is not Mode.FLIGHT for mode in self._modes(e))
+        ]
         return [self._point(e, j) for e in touching for j in range(0, dense.time.shape[1], EVERY)]
 
     def _modes(self, element: int) -> Modes:
@@ -145,21 +173,29 @@ class ModeForces:
         dense, modes = self.motion.between, self._modes(element)
         q, v, u = dense.configuration[element, j], dense.velocity[element, j], dense.control[element]
         time = float(dense.time[element, j])
+        joints = tuple(_MODES[mode] for mode in dense.joint_mode[element])
         if not all(np.isfinite(part).all() for part in (q, v, u)):
-            return _Point(element, time, modes, np.full((len(modes), 2), np.nan), None)
-        dynamics = contact_dynamics(self.physics, q, v, u)
-        return _Point(element, time, modes, motion_in_modes(dynamics, modes)[1], dynamics)
+            nowhere = np.full(len(joints), np.nan)
+            return _Point(element, time, modes, np.full((len(modes), 2), np.nan), None, joints, nowhere, nowhere)
+        dynamics = contact_dynamics(self.physics, q, v, u).in_joint_modes(joints)
+        force = motion_in_modes(dynamics, modes)[1]
+        rubs, speeds = dynamics.joint_force(stacked_rows(force)), v[self.physics.rubbing]
+        return _Point(element, time, modes, force, dynamics, joints, rubs, speeds)
 
 
 @dataclass(frozen=True)
 class _Point:
-    """Forces, (n_c, 2), of the planned modes at one point of an element; without dynamics the state is no number."""
+    """Forces, (n_c, 2), of the planned modes at one point of an element, and dry friction of joints and their
+    velocities, (n_f); without dynamics the state is no number."""
 
     element: int
     time: float
     modes: Modes
     force: np.ndarray
     dynamics: ContactDynamics | None
+    joint_modes: JointModes
+    joint_force: np.ndarray
+    joint_velocity: np.ndarray
 
     @property
     def closed_contacts(self) -> list[int]:

@@ -9,6 +9,7 @@ from pydantic import Field
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.plans.full_model import FullModelMotion
+from fesd_robot.plans.joint_friction import JointFrictionHistory, JointSwitch
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
 from fesd_robot.plans.replay_record import ReplaySummary
@@ -235,6 +236,8 @@ class Plan(Record):
         outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
             earlier version wrote, which did not measure it.
         replay: how far rigid bodies with the plan's controls come from it; None in plans that do not say it.
+        joint_friction: velocity coordinate with dry friction -> history on `trajectory.time`.
+        joint_switches: where these stick and slide, in time order.
         finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
             that do not have it.
     """
@@ -255,4 +258,6 @@ class Plan(Record):
     full_model: FullModelMotion | None = None
     outcome: Outcome | None = None
     replay: ReplaySummary | None = None
+    joint_friction: dict[str, JointFrictionHistory] = Field(default_factory=dict)
+    joint_switches: list[JointSwitch] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None

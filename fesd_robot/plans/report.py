@@ -16,7 +16,14 @@ def report(plan: Plan) -> str:
     """Return the report: verdict, outcome, what the contacts did, audit, cost, effort, where it comes from."""
     parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan)]
     parts += [outcome_section(plan.outcome)] if plan.outcome else []
-    parts += [_contacts(plan), _audit(plan), _cost(plan), _effort(plan), _provenance(plan)]
+    parts += [
+        _contacts(plan),
+        *([_joint_friction(plan)] if plan.joint_friction else []),
+        _audit(plan),
+        _cost(plan),
+        _effort(plan),
+        _provenance(plan),
+    ]
     return "\n".join(parts)
 
 
@@ -71,6 +78,22 @@ def _contacts(plan: Plan) -> str:
         "\nImpacts are inelastic. Where normal and tangential directions couple through the mass matrix, the impact "
         "law is the integrated one (friction acts along the impact), not Newton's with an impulse cone.\n"
     )
+
+
+def _joint_friction(plan: Plan) -> str:
+    rows = [
+        [
+            name,
+            f"{joint.limit:g} {joint.unit}",
+            f"{float(np.max(np.abs(joint.force))):.4g} {joint.unit}",
+            f"{joint.work:.4g}",
+        ]
+        for name, joint in plan.joint_friction.items()
+    ]
+    text = "## Dry friction of joints\n\n"
+    text += markdown_table(["joint", "limit", "largest friction", "its work [J]"], rows)
+    events = [[f"{s.time:.6f}", s.joint, s.in_words] for s in plan.joint_switches]
+    return text + ("\n" + markdown_table(["time [s]", "joint", "event"], events) if events else "")
 
 
 def _audit(plan: Plan) -> str:

@@ -9,11 +9,13 @@ import numpy as np
 from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import tangential_rows
-from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
+from fesd_robot.recovery.physics import NumericPhysics, split_forces
 
 
 class StageForces:
-    """Forces at the stages, from the accelerations there: M a + h + D v - B u = J^T f in least squares.
+    """Forces at the stages, from the accelerations there: M a + h + D v - B u = J^T f + tau in least squares.
+
+    tau is the dry friction of joints.
 
     Args:
         motion: in physical time.
@@ -26,6 +28,9 @@ class StageForces:
         self._pulling: list[Measured] = []
         self._slip: list[Measured] = []
         self._dynamics: list[Measured] = []
+        self._joint_friction: list[Measured] = []
+        self._joint_slides: list[Measured] = []
+        self._joints = [list(names.velocity)[row] for row in physics.rubbing]
         for k in np.flatnonzero(motion.weight > 0):
             self._look(motion, physics, int(k), names.contacts)
 
@@ -45,14 +50,30 @@ class StageForces:
         """Return the largest part of the required force that closed contacts cannot supply, relative."""
         return largest(self._dynamics)
 
+    def joint_friction(self) -> Measured:
+        """Return the largest excess of a joint's dry friction over its limit, N or N m."""
+        return largest(self._joint_friction)
+
+    def joint_slides(self) -> Measured:
+        """Return the largest min(speed, unused friction) of a joint, and power that its dry friction adds."""
+        return largest(self._joint_slides)
+
     def _look(self, motion: PhysicalMotion, physics: NumericPhysics, k: int, contacts: Sequence[str]) -> None:
         q, v, place = motion.configuration[k], motion.velocity[k], (float(motion.time[k]), int(motion.interval[k]))
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        force, unexplained = split_contact_force(required, jacobian, closed, physics.friction, motion.force[k])
+        rubbing, planned = physics.rubbing, motion.dry_friction(k)[physics.rubbing]
+        force, rubs, unexplained = split_forces(
+            required, jacobian, closed, rubbing, physics.friction, motion.force[k], planned
+        )
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
         self._dynamics.append(Measured(float(np.abs(unexplained).max() / scale), *place))
+        for name, rub, limit, speed in zip(self._joints, rubs, physics.dry_friction[rubbing], v[rubbing], strict=True):
+            unused = float(limit - abs(rub))
+            self._joint_friction.append(Measured(-unused, *place, name))
+            slide = max(min(abs(speed), abs(unused)), speed * rub)
+            self._joint_slides.append(Measured(float(slide), *place, name))
         speeds = tangential_rows(jacobian @ v)
         for i in np.flatnonzero(closed).tolist():
             (normal, tangential), speed = force[i], speeds[i]

@@ -26,6 +26,7 @@ class DenseSamples:
         interval: control interval of each element, (E,).
         control: without the speed of time, (E, n_u).
         mode: of every contact in each element, as the branch says, `ContactMode`, (E, n_c).
+        joint_mode: of every joint with dry friction in each element, stick or a direction of slip, (E, n_f).
     """
 
     time: np.ndarray
@@ -34,6 +35,7 @@ class DenseSamples:
     interval: np.ndarray
     control: np.ndarray
     mode: np.ndarray
+    joint_mode: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class DenseElement:
     interval: int
     control: np.ndarray
     mode: Sequence[ContactMode]
+    joint_mode: Sequence[ContactMode] = ()
 
 
 def stacked_elements(elements: Sequence[DenseElement], sizes: tuple[int, int, int, int]) -> DenseSamples:
@@ -56,8 +59,9 @@ def stacked_elements(elements: Sequence[DenseElement], sizes: tuple[int, int, in
     """
     (n_q, n_v, n_u, n_c), count, points = sizes, len(elements), len(FRACTIONS)
     mode = np.empty((count, n_c), dtype=object)
+    joint_mode = np.empty((count, len(elements[0].joint_mode) if elements else 0), dtype=object)
     for e, element in enumerate(elements):
-        mode[e] = element.mode
+        mode[e], joint_mode[e] = element.mode, element.joint_mode
     return DenseSamples(
         time=np.array([element.time for element in elements]).reshape(count, points),
         configuration=np.array([element.configuration for element in elements]).reshape(count, points, n_q),
@@ -65,4 +69,5 @@ def stacked_elements(elements: Sequence[DenseElement], sizes: tuple[int, int, in
         interval=np.array([element.interval for element in elements], dtype=int),
         control=np.array([element.control for element in elements]).reshape(count, n_u),
         mode=mode,
+        joint_mode=joint_mode,
     )

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import ContactMode, ContactSystem, MultibodyDynamics, PlanarContact, contact_modes
+from fesd_robot.contact import ContactMode, ContactSystem, MultibodyDynamics, PlanarContact, contact_modes, joint_modes
 from fesd_robot.fesd import Element, Tableau
 from fesd_robot.recovery.between import FRACTIONS, DenseElement
 
@@ -21,6 +21,10 @@ SHORTEST_ADVANCE = 1e-9
 
 SLIP_VELOCITY = 1e-3
 """Tangential velocity, m/s, below which a contact that could slip is said to stick."""
+
+
+JointsAtPoint = tuple[np.ndarray, Sequence[ContactMode]]
+"""Force of the dry friction of joints, N or N m, (n_f), and their modes, (n_f)."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,9 @@ class ElementPhysics:
         modes: that every contact shows, `SLIP_VELOCITY`; empty if frozen.
         branch_modes: of the branch, also where a contact that could slip does not; empty if frozen.
         theta_error: largest deviation of the multipliers from their definition.
+        joint_force: dry friction of every joint that has some at the points, N or N m, (points, n_f).
+        joint_modes: that these joints show, stick or a direction of slip; empty if frozen.
+        joint_branch_modes: those of the branch; empty if frozen.
     """
 
     frozen: bool
@@ -44,6 +51,13 @@ class ElementPhysics:
     modes: list[ContactMode]
     branch_modes: list[ContactMode]
     theta_error: float
+    joint_force: np.ndarray
+    joint_modes: list[ContactMode]
+    joint_branch_modes: list[ContactMode]
+
+    def at_joints(self, point: int) -> JointsAtPoint:
+        """Return dry friction and modes of the joints at a point."""
+        return self.joint_force[point], self.joint_modes
 
 
 class ElementReader:
@@ -75,10 +89,13 @@ class ElementReader:
         self._auxiliary_force = auxiliary_force
         self._friction = np.array([contact.friction for contact in contacts])
         multipliers = ca.vertcat(*[ca.horzcat(*both) for both in contact_system.theta_auxiliary])
+        shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
+        self.rubbing = np.flatnonzero(dynamics.dry_friction_limits)
+        self._dry_friction = dynamics.dry_friction_limits[self.rubbing]
         self._multipliers = ca.Function(
             "multipliers",
             [contact_system.system.algebraic],
-            [contact_system.theta_ode, multipliers, contact_system.theta_error],
+            [contact_system.theta_ode, multipliers, contact_system.theta_error, shares],
         )
         self._tangential_velocities = ca.Function(
             "tangential_velocities",
@@ -95,10 +112,16 @@ class ElementReader:
         n = self.n_q + self.n_v
         return x[: self.n_q], x[self.n_q : n], x[n + 1 : n + 1 + self._gap_states]
 
+    def joints_of_state(self, velocity: np.ndarray) -> JointsAtPoint:
+        """Return no friction, and the modes that velocities show: of a state that is followed by no motion."""
+        speeds = velocity[self.rubbing]
+        return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None]) for speed in speeds]
+
     def read(self, number: int, element: Element) -> ElementPhysics:
         """Return what happens in an element, the `number`-th of the trajectory.
 
-        Forces are ``lambda_n = a_n (theta_+ + theta_-) / rate`` and ``lambda_t = mu a_n (theta_- - theta_+) / rate``.
+        Forces are ``lambda_n = a_n (theta_+ + theta_-) / rate`` and ``lambda_t = mu a_n (theta_- - theta_+) / rate``,
+        the dry friction of a joint is ``-F (pi_+ - pi_-) / theta_ODE``.
         """
         values = [self._multipliers(z) for z in element.z]
         theta = np.array([float(value[0]) for value in values])
@@ -111,6 +134,8 @@ class ElementReader:
         advance = self.clock(element.x[-1]) - self.clock(element.x_left)
         frozen = bool(theta[:stages].max() < FROZEN_MULTIPLIER or advance < SHORTEST_ADVANCE)
         modes, branch_modes = ([], []) if frozen else self._modes(number, element)
+        joint_modes, joint_branch_modes = ([], []) if frozen else self._joint_modes(number, element)
+        shares = np.array([np.asarray(value[3]).ravel() for value in values])
         return ElementPhysics(
             frozen=frozen,
             force=push / np.maximum(rate, 1e-300)[:, None, None],
@@ -119,6 +144,9 @@ class ElementReader:
             modes=modes,
             branch_modes=branch_modes,
             theta_error=max(float(value[2]) for value in values),
+            joint_force=-self._dry_friction * shares / np.maximum(theta, 1e-300)[:, None],
+            joint_modes=joint_modes,
+            joint_branch_modes=joint_branch_modes,
         )
 
     def between(self, element: Element, physics: ElementPhysics) -> DenseElement:
@@ -132,6 +160,7 @@ class ElementReader:
             interval=element.interval,
             control=element.u[:-1],
             mode=physics.branch_modes,
+            joint_mode=physics.joint_branch_modes,
         )
 
     def _modes(self, number: int, element: Element) -> tuple[list[ContactMode], list[ContactMode]]:
@@ -146,6 +175,12 @@ class ElementReader:
         shown = [_observed(mode, velocity[:, i]) for i, mode in enumerate(planned)]
         closed = [s if p is ContactMode.IMPACT else p for p, s in zip(planned, shown, strict=True)]
         return shown, closed
+
+    def _joint_modes(self, number: int, element: Element) -> tuple[list[ContactMode], list[ContactMode]]:
+        """Return the modes that joints with dry friction show and those of the branch."""
+        velocity = np.array([self.split(x)[1][self.rubbing] for x in element.x[: self.tableau.stages]])
+        planned = list(joint_modes(self._branch, number).values())
+        return [_observed(mode, velocity[:, i]) for i, mode in enumerate(planned)], planned
 
 
 def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:

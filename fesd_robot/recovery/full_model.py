@@ -114,33 +114,43 @@ class FullModel:
         """Return C v_r; the same turns accelerations."""
         return np.asarray(self._spread @ v)
 
-    def motion(self, physics: NumericPhysics, samples: Iterable[tuple[np.ndarray, ...]]) -> FullMotion:
+    def motion(
+        self,
+        physics: NumericPhysics,
+        samples: Iterable[tuple[np.ndarray, ...]],
+        dry_friction: np.ndarray | None = None,
+    ) -> FullMotion:
         """Return a motion of the reduced robot on the full model.
 
         The acceleration at a sample is that of the reduced robot under its controls and contact forces. The efforts are
         what the full model needs for it: the inverse dynamics by Pinocchio's recursive Newton-Euler algorithm,
 
-            a_r = M_r^-1 (B u + J_r^T f - k_r - h_r),   tau = M C a_r + h + k - J^T f_feet
+            a_r = M_r^-1 (B u + J_r^T f + r_r - k_r - h_r),   tau = M C a_r + h + k - r - J^T f_feet
 
-        with k = D v + K (q - r) of damping and springs, so that a joint that is held has the effort that holds it, and
-        the efforts of joints in unison add up to the control that the plan has for all of them, C^T tau = B u. A joint
-        that follows another by <mimic> in the file has no motor: its effort is zero, and the leader's moves both. A
-        contact that stands for n feet gives each the n-th part of its force.
+        with k = D v + K (q - r) of damping and springs and the dry friction r of joints, so that a joint that is held
+        has the effort that holds it, and the efforts of joints in unison add up to the control that the plan has for
+        all of them, C^T tau = B u. A joint that follows another by <mimic> in the file has no motor: its effort is
+        zero, and the leader's moves both. A contact that stands for n feet gives each the n-th part of its force;
+        joints in unison have parts of their dry friction by its limits. A locked joint has none: its effort alone
+        holds it.
 
         Args:
             physics: of the reduced robot, with the contacts in the order of the scene.
             samples: q_r, v_r, u and f, of shape (n_c, 2) with normal and tangential force, of every sample.
+            dry_friction: r_r of every sample, N or N m, (n, n_v); none if omitted.
         """
         model, links = self._full.model, self._joints
         position, velocity, effort, base, forces = [], [], [], [], []
-        for q_r, v_r, u, f in samples:
-            driving = physics.contact_jacobian(q_r).T @ stacked_rows(f)
+        sharing, no_friction = self._sharing_of_friction(), np.zeros(self._robot.model.nv)
+        for k, (q_r, v_r, u, f) in enumerate(samples):
+            rubbing = no_friction if dry_friction is None else dry_friction[k]
+            driving = physics.contact_jacobian(q_r).T @ stacked_rows(f) + rubbing
             driving = driving - physics.required_force(q_r, v_r, np.zeros_like(v_r), u)
             a_r = np.linalg.lstsq(physics.mass_matrix(q_r), driving, rcond=None)[0]
             q, v, a = self.configuration(q_r), self.velocity(v_r), self.velocity(a_r)
             feet = f[self._of_contact] * self._shares[:, None]
             tau = pin.rnea(model, self._data, q, v, a) + self._physics.resistance(q, v)
-            tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet)
+            tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet) - sharing @ rubbing
             position.append([_position(link, q) for link in links])
             velocity.append([link.multiplier * v[link.v_indices.start] for link in links])
             effort.append([0.0 if link.mimics else tau[link.v_indices.start] for link in links])
@@ -161,6 +171,12 @@ class FullModel:
             feet=self._feet_names,
             foot_force=np.array(forces),
         )
+
+    def _sharing_of_friction(self) -> np.ndarray:
+        """Return which part of a reduced coordinate's dry friction every joint has, with its sign, (n_v, n_v there)."""
+        weighted = np.abs(self._spread) * self._full.dry_friction_limits[:, None]
+        parts = weighted / np.maximum(weighted.sum(axis=0), np.finfo(float).tiny)
+        return np.asarray(self._spread * parts)
 
     def _spreading(self) -> np.ndarray:
         """Return C, (n_v, n_v of the reduced robot)."""

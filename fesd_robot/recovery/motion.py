@@ -17,6 +17,25 @@ from fesd_robot.recovery.switches import SwitchRecord, switches_between
 
 
 @dataclass(frozen=True)
+class JointFriction:
+    """Dry friction of joints along the n samples of a motion; n_f joints have some.
+
+    Attributes:
+        rows: their velocity coordinates, (n_f).
+        limit: F, N or N m, (n_f).
+        force: of the friction on the joint, N or N m, (n, n_f).
+        mode: ``stick`` or ``slip``, (n, n_f).
+        switches: changes between sticking and sliding in time order; their contact is a number of a joint.
+    """
+
+    rows: np.ndarray
+    limit: np.ndarray
+    force: np.ndarray
+    mode: np.ndarray
+    switches: list[SwitchRecord]
+
+
+@dataclass(frozen=True)
 class PhysicalMotion:
     """A trajectory in physical time as arrays; n samples, n_c contacts.
 
@@ -34,6 +53,7 @@ class PhysicalMotion:
         clock: physical time at the end of every control interval, (N,).
         theta_sum_error: largest deviation of the multipliers from their definition and their sum from one.
         between: states between the stages, which are no samples.
+        joints: dry friction of joints; None if none has any.
     """
 
     time: np.ndarray
@@ -51,6 +71,14 @@ class PhysicalMotion:
     clock: np.ndarray
     theta_sum_error: float
     between: DenseSamples
+    joints: JointFriction | None = None
+
+    def dry_friction(self, sample: int) -> np.ndarray:
+        """Return the force of dry friction on every velocity coordinate at a sample, N or N m, (n_v)."""
+        force = np.zeros(self.velocity.shape[1])
+        if self.joints is not None:
+            force[self.joints.rows] = self.joints.force[sample]
+        return force
 
     @property
     def states(self) -> States:
@@ -120,8 +148,13 @@ def recover(
         if number + 1 == len(elements) or elements[number + 1].interval != element.interval:
             clock.append(reader.clock(element.x[-1]))
     samples.close(elements[-1])
+    columns, rows = samples.stacked(), reader.rubbing
+    of_joints = columns.pop("joint_force"), columns.pop("joint_mode")
+    limits = dynamics.dry_friction_limits[rows]
+    joints = JointFriction(rows, limits, *of_joints, switches_between(samples.joint_phases)) if rows.size else None
     return PhysicalMotion(
-        **samples.stacked(),
+        **columns,
+        joints=joints,
         between=stacked_elements(samples.between, (reader.n_q, reader.n_v, len(elements[0].u) - 1, reader.n_c)),
         impacts=samples.impacts,
         switches=switches_between(samples.phases),

@@ -27,6 +27,8 @@ class NumericPhysics:
         scene: surfaces, and what touches what.
         friction: coefficient of every contact, (n_c).
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
+        dry_friction: limit of the dry friction of every joint, N or N m, (n_v); it is no part of the forces below.
+        rubbing: velocity coordinates that have some, (n_f).
     """
 
     def __init__(
@@ -44,6 +46,8 @@ class NumericPhysics:
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
         self._springs = robot.springs
+        self.dry_friction = robot.dry_friction_limits
+        self.rubbing = np.flatnonzero(self.dry_friction)
         self.friction = np.array(list(friction.values()))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -73,7 +77,7 @@ class NumericPhysics:
         return np.asarray(self._control_matrix(q)) @ u
 
     def required_force(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """M a + h + D v + K (q - r) - B u, what the contacts must supply, (n_v)."""
+        """M a + h + D v + K (q - r) - B u, what contacts and dry friction must supply, (n_v)."""
         return (
             np.asarray(pin.rnea(self._model, self._data, q, v, a))
             + self.resistance(q, v)
@@ -183,13 +187,43 @@ def split_contact_force(
         friction: coefficients (n_c); a contact with none has no tangential force. All have one if omitted.
         near: (n_c, 2), normal and tangential; zeros if omitted.
     """
-    force = np.zeros(len(jacobian))
+    nothing = np.zeros(0, dtype=int)
+    force, _, left = split_forces(generalized, jacobian, closed, nothing, friction, near, np.zeros(0))
+    return force, left
+
+
+def split_forces(
+    generalized: np.ndarray,
+    jacobian: np.ndarray,
+    closed: np.ndarray,
+    rubbing: np.ndarray,
+    friction: np.ndarray | None,
+    near: np.ndarray | None,
+    near_joints: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return forces of closed contacts, (n_c, 2), and of the dry friction of joints, (n_f), and what is left over.
+
+    The same as `split_contact_force` for J^T f + S^T tau = generalized, where S picks the joints.
+
+    Args:
+        generalized, jacobian, closed, friction, near: as there.
+        rubbing: velocity coordinates with dry friction, (n_f).
+        near_joints: force of their friction, N or N m, (n_f).
+    """
     rows = rows_of(closed)
     if friction is not None:
         tangential_rows(rows)[:] &= friction > 0
-    if rows.any():
-        if near is not None:
-            force[rows] = stacked_rows(near)[rows]
+    force = np.zeros(len(jacobian))
+    if near is not None:
+        force[rows] = stacked_rows(near)[rows]
+    joints = np.array(near_joints, dtype=float)
+    columns = np.vstack([jacobian[rows], np.eye(len(generalized))[rubbing]]).T
+    if columns.size:
         missing = generalized - jacobian.T @ force
-        force[rows] += np.linalg.lstsq(jacobian[rows].T, missing, rcond=None)[0]
-    return by_contact(force), generalized - jacobian.T @ force
+        missing[rubbing] -= joints
+        step = np.linalg.lstsq(columns, missing, rcond=None)[0]
+        force[rows] += step[: len(step) - len(rubbing)]
+        joints += step[len(step) - len(rubbing) :]
+    left = generalized - jacobian.T @ force
+    left[rubbing] -= joints
+    return by_contact(force), joints, left

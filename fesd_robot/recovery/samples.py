@@ -9,7 +9,7 @@ import numpy as np
 from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Element
 from fesd_robot.recovery.between import DenseElement
-from fesd_robot.recovery.elements import ElementPhysics, ElementReader
+from fesd_robot.recovery.elements import ElementPhysics, ElementReader, JointsAtPoint
 from fesd_robot.recovery.switches import ContactPhase
 
 VELOCITY_JUMP = 1e-6
@@ -45,6 +45,7 @@ class Samples:
         self.between: list[DenseElement] = []
         self.impacts: list[ImpactRecord] = []
         self.phases: list[ContactPhase] = []
+        self.joint_phases: list[ContactPhase] = []
 
     def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
         """An element in which the clock stands still."""
@@ -60,9 +61,10 @@ class Samples:
         self._provisional = False
         if not self._rows or self._jumps_to(element.x_left):
             self._close_impact(self._reader.clock(element.x_left))
-            self._append(element.x_left, element, physics.force[0], physics.modes)
+            self._append(element.x_left, element, physics.force[0], physics.modes, physics.at_joints(0))
         self._pending[:] = 0.0
         self.phases.append(ContactPhase(self._reader.clock(element.x_left), physics.modes))
+        self.joint_phases.append(ContactPhase(self._reader.clock(element.x_left), physics.joint_modes))
         self.between.append(self._reader.between(element, physics))
         n_q, n_v, tableau = self._reader.n_q, self._reader.n_v, self._reader.tableau
         slope = tableau.derivative @ np.vstack([element.x_left, element.x[: tableau.stages]])
@@ -70,9 +72,10 @@ class Samples:
             if j < tableau.stages:
                 acceleration = slope[j, n_q : n_q + n_v] / slope[j, n_q + n_v]
                 weight = element.step * tableau.b[j] * physics.rate[j]
-                self._append(x, element, physics.force[j], physics.modes, acceleration, weight)
+                joints = physics.at_joints(j)
+                self._append(x, element, physics.force[j], physics.modes, joints, acceleration, weight)
             else:
-                self._append(x, element, physics.force[j - 1], physics.modes)
+                self._append(x, element, physics.force[j - 1], physics.modes, physics.at_joints(j - 1))
 
     def close(self, last: Element) -> None:
         """Add the state after an impact at the very end."""
@@ -105,10 +108,12 @@ class Samples:
         element: Element,
         force: np.ndarray,
         modes: list[ContactMode],
+        joints: JointsAtPoint | None = None,
         acceleration: np.ndarray | None = None,
         weight: float = 0.0,
     ) -> None:
         q, v, gap_state = self._reader.split(x)
+        friction, joint_modes = joints or self._reader.joints_of_state(v)
         self._rows.append(
             {
                 "time": self._reader.clock(x),
@@ -121,5 +126,7 @@ class Samples:
                 "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
                 "gap_state": gap_state,
                 "mode": np.array([mode.without_direction.value for mode in modes], dtype=object),
+                "joint_force": friction,
+                "joint_mode": np.array([mode.without_direction.value for mode in joint_modes], dtype=object),
             }
         )

@@ -14,7 +14,9 @@ def holding_effort(
 ) -> tuple[float, np.ndarray] | None:
     """Return the ratio of its control limits that a robot needs at least to stand still, and controls that do it.
 
-        min k   s.t.   B(q) u + J(q)ᵀ f = g(q),   k u_lower <= u <= k u_upper,   |f_t| <= mu f_n
+        min k   s.t.   B(q) u + J(q)ᵀ f + τ = g(q),   k u_lower <= u <= k u_upper,   |f_t| <= mu f_n,   |τ| <= F
+
+    with the dry friction τ of joints.
 
     Args:
         physics: the robot, its contacts and what its controls push.
@@ -23,8 +25,9 @@ def holding_effort(
         closed: which contacts can push, (n_c) of bool.
 
     Returns:
-        k, above 1 if the controls are too weak, and u, (n_u); None if no force of the controls, however large, and no
-        force of the contacts within their friction cones holds the robot still, or if a control cannot be zero.
+        k, above 1 if the controls are too weak, and u, (n_u); None if no force of the controls, however large, no
+        force of the contacts within their friction cones and no dry friction of joints holds the robot still, or if a
+        control cannot be zero.
     """
     lower, upper = limits
     if (lower > 0).any() or (upper < 0).any():
@@ -35,10 +38,10 @@ def holding_effort(
     pushes = np.column_stack([physics.generalized_force(q, row) for row in np.eye(controls)])
     jacobian = physics.contact_jacobian(q)[rows_of(closed)]
     friction, count = physics.friction[closed], int(closed.sum())
-    # Unknowns: k, u, and (f_n, f_t) of every closed contact.
-    balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T])
-    forces = ROWS * count
-    bounded = np.zeros((2 * controls + 2 * count, 1 + controls + forces))
+    limits_of_joints = physics.dry_friction[physics.rubbing]
+    # Unknowns: k, u, (f_n, f_t) of every closed contact, and the dry friction of joints.
+    balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T, np.eye(len(v))[:, physics.rubbing]])
+    bounded = np.zeros((2 * controls + 2 * count, balance.shape[1]))
     for i in range(controls):
         bounded[2 * i, [0, 1 + i]] = [-upper[i], 1]
         bounded[2 * i + 1, [0, 1 + i]] = [lower[i], -1]
@@ -52,6 +55,9 @@ def holding_effort(
         b_ub=np.zeros(len(bounded)),
         A_eq=balance,
         b_eq=weight,
-        bounds=[(0, None)] + [(None, None)] * controls + [(0, None), (None, None)] * count,
+        bounds=[(0, None)]
+        + [(None, None)] * controls
+        + [(0, None), (None, None)] * count
+        + [(-limit, limit) for limit in limits_of_joints],
     )
     return (float(optimum.x[0]), optimum.x[1 : 1 + controls]) if optimum.status == 0 else None

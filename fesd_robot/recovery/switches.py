@@ -24,7 +24,8 @@ class ContactPhase:
 
 @dataclass(frozen=True)
 class SwitchRecord:
-    """A change of a contact's mode at a physical time, s."""
+    """A change of the mode of a contact, or of a joint with dry friction, at a physical time, s; its number is
+    `contact`."""
 
     time: float
     contact: int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,9 +31,12 @@ def mode_spans(plan: Plan, contact: str) -> list[ModeSpan]:
     The stretch between two samples has the mode of the second one, because a sample where the mode changes still
     belongs to the one that ends there. An impact has no duration and takes the mode of its neighbour.
     """
-    time, modes = plan.trajectory.time, plan.contacts[contact].mode
+    return _spans(plan.trajectory.time, plan.contacts[contact].mode)
+
+
+def _spans(time: np.ndarray, modes: Sequence[str]) -> list[ModeSpan]:
     spans: list[ModeSpan] = []
-    for index in np.flatnonzero(np.diff(time) > 0):
+    for index in np.flatnonzero(np.diff(time) > 0).tolist():
         start, end = float(time[index]), float(time[index + 1])
         mode = next((near for near in (modes[index + 1], modes[index]) if near != "impact"), "flight")
         if spans and spans[-1].mode == mode:
@@ -43,13 +47,18 @@ def mode_spans(plan: Plan, contact: str) -> list[ModeSpan]:
 
 
 def timeline_figure(plan: Plan, title: str) -> Figure:
-    """Return one bar per contact, coloured by its mode, with a tick and the normal impulse at each impact."""
-    names = list(plan.contacts)
+    """Return one bar per contact, coloured by its mode, with a tick and the normal impulse at each impact.
+
+    Joints with dry friction have a bar each below them.
+    """
+    modes: dict[str, Sequence[str]] = {name: contact.mode for name, contact in plan.contacts.items()}
+    modes |= {f"{name} (joint)": joint.mode for name, joint in plan.joint_friction.items()}
+    names = list(modes)
     figure, axes = new_figure(title, 1, 1, (9.6, 0.9 + 0.62 * len(names)))
     panel = axes[0, 0]
     start, end = float(plan.trajectory.time[0]), float(plan.trajectory.time[-1])
     for row, name in enumerate(names):
-        for span in mode_spans(plan, name):
+        for span in _spans(plan.trajectory.time, modes[name]):
             panel.broken_barh([(span.start, span.end - span.start)], (row - BAR / 2, BAR), facecolors=MODES[span.mode])
         labelled = -np.inf
         for impulse in sorted(

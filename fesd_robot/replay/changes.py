@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fesd_robot.recovery.switches import Kind
-from fesd_robot.replay.modes import Mode
+from fesd_robot.replay.mode import Mode
 
 
 def kinds_of_change(old: Mode, new: Mode, hit: bool) -> list[Kind]:

@@ -11,7 +11,8 @@ from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.impacts import impact
-from fesd_robot.replay.modes import ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, rated_modes, slips_are_proper
+from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, Modes
+from fesd_robot.replay.modes import ModeMotion, rated_modes, slips_are_proper
 
 CLOSED_GAP = 1e-5
 """Gap, m, up to which a contact that hardly moves is closed when a replay begins."""
@@ -45,11 +46,13 @@ class Contacts:
         modes: of every contact, (n_c).
         closed: those that touch and do not part, (n_c) of bool.
         ground: gap at which each contact touches, m, (n_c).
+        joints: modes of the joints with dry friction, (n_f).
     """
 
     modes: Modes
     closed: np.ndarray
     ground: np.ndarray
+    joints: JointModes
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,8 @@ class ContactLaw:
         gaps, normal = self._physics.gaps(q), normal_rows(self._physics.contact_jacobian(q) @ v)
         closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY)
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
-        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, np.where(closed, gaps, np.minimum(gaps, 0.0)))
+        ground, joints = np.where(closed, gaps, np.minimum(gaps, 0.0)), (Mode.STICK,) * len(self._physics.rubbing)
+        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints)
         hits = (gaps <= 0) & (normal < -CLOSED_VELOCITY)
         if hits.any():
             contacts, v = self.hit(contacts, hits, q, v)
@@ -115,35 +119,44 @@ class ContactLaw:
         Args:
             left: modes that have just ceased to be possible.
         """
-        if not contacts.closed.any():
+        if not contacts.closed.any() and not contacts.joints:
             return replace(contacts, modes=(Mode.FLIGHT,) * len(contacts.modes)), v
         v = self._settled(contacts.closed, q, v)
-        choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed)
+        choices = self._rated(contacts, q, v)
         choices = [choice for choice in choices if choice.modes != left] or choices
         self._judge(choices)
-        stays = any(c.modes == contacts.modes and c.admissible and c.proper for c in choices)
-        modes = contacts.modes if stays else choices[0].modes
-        closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in modes])
-        return replace(contacts, modes=modes, closed=closed), v
+        stays = (c for c in choices if c.modes == contacts.modes and c.admissible and c.proper)
+        chosen = next(stays, choices[0])
+        closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in chosen.modes], dtype=bool)
+        return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints), v
 
     def look(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> None:
         """Note whether other modes than those that go on have become possible: only where some slip is improper."""
         if not contacts.closed.any() or Note.NOT_UNIQUE in self.notes:
             return
-        dynamics = contact_dynamics(self._physics, q, v, self._control)
+        dynamics = contact_dynamics(self._physics, q, v, self._control).in_joint_modes(contacts.joints)
         if slips_are_proper(dynamics, contacts.closed):
             return
-        choices = rated_modes(dynamics, contacts.closed)
+        choices = self._rated(contacts, q, v)
         going_on = [choice for choice in choices if choice.modes == contacts.modes]
         self._judge([*going_on, *(choice for choice in choices if choice.modes != contacts.modes)])
 
+    def _rated(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> list[ModeMotion]:
+        dynamics = contact_dynamics(self._physics, q, v, self._control)
+        return rated_modes(dynamics, contacts.closed)
+
     def _settled(self, closed: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the velocity, nearest in kinetic energy, at which closed contacts neither part nor creep."""
-        jacobian = self._physics.contact_jacobian(q)
+        """Return the velocity, nearest in kinetic energy, at which closed contacts neither part nor creep.
+
+        Joints with dry friction do not creep either.
+        """
+        rubbing, jacobian = self._physics.rubbing, self._physics.contact_jacobian(q)
         creeps = np.abs(tangential_rows(jacobian @ v)) <= ZERO_TANGENTIAL_VELOCITY
         rows = np.column_stack([closed, closed & creeps & (self._physics.friction > 0)]).ravel()
-        response = np.linalg.solve(self._physics.mass_matrix(q), jacobian[rows].T)
-        impulse = np.linalg.lstsq(jacobian[rows] @ response, jacobian[rows] @ v, rcond=1e-10)[0]
+        resting = rubbing[np.abs(v[rubbing]) <= ZERO_TANGENTIAL_VELOCITY]
+        held = np.vstack([jacobian[rows], np.eye(len(v))[resting]])
+        response = np.linalg.solve(self._physics.mass_matrix(q), held.T)
+        impulse = np.linalg.lstsq(held @ response, held @ v, rcond=1e-10)[0]
         return np.asarray(v - response @ impulse)
 
     def _judge(self, choices: list[ModeMotion]) -> None:

@@ -1,12 +1,13 @@
-"""The dynamics of a state in the coordinates of its contacts."""
+"""The dynamics of a state in the coordinates of its contacts and of the joints with dry friction."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.mode import JointModes, Mode
 
 _STEP = 3e-6
 """Step in s of the central difference for the derivative of the contact Jacobian along the motion."""
@@ -16,6 +17,8 @@ _STEP = 3e-6
 class ContactDynamics:
     """Dynamics of one state in the coordinates of the contacts: their acceleration is ``free + compliance f``.
 
+    Joints with dry friction move as if they had none, until `in_joint_modes` says what they do.
+
     Attributes:
         jacobian: J, rows J_n and J_t of every contact, (2 n_c, n_v).
         velocity: J v, m/s, (2 n_c).
@@ -24,6 +27,7 @@ class ContactDynamics:
         compliance: W = J M^-1 J^T, 1/kg, (2 n_c, 2 n_c).
         free: J times that acceleration + (dJ/dt) v, m/s^2, (2 n_c).
         friction: coefficients, (n_c).
+        joints: the same for the joints with dry friction.
     """
 
     jacobian: np.ndarray
@@ -33,10 +37,69 @@ class ContactDynamics:
     compliance: np.ndarray
     free: np.ndarray
     friction: np.ndarray
+    joints: JointDynamics
+
+    def in_joint_modes(self, modes: JointModes) -> ContactDynamics:
+        """Return the dynamics in which joints with dry friction stick or slide as given, from that without friction.
+
+            slide: tau_f = -F s;   stick: a_i = 0, with the tau_f that this takes
+
+        Args:
+            modes: of every joint with dry friction, (n_f).
+        """
+        if not modes:
+            return self
+        joints, rows = self.joints, self.joints.rows
+        sticking = np.array([mode is Mode.STICK for mode in modes])
+        force = -joints.limit * np.array([mode.direction for mode in modes])
+        acceleration = self.acceleration + joints.response @ force
+        held = np.linalg.inv(joints.response[rows][np.ix_(sticking, sticking)])
+        force[sticking] = -held @ acceleration[rows[sticking]]
+        by_contacts = np.zeros((len(rows), self.response.shape[1]))
+        by_contacts[sticking] = -held @ self.response[rows[sticking]]
+        acceleration = acceleration + joints.response[:, sticking] @ force[sticking]
+        response = self.response + joints.response @ by_contacts
+        drift = self.free - self.jacobian @ self.acceleration
+        return replace(
+            self,
+            acceleration=acceleration,
+            response=response,
+            compliance=self.jacobian @ response,
+            free=self.jacobian @ acceleration + drift,
+            joints=replace(joints, force=force, by_contacts=by_contacts),
+        )
+
+    def joint_force(self, forces: np.ndarray) -> np.ndarray:
+        """Return the dry friction of joints in their modes, N or N m, (n_f).
+
+        Args:
+            forces: of the contacts, stacked, (2 n_c).
+        """
+        return np.asarray(self.joints.force + self.joints.by_contacts @ forces)
+
+
+@dataclass(frozen=True)
+class JointDynamics:
+    """Joints with dry friction in a state: n_f of them.
+
+    Attributes:
+        rows: their velocity coordinates, (n_f).
+        limit: F, N or N m, (n_f).
+        velocity: m/s or rad/s, (n_f).
+        response: M^-1 S^T, (n_v, n_f), where S picks the joints.
+        force, by_contacts: in given modes the friction is ``force + by_contacts f``, (n_f) and (n_f, 2 n_c).
+    """
+
+    rows: np.ndarray
+    limit: np.ndarray
+    velocity: np.ndarray
+    response: np.ndarray
+    force: np.ndarray
+    by_contacts: np.ndarray
 
 
 def contact_dynamics(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray) -> ContactDynamics:
-    """Return the dynamics of a state in the coordinates of its contacts.
+    """Return the dynamics of a state in the coordinates of its contacts, without dry friction of joints.
 
     (dJ/dt) v is the central difference of J(q (+) eps v) v.
 
@@ -45,16 +108,25 @@ def contact_dynamics(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: n
         q, v, u: configuration (n_q), velocity (n_v), controls (n_u), SI units.
     """
     ahead, behind = (physics.contact_jacobian(physics.integrate(q, sign * _STEP * v)) for sign in (1.0, -1.0))
-    jacobian = physics.contact_jacobian(q)
+    jacobian, rows = physics.contact_jacobian(q), physics.rubbing
     force = -physics.required_force(q, v, np.zeros_like(v), u)
-    solved = np.linalg.solve(physics.mass_matrix(q), np.column_stack([force, jacobian.T]))
-    acceleration, response = solved[:, 0], solved[:, 1:]
+    picked = np.eye(len(v))[:, rows]
+    solved = np.linalg.solve(physics.mass_matrix(q), np.column_stack([force, jacobian.T, picked]))
+    acceleration, response, of_joints = np.split(solved, [1, 1 + len(jacobian)], axis=1)
     return ContactDynamics(
         jacobian=jacobian,
         velocity=jacobian @ v,
-        acceleration=acceleration,
+        acceleration=acceleration[:, 0],
         response=response,
         compliance=jacobian @ response,
-        free=jacobian @ acceleration + (ahead @ v - behind @ v) / (2.0 * _STEP),
+        free=jacobian @ acceleration[:, 0] + (ahead @ v - behind @ v) / (2.0 * _STEP),
         friction=physics.friction,
+        joints=JointDynamics(
+            rows=rows,
+            limit=physics.dry_friction[rows],
+            velocity=v[rows],
+            response=of_joints,
+            force=np.zeros(len(rows)),
+            by_contacts=np.zeros((len(rows), len(jacobian))),
+        ),
     )

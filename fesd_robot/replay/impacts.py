@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.recovery.contact_rows import by_contact, normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.modes import Mode
+from fesd_robot.replay.mode import Mode
 from fesd_robot.replay.splits import widest_split
 
 _PHASES = 100

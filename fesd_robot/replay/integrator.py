@@ -10,12 +10,13 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from fesd_robot.recovery import SwitchRecord
-from fesd_robot.recovery.contact_rows import tangential_rows
+from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import contact_dynamics
-from fesd_robot.replay.modes import ADMISSIBLE, acceleration_in_modes, force_margin
+from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
+from fesd_robot.replay.modes import acceleration_in_modes, force_margin, motion_in_modes
 
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 """Of the integration, in rad, m and per s."""
@@ -39,6 +40,8 @@ class Replay:
         events: changes of the contacts' modes in time order, after the modes at the start.
         drift: what was taken out at the start.
         notes: what is not as it should be; the state is NaN where it could not be integrated.
+        joint_events: changes of joints between sticking and sliding, in time order; their contact is a number of a
+            joint with dry friction.
     """
 
     configuration: np.ndarray
@@ -46,6 +49,7 @@ class Replay:
     events: tuple[SwitchRecord, ...]
     drift: Drift
     notes: frozenset[Note]
+    joint_events: tuple[SwitchRecord, ...] = ()
 
 
 def replay_motion(
@@ -53,11 +57,12 @@ def replay_motion(
 ) -> Replay:
     """Return where rigid bodies with inelastic, unilateral contacts and Coulomb friction are led by constant controls.
 
-        M a + h + D v = B u + J^T f,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v)
+        M a + h + D v = B u + J^T f + tau,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v),   tau in -F Sgn(v)
 
     Between events the contact modes are fixed, and the accelerations of `acceleration_in_modes` are integrated with
-    DOP853 in tangent coordinates about q. At an event, a gap, a force at the edge of its friction cone or a tangential
-    velocity reaching zero, the modes are chosen anew from `rated_modes`, after an `impact` where a contact approaches.
+    DOP853 in tangent coordinates about q. At an event, a gap, a force at the edge of its friction cone, a tangential
+    velocity or one of a joint with dry friction reaching zero, or that friction reaching its limit, the modes are
+    chosen anew from `rated_modes`, after an `impact` where a contact approaches; dry friction has no impulse.
     A contact that is closed at the start, as `ContactLaw.begin` says, touches where it is.
 
     Args:
@@ -76,7 +81,7 @@ def replay_motion(
     segments = _Segments(physics, q, u, law)
     contacts, v, drift = law.begin(q, v)
     time, y, count = 0.0, np.concatenate([np.zeros(n_v), v]), 0
-    events: list[SwitchRecord] = []
+    events, joint_events = list[SwitchRecord](), list[SwitchRecord]()
     while time < duration:
         time, y, fired = segments.until_event(contacts, time, y, duration, watch=count < MOST_EVENTS)
         if fired is None:
@@ -93,7 +98,9 @@ def replay_motion(
         y = np.concatenate([y[:n_v], v])
         for i, (old, new) in enumerate(zip(before.modes, contacts.modes, strict=True)):
             events += [SwitchRecord(start + time, i, kind) for kind in kinds_of_change(old, new, hit=bool(hits[i]))]
-    return Replay(*segments.state(y), tuple(events), drift, frozenset(law.notes))
+        for i, (old, new) in enumerate(zip(before.joints, contacts.joints, strict=True)):
+            joint_events += [SwitchRecord(start + time, i, kind) for kind in kinds_of_change(old, new, hit=False)]
+    return Replay(*segments.state(y), tuple(events), drift, frozenset(law.notes), tuple(joint_events))
 
 
 @dataclass(frozen=True)
@@ -142,12 +149,14 @@ class _Segments:
         return end, stepper.y, None
 
     def _rate(self, contacts: Contacts) -> Callable[[float, np.ndarray], np.ndarray]:
-        physics, half, touches = self.physics, len(self.physics.damping), bool(contacts.closed.any())
+        physics, half = self.physics, len(self.physics.damping)
+        forced = bool(contacts.closed.any() or contacts.joints)
 
         def rate(_: float, y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)
-            if touches:
-                a = acceleration_in_modes(contact_dynamics(physics, q, v, self.control), contacts.modes)
+            if forced:
+                dynamics = contact_dynamics(physics, q, v, self.control).in_joint_modes(contacts.joints)
+                a = acceleration_in_modes(dynamics, contacts.modes)
             else:
                 force = physics.required_force(q, v, np.zeros_like(v), self.control)
                 a = np.linalg.solve(physics.mass_matrix(q), -force)
@@ -156,21 +165,34 @@ class _Segments:
         return rate
 
     def _watched(self, contacts: Contacts) -> Callable[[np.ndarray], np.ndarray]:
-        """Return what must stay positive: gap and slip of every contact, then the margin of all forces, (2 n_c + 1)."""
+        """Return what must stay positive, (2 n_c + 2 + n_f).
+
+        Gap and slip of every contact, the margin of all their forces, that of the dry friction of sticking joints, and
+        the velocities of sliding ones.
+        """
         slip = np.array([mode.direction for mode in contacts.modes]) * (self.physics.friction > 0)
         touches, count = bool(contacts.closed.any()), len(contacts.modes)
+        slide = np.array([mode.direction for mode in contacts.joints], dtype=float)
+        sticking = np.array([mode is Mode.STICK for mode in contacts.joints], dtype=bool)
 
         def values(y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)
-            result = np.full(2 * count + 1, np.inf)
+            result = np.full(2 * count + 2 + len(slide), np.inf)
             if not contacts.closed.all():
                 gaps = self.physics.gaps(q) - contacts.ground + _BEYOND_GAP
                 result[:count] = np.where(contacts.closed, np.inf, gaps)
+            if touches or sticking.any():
+                dynamics = contact_dynamics(self.physics, q, v, self.control).in_joint_modes(contacts.joints)
             if touches:
-                dynamics = contact_dynamics(self.physics, q, v, self.control)
                 along = slip * tangential_rows(dynamics.velocity) + _BEYOND_SLIP
-                result[count:-1] = np.where(slip == 0, np.inf, along)
-                result[-1] = force_margin(dynamics, contacts.modes) + _BEYOND_MARGIN
+                result[count : 2 * count] = np.where(slip == 0, np.inf, along)
+                result[2 * count] = force_margin(dynamics, contacts.modes) + _BEYOND_MARGIN
+            if sticking.any():
+                friction = dynamics.joint_force(stacked_rows(motion_in_modes(dynamics, contacts.modes)[1]))
+                unused = (dynamics.joints.limit - np.abs(friction))[sticking].min()
+                result[2 * count + 1] = unused / scale_of(friction) + _BEYOND_MARGIN
+            moving = slide * v[self.physics.rubbing] + _BEYOND_SLIP
+            result[2 * count + 2 :] = np.where(slide == 0, np.inf, moving)
             return result
 
         return values

@@ -34,7 +34,8 @@ class IntervalReplay:
         events: changes of mode of the replay.
         planned: those of the plan in the same time.
         event_difference: largest difference in time of an event of the replay and the same one of the plan, s.
-        unmatched: events that only one of the two has.
+        joint_events, planned_joint_events: the same of joints with dry friction, whose numbers are the contacts.
+        unmatched: events that only one of the two has, joints included.
         drift: what was taken out at the start.
         notes: what is not as it should be.
     """
@@ -53,6 +54,8 @@ class IntervalReplay:
     unmatched: int
     drift: Drift
     notes: frozenset[Note]
+    joint_events: tuple[SwitchRecord, ...] = ()
+    planned_joint_events: tuple[SwitchRecord, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -105,8 +108,13 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         sides += [hit.after] if hit.before == end else [hit.before] if hit.after == end else []
     errors = {side: motion.velocity[side] - result.velocity for side in sides}
     last = min(errors, key=lambda side: float(np.abs(errors[side]).max()))
-    planned = tuple(s for s in motion.switches if begin - SAME_TIME < s.time < finish + SAME_TIME)
+    of_joints = motion.joints.switches if motion.joints else []
+    planned, planned_joints = (
+        tuple(s for s in switches if begin - SAME_TIME < s.time < finish + SAME_TIME)
+        for switches in (motion.switches, of_joints)
+    )
     difference, unmatched = compare_events(result.events, planned, (begin, finish))
+    joint_difference, unmatched_joints = compare_events(result.joint_events, planned_joints, (begin, finish))
     return IntervalReplay(
         interval=int(motion.interval[end]),
         start=begin,
@@ -118,10 +126,12 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         impact_error=impact_error,
         events=result.events,
         planned=planned,
-        event_difference=difference,
-        unmatched=unmatched,
+        event_difference=max(difference, joint_difference),
+        unmatched=unmatched + unmatched_joints,
         drift=result.drift,
         notes=result.notes,
+        joint_events=result.joint_events,
+        planned_joint_events=planned_joints,
     )
 
 

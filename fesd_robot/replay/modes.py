@@ -4,41 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from itertools import combinations, product
 
 import numpy as np
 
 from fesd_robot.recovery.contact_rows import by_contact, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import ContactDynamics
+from fesd_robot.replay.joints import joints_in_motion
+from fesd_robot.replay.mode import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, Modes, scale_of
 from fesd_robot.replay.splits import widest_split
-
-ZERO_TANGENTIAL_VELOCITY = 1e-5
-"""Tangential velocity, m/s, up to which a closed contact may stick."""
-
-ADMISSIBLE = 1e-9
-"""By how much a condition of a mode may be violated, as a ratio of the largest of the forces or accelerations."""
 
 _SINGULAR = 1e-10
 """Ratio of singular values, or normalised determinant, that counts as zero."""
-
-
-class Mode(Enum):
-    """What one contact does while time runs; a contact without friction that is closed is in `SLIP_FORWARDS`."""
-
-    FLIGHT = "flight"
-    STICK = "stick"
-    SLIP_FORWARDS = "slip+"
-    SLIP_BACKWARDS = "slip-"
-
-    @property
-    def direction(self) -> int:
-        """Sign of the tangential velocity that the mode allows: 1, -1, or 0 for flight and stick."""
-        return {Mode.SLIP_FORWARDS: 1, Mode.SLIP_BACKWARDS: -1}.get(self, 0)
-
-
-Modes = tuple[Mode, ...]
-"""One mode a contact, (n_c)."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +30,7 @@ class ModeMotion:
             pulls or leaves the friction cone.
         motion_margin: the same for accelerations: open contacts must part, slip must begin in its direction, and the
             constraints must hold.
+        joints: modes of the joints with dry friction, (n_f), as the friction law chooses them in these modes.
         proper: whether the normal accelerations of the closed contacts grow with their normal forces: the matrix
             between them, W_nn - mu s W_nt with sticking tangents eliminated, is a P-matrix. In a mode that is not,
             forces act in the wrong sense (Painleve).
@@ -64,6 +42,7 @@ class ModeMotion:
     margin: float
     motion_margin: float
     proper: bool
+    joints: JointModes
 
     @property
     def admissible(self) -> bool:
@@ -74,14 +53,14 @@ class ModeMotion:
 def motion_in_modes(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     """Return acceleration (n_v) and contact forces (n_c, 2) in prescribed modes.
 
-        M a + h + D v - B u = J^T f
+        M a + h + D v - B u = J^T f + tau_f
         closed: J_n a + (dJ_n/dt) v = 0;  stick: J_t a + (dJ_t/dt) v = 0;  slip: f_t = -mu s f_n;  flight: f = 0
 
     Where contacts are redundant, the acceleration is the only one, and the forces are a division between them that
     keeps to the friction cones if there is one.
 
     Args:
-        dynamics: of the state.
+        dynamics: of the state, with the modes of its joints.
         modes: of every contact, (n_c).
     """
     forces, _, _ = _forces(dynamics, modes)
@@ -107,7 +86,7 @@ def rated_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotio
     tangential velocity can only slip along it or part; contacts that are not closed are in flight.
 
     Args:
-        dynamics: of the state.
+        dynamics: of the state, without dry friction of joints.
         closed: contacts that touch and have no normal velocity, (n_c) of bool.
     """
     choices = [_rated(dynamics, modes, closed) for modes in product(*_options(dynamics, closed))]
@@ -158,7 +137,7 @@ def _constraints(modes: Modes, friction: np.ndarray) -> tuple[np.ndarray, np.nda
         if mode is Mode.STICK:
             rows.append(2 * i + 1)
             columns.append(unit[2 * i + 1])
-    return np.array(rows, dtype=int), np.array(columns).reshape(-1, 2 * len(modes)).T
+    return np.array(rows, dtype=int), np.array(columns).reshape(len(rows), 2 * len(modes)).T
 
 
 def _forces(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, float, float]:
@@ -171,8 +150,8 @@ def _forces(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, float,
     bounds = _bounds(modes, dynamics.friction, spread)
     if rank < len(rows):
         solution = widest_split(solution, dynamics.jacobian.T @ spread, bounds, np.zeros(len(bounds)))
-    unmet = float(np.abs(matrix @ solution - wanted).max()) / _scale(dynamics.free)
-    return spread @ solution, float((bounds @ solution).min()) / _scale(solution), unmet
+    unmet = float(np.abs(matrix @ solution - wanted).max()) / scale_of(dynamics.free)
+    return spread @ solution, float((bounds @ solution).min()) / scale_of(solution), unmet
 
 
 def _bounds(modes: Modes, friction: np.ndarray, spread: np.ndarray) -> np.ndarray:
@@ -187,22 +166,25 @@ def _bounds(modes: Modes, friction: np.ndarray, spread: np.ndarray) -> np.ndarra
     return np.array(rows)
 
 
-def _rated(dynamics: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMotion:
+def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMotion:
+    chosen = joints_in_motion(without, lambda dynamics: _forces(dynamics, modes)[0])
+    dynamics = chosen.dynamics
     forces, margin, unmet = _forces(dynamics, modes)
     following = dynamics.free + dynamics.compliance @ forces
     needed = [-unmet]
     for i in np.flatnonzero(closed):
         if modes[i] is Mode.FLIGHT:
-            needed.append(normal_rows(following)[i] / _scale(dynamics.free))
+            needed.append(normal_rows(following)[i] / scale_of(dynamics.free))
         elif dynamics.friction[i] > 0 and abs(tangential_rows(dynamics.velocity)[i]) <= ZERO_TANGENTIAL_VELOCITY:
-            needed.append(modes[i].direction * tangential_rows(following)[i] / _scale(dynamics.free))
+            needed.append(modes[i].direction * tangential_rows(following)[i] / scale_of(dynamics.free))
     return ModeMotion(
         modes=modes,
         acceleration=dynamics.acceleration + dynamics.response @ forces,
         force=by_contact(forces),
-        margin=margin,
-        motion_margin=float(min(needed)),
+        margin=min(margin, chosen.margin),
+        motion_margin=float(min(*needed, chosen.motion_margin)),
         proper=is_proper(dynamics, modes),
+        joints=chosen.modes,
     )
 
 
@@ -243,7 +225,3 @@ def slips_are_proper(dynamics: ContactDynamics, closed: np.ndarray) -> bool:
     """
     slips = (Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)
     return all(is_proper(dynamics, modes) for modes in product(*(slips if on else (Mode.FLIGHT,) for on in closed)))
-
-
-def _scale(values: np.ndarray) -> float:
-    return 1.0 + float(np.abs(values).max(initial=0.0))

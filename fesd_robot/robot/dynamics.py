@@ -1,6 +1,7 @@
 """The equations of motion M(q) dv/dt + h(q, v) + D v + K (q - r) = τ and the energies as CasADi expressions.
 
-Damping D v and springs K (q - r) are expressions of their own; dry joint friction is not part of them.
+Damping D v and springs K (q - r) are expressions of their own; the set-valued dry friction of joints is none of them
+(`fesd_robot.contact.joint_friction`).
 """
 
 from __future__ import annotations

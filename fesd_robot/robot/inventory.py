@@ -60,7 +60,7 @@ def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
                 "effort": _limits(robot.lower_effort[v], robot.upper_effort[v]),
                 "damping": float(robot.model.damping[v]),
                 "armature": float(robot.model.armature[v]),
-                "dry friction": float(robot.model.upperDryFrictionLimit[v]),
+                "dry friction": float(robot.dry_friction_limits[v]),
                 "spring": springs.get(v),
             }
         yield row

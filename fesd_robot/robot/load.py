@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -47,6 +48,7 @@ def load_robot(
     coupled: Mapping[str, str] | None = None,
     armature: Mapping[str, float] | None = None,
     damping: Mapping[str, float] | None = None,
+    dry_friction: Mapping[str, float] | None = None,
     search_path: Path | None = None,
 ) -> Robot:
     """Return the robot described by a URDF, MJCF or SDF file.
@@ -61,12 +63,13 @@ def load_robot(
         armature: name of a joint, or of one of its velocity coordinates -> inertia added to the diagonal of the mass
             matrix, kg or kg m²; replaces what the file says. A joint's armature goes to all of its coordinates.
         damping: the same for the viscous damping d of the force -d v, N s/m or N m s/rad.
+        dry_friction: the same for the limit F of the dry friction -F Sgn(v), N or N m.
         search_path: folder that relative paths start from; the working directory if absent. ``package://`` addresses
             are looked up there, too.
 
     Raises:
-        RobotError: if the file is missing or cannot be read as it was meant, if a name is unknown, or if armature or
-            damping is negative.
+        RobotError: if the file is missing or cannot be read as it was meant, if a name is unknown, or if armature,
+            damping or dry friction is negative.
         JointError: if a joint cannot be locked or coupled.
     """
     if root not in ROOTS:
@@ -91,7 +94,7 @@ def load_robot(
         source=path,
         package_directories=package_directories(path, search_path),
     )
-    return with_joint_properties(robot, armature=armature or {}, damping=damping or {})
+    return with_joint_properties(robot, armature=armature or {}, damping=damping or {}, dry_friction=dry_friction or {})
 
 
 def _read(path: Path, root: Root) -> ModelFile:
@@ -150,18 +153,25 @@ def robot_from_model(read: ModelFile, *, source: Path, package_directories: tupl
         postures=read.postures,
         frame_names=list(dict.fromkeys(frame.name for frame in model.frames)),
         neutral=_frozen(pin.neutral(model)),
-        notes=(*read.notes, *_model_notes(model, velocity_names)),
+        notes=tuple(read.notes),
         shapes=read.shapes,
     )
 
 
-def with_joint_properties(robot: Robot, *, armature: Mapping[str, float], damping: Mapping[str, float]) -> Robot:
-    """Return the same robot with other values for the armature and the damping of some joints.
+def with_joint_properties(
+    robot: Robot,
+    *,
+    armature: Mapping[str, float],
+    damping: Mapping[str, float],
+    dry_friction: Mapping[str, float] | Literal[False],
+) -> Robot:
+    """Return the same robot with other values for the armature, the damping and the dry friction of some joints.
 
     Args:
         robot: stays as it is.
         armature: name of a joint or of a velocity coordinate -> inertia, kg or kg m².
         damping: the same for the viscous damping, N s/m or N m s/rad.
+        dry_friction: the same for the limit of the dry friction, N or N m; False for none at all.
 
     Raises:
         RobotError: for an unknown name, and for a value that is negative or not finite.
@@ -169,7 +179,14 @@ def with_joint_properties(robot: Robot, *, armature: Mapping[str, float], dampin
     model, targets = robot.model.copy(), _coordinates_by_name(robot.tree, robot.velocity_names)
     model.armature = _replaced("armature", model.armature, targets, armature)
     model.damping = _replaced("damping", model.damping, targets, damping)
-    return replace(robot, model=model)
+    limits, notes = robot.dry_friction_limits, robot.notes
+    if dry_friction is False:
+        sizes = [f"{name}: {size:.4g}" for name, size in robot.dry_friction.items()]
+        limits, notes = np.zeros_like(limits), (*notes, *note("Dry friction of joints ({}; N or N m).", sizes))
+    else:
+        limits = _replaced("dry friction", limits, targets, dry_friction)
+    model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -limits, limits
+    return replace(robot, model=model, notes=notes)
 
 
 def with_frames(robot: Robot, places: Mapping[str, tuple[str, np.ndarray]]) -> Robot:
@@ -318,9 +335,3 @@ def _without_sentinels(limits: np.ndarray) -> np.ndarray:
 def _frozen(array: np.ndarray) -> np.ndarray:
     array.flags.writeable = False
     return array
-
-
-def _model_notes(model: pin.Model, velocity_names: list[str]) -> list[str]:
-    sizes = np.abs(model.upperDryFrictionLimit)
-    concerned = [f"{name}: {size:.4g}" for name, size in zip(velocity_names, sizes, strict=True) if size]
-    return note("Dry joint friction ({}; N or N m) is not part of the equations of motion.", concerned)

@@ -25,8 +25,8 @@ class Robot:
         source: the file.
         format: how the file is written.
         package_directories: where ``package://`` addresses of meshes are looked up.
-        model: Pinocchio's model, with ``model.armature`` and ``model.damping`` set, without locked joints and with
-            coupled ones merged.
+        model: Pinocchio's model, with ``model.armature``, ``model.damping`` and the limits of dry friction set, without
+            locked joints and with coupled ones merged.
         tree: the same model as links, for the CasADi expressions.
         configuration_names: a name for every entry of q: the joint's name, or for joints with several entries
             ``joint.x .y .z .qx .qy .qz .qw`` (free flyer), ``joint.x .y .cos .sin`` (planar), ``joint.cos .sin``
@@ -98,6 +98,17 @@ class Robot:
             for link in self.tree.links
             if not link.mimics and (spring := self.joint_springs.get(link.name))
         ]
+
+    @property
+    def dry_friction_limits(self) -> np.ndarray:
+        """Limit F of the dry friction -F Sgn(v) of every velocity coordinate, N or N m, (nv,)."""
+        return np.abs(np.array(self.model.upperDryFrictionLimit))
+
+    @property
+    def dry_friction(self) -> dict[str, float]:
+        """Velocity coordinate -> limit of its dry friction, N or N m, of those that have some."""
+        limits = zip(self.velocity_names, self.dry_friction_limits.tolist(), strict=True)
+        return {name: limit for name, limit in limits if limit}
 
     @property
     def driven(self) -> np.ndarray:

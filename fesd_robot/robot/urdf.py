@@ -50,14 +50,25 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
 
 def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
     """Return what of the file does not enter the robot, one sentence each."""
-    damped = [
-        joint.get("name", "")
-        for joint in root.findall("joint")
-        if joint.get("name") in leaders and joint.find("dynamics[@damping]") is not None
-    ]
     return [
         *_transmission_notes(root, leaders),
-        *(f"The damping of joint '{name}', which follows '{leaders[name]}', is not read." for name in damped),
+        *_follower_notes(root, leaders),
+    ]
+
+
+def _follower_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
+    """Return the resistances of joints that follow others, which are not read, one sentence each."""
+    return [
+        f"The {what} of joint '{joint.get('name')}', which follows '{leaders[joint.get('name', '')]}', is not read: "
+        f"{size} {unit}."
+        for joint in root.findall("joint")
+        if joint.get("name") in leaders
+        for what, key, unit in (
+            ("damping", "damping", "N s/m or N m s/rad"),
+            ("dry friction", "friction", "N or N m"),
+        )
+        for dynamics in joint.findall(f"dynamics[@{key}]")
+        if _is_some(size := dynamics.get(key, ""))
     ]
 
 
@@ -136,6 +147,14 @@ def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) 
                 f"{path}: joint '{name}' mimics '{leader}', but Pinocchio, which sorts the joints on a link by name, "
                 f"reads '{name}' first; rename them, or make '{name}' a fixed joint."
             )
+
+
+def _is_some(number: str) -> bool:
+    """Whether a number is written that is not zero."""
+    try:
+        return float(number) != 0.0
+    except ValueError:
+        return True
 
 
 def _axis(joint: ElementTree.Element) -> list[float]:

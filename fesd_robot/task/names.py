@@ -170,6 +170,7 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     yield from _maps(
         ("robot", "armature", "joint", task.robot.armature),
         ("robot", "damping", "joint", task.robot.damping),
+        ("robot", "dry_friction", "joint", task.robot.dry_friction or {}),
         ("limits", "effort", "joint", task.limits.effort),
         ("initial", "configuration", _CONFIGURATION, task.initial.configuration),
         ("initial", "velocity", _VELOCITY, task.initial.velocity),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
 
 from fesd_robot.errors import ExpressionError
 from fesd_robot.task.expression import expression_names
@@ -38,6 +38,17 @@ def _check_force(value: Any) -> Any:
 
 Force = Annotated[str | float, BeforeValidator(_check_force), WithJsonSchema({"type": ["number", "string"]})]
 """A number, or an arithmetic expression in configuration names, see `fesd_robot.task.expression`."""
+
+
+def _kind_of_friction(value: Any) -> str:
+    return "none" if value is False else "limits"
+
+
+DryFriction = Annotated[
+    Annotated[Literal[False], Tag("none")] | Annotated[dict[Name, NonNegative], Tag("limits")],
+    Discriminator(_kind_of_friction),
+]
+"""Limits of the dry friction of joints that replace those of the model, or False for no dry friction at all."""
 
 
 class JointActuator(Section):
@@ -118,6 +129,11 @@ class Robot(Section):
     damping: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a joint -> viscous damping d of the force -d v, N s/m or N m s/rad; default: the model's.",
+    )
+    dry_friction: DryFriction = Field(
+        default_factory=dict,
+        description="Name of a joint -> limit F of its dry friction -F sgn(v), in [-F, F] where the joint does not "
+        "move, N or N m; default: the model's. 'false' leaves all dry friction of joints out.",
     )
     actuators: dict[Name, Actuator] | None = Field(
         default=None,

@@ -91,6 +91,32 @@ def test_efforts_do_the_work_of_the_controls(case: Case) -> None:
         assert power == pytest.approx(v[free] @ u[free], rel=1e-9, abs=1e-9)
 
 
+def test_joints_in_unison_share_their_dry_friction() -> None:
+    """The friction of a pair is shared by its limits; motors keep the power of the controls, whatever it is."""
+    case, random = Case("solo12"), np.random.default_rng(5)
+    limits = {"FL_KFE": 0.2, "FR_KFE": 0.4}
+    full = load_robot(SOLO, root="sagittal", dry_friction=limits)
+    row = case.robot.velocity_names.index("FL_KFE")
+    plane = Plane(slope=SLOPE)
+    scene = Scene(
+        {"ground": plane}, {"front": PointOnSurface("FL_FOOT", plane), "hind": PointOnSurface("HR_FOOT", plane)}
+    )
+    model = FullModel(case.robot, full, case.locked, case.coupled, scene)
+    friction = np.zeros((len(case.samples), case.robot.model.nv))
+    friction[:, row] = random.uniform(-0.6, 0.6, len(friction))
+    motion = model.motion(case.physics, case.samples, friction)
+    free = [k for k, name in enumerate(case.robot.velocity_names) if name not in case.robot.root_names]
+    for k, (_, v, u, _) in enumerate(case.samples):
+        assert motion.effort[k] @ motion.velocity[k] == pytest.approx(v[free] @ u[free], rel=1e-9, abs=1e-9)
+    # Held at one acceleration, the motor of each knee makes up for its own part.
+    still = [(q, np.zeros_like(v), u, f) for q, v, u, f in case.samples]
+    pushed = [(q, v, u - friction[k], f) for k, (q, v, u, f) in enumerate(still)]
+    rubbing, smooth = model.motion(case.physics, pushed, friction), model.motion(case.physics, still)
+    knees = [motion.joints.index(name) for name in limits]
+    change = (rubbing.effort - smooth.effort)[:, knees]
+    np.testing.assert_allclose(change, -friction[:, [row]] * [1 / 3, 2 / 3], atol=1e-9)
+
+
 def test_every_joint_is_listed_once(case: Case) -> None:
     """Locked joints stand at their value, followers beside their leaders, <mimic> joints at what the file says."""
     joints = case.motion.joints

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 from fesd_robot.errors import RobotError
-from fesd_robot.robot import load_robot
+from fesd_robot.robot import load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units, velocity_units
 
 MODELS = Path(__file__).parent / "models"
@@ -85,10 +85,21 @@ def test_neutral_is_a_configuration(case):
 
 
 def test_friction_that_is_left_out_is_noted():
-    """Dry friction in the file is in the notes; damping is not, as it enters the motion."""
-    notes = " ".join(load_robot(MODELS / "zoo.urdf").notes)
-    assert "damping" not in notes
-    assert "Dry joint friction (finger: 0.2; N or N m)" in notes
+    """Damping and dry friction enter the motion and are no notes; dry friction that is left out is one."""
+    robot = load_robot(MODELS / "zoo.urdf")
+    assert "friction" not in " ".join(robot.notes) and "damping" not in " ".join(robot.notes)
+    assert robot.dry_friction == {"finger": 0.2}
+    without = with_joint_properties(robot, armature={}, damping={}, dry_friction=False)
+    assert "Dry friction of joints (finger: 0.2; N or N m)." in without.notes
+    assert not without.dry_friction
+
+
+def test_dry_friction_is_replaced_by_name():
+    """A task's limits take the place of the file's, and the others stay."""
+    robot = load_robot(MODELS / "zoo.urdf", dry_friction={"piston": 3.0})
+    assert robot.dry_friction == {"piston": 3.0, "finger": 0.2}
+    with pytest.raises(RobotError, match="no joint 'pistn'"):
+        load_robot(MODELS / "zoo.urdf", dry_friction={"pistn": 3.0})
 
 
 def test_a_robot_is_frozen(hopper):

@@ -1,4 +1,4 @@
-"""What a contact does in an element, as the active factors of its conditions."""
+"""What a contact, or a joint with dry friction, does in an element, as the active factors of its conditions."""
 
 from __future__ import annotations
 
@@ -12,31 +12,39 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.polishing import ElementConditions
 
 ContactMode = tuple[ActiveFactor, ...]
-"""Active factors of the conditions of one contact."""
+"""Active factors of the conditions of one contact, or of the dry friction of one joint."""
 
 
 @dataclass(frozen=True)
 class ContactModes:
-    """The modes of one contact.
+    """The modes of one contact, or of one joint with dry friction, which is never in flight.
 
     Attributes:
-        name: of the contact.
+        name: of the contact, or of the joint.
         conditions: of the system.
-        members: which conditions are the contact's, as indices into `conditions.members`.
+        members: which conditions are its own, as indices into `conditions.members`.
+        is_joint: whether it is a joint.
     """
 
     name: str
     conditions: ElementConditions
     members: tuple[int, ...]
+    is_joint: bool = False
 
     @classmethod
     def of(cls, conditions: ElementConditions, branch: Branch) -> list[ContactModes]:
-        """Return the modes of every contact that has a condition of the position level."""
+        """Return the modes of every contact that has a condition of the position level, and of every joint."""
         found = [
             cls(name, conditions, tuple(i for i, label in enumerate(branch.conditions) if label.contact == name))
             for name in branch.contacts
         ]
-        return [one for one in found if one._positions]
+        joints = [cls(name, conditions, tuple(group), is_joint=True) for name, group in conditions.shares.items()]
+        return [*(one for one in found if one._positions), *joints]
+
+    @property
+    def in_words(self) -> str:
+        """What it is, with its name."""
+        return f"{'joint' if self.is_joint else 'contact'} '{self.name}'"
 
     @cached_property
     def _positions(self) -> list[int]:
@@ -60,8 +68,8 @@ class ContactModes:
         return tuple(ActiveFactor.H for _ in self.members)
 
     def is_flight(self, mode: ContactMode) -> bool:
-        """Whether the contact has no force."""
-        return all(mode[n] is ActiveFactor.H for n in self._positions)
+        """Whether the contact has no force; a joint is never in flight."""
+        return not self.is_joint and all(mode[n] is ActiveFactor.H for n in self._positions)
 
     @staticmethod
     def is_impact(mode: ContactMode) -> bool:

@@ -68,7 +68,14 @@ class _Change:
         return range(min(changed), max(changed) + 1)
 
 
-def moves(transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch) -> Iterator[Move]:
+def moves(
+    transcription: Transcription,
+    conditions: ElementConditions,
+    w: np.ndarray,
+    branch: Branch,
+    *,
+    joints: bool = False,
+) -> Iterator[Move]:
     """Yield the neighbours of a branch, contact by contact and switch by switch in time order.
 
     - A switch between two modes that lies on the boundary of two control intervals moves to the boundary before, the
@@ -81,17 +88,21 @@ def moves(transcription: Transcription, conditions: ElementConditions, w: np.nda
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
+    - If `joints` are asked for, one with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
         transcription: of a collocation scheme.
         conditions: what can vanish in an element.
         w: a point of it, (n).
         branch: on which it lies.
+        joints: whether those of joints with dry friction are among them; they follow the contacts.
     """
     placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
     changes: list[_Change] = []
     switches: list[list[Switch]] = []
     for modes in ContactModes.of(conditions, branch):
+        if modes.is_joint and not joints:
+            continue
         patterns = [pattern_of(modes, branch, own) for own in intervals]
         runs = runs_of(modes, patterns)
         switches.append(switches_of(modes, patterns, runs, placing))
@@ -106,7 +117,7 @@ def _shifted(switches: Sequence[Switch]) -> Iterator[_Change]:
     """Yield the changes that move one switch."""
     for switch in switches:
         for where, patterns in switch.choices.items():
-            what = f"{switch.name} of contact '{switch.modes.name}' in interval {switch.interval} {where}"
+            what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
             yield _Change(key, what, [(switch.modes, patterns)])
 
@@ -119,7 +130,7 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
                 patterns = {**begin.choices[where], **end.choices[where]}
                 if len(patterns) == len(begin.choices[where]) + len(end.choices[where]):
                     what = (
-                        f"{begin.name} and {end.name} of contact '{begin.modes.name}' in intervals {begin.interval} "
+                        f"{begin.name} and {end.name} of {begin.modes.in_words} in intervals {begin.interval} "
                         f"and {end.interval} {where}"
                     )
                     yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
@@ -145,10 +156,10 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
 
 
 def _in_words(group: Sequence[Switch]) -> str:
-    contacts = [f"'{switch.modes.name}'" for switch in group]
-    if len({switch.name for switch in group}) == 1:
+    if len({switch.name for switch in group}) == 1 and not any(switch.modes.is_joint for switch in group):
+        contacts = [f"'{switch.modes.name}'" for switch in group]
         return f"{group[0].name} of contacts {', '.join(contacts)}"
-    return " and ".join(f"{one.name} of contact {contact}" for one, contact in zip(group, contacts, strict=True))
+    return " and ".join(f"{one.name} of {one.modes.in_words}" for one in group)
 
 
 def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
@@ -159,8 +170,8 @@ def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
         same = len(neighbours) == 2 and neighbours[0] == neighbours[1]
         for mode in sorted(set(neighbours), key=str) if same or short else ():
             patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
-            kind = "flight" if modes.is_flight(run.mode) else "contact"
-            what = f"no {kind} of contact '{modes.name}' in intervals {run.first} to {run.last}"
+            kind = "flight" if modes.is_flight(run.mode) else "stick or slip" if modes.is_joint else "contact"
+            what = f"no {kind} of {modes.in_words} in intervals {run.first} to {run.last}"
             yield _Change((modes.name, n, "left out"), what, [(modes, patterns)])
 
 
@@ -170,7 +181,7 @@ def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
     for n, run in enumerate(runs):
         for mode in closed:
             if mode != run.mode and not modes.is_flight(run.mode):
-                what = f"stick or slip of contact '{modes.name}' swapped in intervals {run.first} to {run.last}"
+                what = f"stick or slip of {modes.in_words} swapped in intervals {run.first} to {run.last}"
                 patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
                 yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])
 
@@ -180,7 +191,7 @@ def _with_flight(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
     flight = next((run.mode for run in runs if modes.is_flight(run.mode)), modes.flight)
     for n, run in enumerate(runs):
         count = run.last - run.first + 1
-        if modes.is_flight(run.mode) or count < LEAST_STANCE:
+        if modes.is_joint or modes.is_flight(run.mode) or count < LEAST_STANCE:
             continue
         own = range(run.first + count // 3, run.last + 1 - count // 3)
         what = f"flight of contact '{modes.name}' in intervals {own[0]} to {own[-1]} inserted"

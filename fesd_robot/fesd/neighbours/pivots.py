@@ -34,7 +34,8 @@ class Pivots:
 
     - flight, if the contact has no force and wants none;
     - an impact, if the clock stands still and stays so;
-    - else contact; it slips to the side to which its velocity grows, and sticks if to none.
+    - else contact; it slips to the side to which its velocity grows, and sticks if to none;
+    - a joint with dry friction slides as it moves; at rest, to the side to which its velocity grows, or it sticks.
 
     Attributes:
         transcription: of a collocation scheme.
@@ -100,7 +101,10 @@ class Pivots:
         factors, rates, now = self.branch.factors[e], self._rates(e), self._quantities(self._now[e])
         for modes in self._contacts:
             mode = modes.of_factors(factors)
-            if self._leaves(modes, mode, rates):
+            if modes.is_joint:
+                if ActiveFactor.COMPLEMENT not in factors:
+                    factors = with_mode(modes, factors, self._joint_mode(modes, mode, rates, now))
+            elif self._leaves(modes, mode, rates):
                 factors = with_mode(modes, factors, self._mode(modes, mode, rates, now))
         return None if factors == self.branch.factors[e] else factors
 
@@ -112,6 +116,23 @@ class Pivots:
             if (rate if member.condition.vanishing else abs(rate)) > LEAST_RATE:
                 return True
         return False
+
+    def _joint_mode(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray, now: np.ndarray) -> ContactMode:
+        """Return the completed mode of a joint with dry friction; its own if the direction does not leave it."""
+        members = [self.conditions.members[i] for i in modes.members]
+        at_rest = all(np.abs(now[:, member.G]).max() <= ACTIVE for member in members)
+        moving = [rates[member.G] if at_rest else now[:, member.G].mean() for member in members]
+        pushes = [
+            rates[member.H] > LEAST_RATE
+            for member, factor in zip(members, mode, strict=True)
+            if factor is ActiveFactor.H
+        ]
+        if not any(pushes) and not (at_rest and any(abs(rate) > LEAST_RATE for rate in moving)):
+            return mode
+        return tuple(
+            ActiveFactor.H if member.direction * rate > LEAST_RATE else ActiveFactor.G
+            for member, rate in zip(members, moving, strict=True)
+        )
 
     def _mode(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray, now: np.ndarray) -> ContactMode:
         """Return the completed mode of a contact."""

@@ -40,7 +40,7 @@ class Surroundings:
     @cached_property
     def _in_flight(self) -> list[bool]:
         """Of every interval."""
-        modes = ContactModes.of(self.conditions, self.branch)
+        modes = [one for one in ContactModes.of(self.conditions, self.branch) if not one.is_joint]
         return [in_flight(modes, self.branch, own) for own in self._intervals]
 
     def window(self, intervals: range) -> range:

@@ -75,8 +75,12 @@ class BoundsBuilder:
             if without_length:
                 self._remove(e, factors if before is None else before)
                 continue
+            frozen = ActiveFactor.COMPLEMENT in factors
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
-                self._hold(e, member, factor, left, None if before is None else before[i])
+                if frozen and member.condition.share:
+                    self._vanish(e, i)
+                else:
+                    self._hold(e, member, factor, left, None if before is None else before[i])
             left, before = self._elements[e].points[-1], factors
         return BranchBounds(self._lower, self._upper, self._g_lower, self._g_upper)
 
@@ -103,6 +107,18 @@ class BoundsBuilder:
         for row in self._elements[e].state_rows[member.invariant_state]:  # index reduction
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
 
+    def _vanish(self, e: int, i: int) -> None:
+        """Hold a share of a clock that stands still at zero; the last one is what the row of the sum leaves it."""
+        member = self._conditions.members[i]
+        quantity = self._conditions.quantities[member.H]
+        for point in self._with_H(e, member):
+            if i not in self._conditions.rests:
+                self._clamp(quantity, point, 1, one_side=False)
+                continue
+            for variable in quantity.variables:
+                at = point.algebraic + variable - self._n_x
+                self._lower[at], self._upper[at] = -np.inf, np.inf
+
     def _with_H(self, e: int, member: ConditionFactors, left: PointIndices | None = None) -> list[PointIndices]:
         """Points at which H is part of a condition; a pair also has one at the start and at an own right end."""
         points = self._elements[e].points
@@ -114,8 +130,8 @@ class BoundsBuilder:
         """No length, no multipliers, and the states of the left boundary, whose bounds need not be repeated."""
         at = self._elements[e].step
         self._lower[at] = self._upper[at] = 0.0
-        for member, factor in zip(self._conditions.members, factors, strict=True):
-            if member.condition.vanishing or factor is ActiveFactor.H:
+        for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
+            if i not in self._conditions.rests and (member.condition.vanishing or factor is ActiveFactor.H):
                 for point in self._with_H(e, member):
                     self._clamp(self._conditions.quantities[member.H], point, 1, one_side=False)
         points = self._elements[e].points

@@ -78,6 +78,21 @@ class ElementConditions:
         """One a member."""
         return tuple(member.condition.label for member in self.members)
 
+    @cached_property
+    def shares(self) -> dict[str, list[int]]:
+        """Name of a joint -> its members whose H are shares of the clock's rate."""
+        groups: dict[str, list[int]] = {}
+        for i, member in enumerate(self.members):
+            if member.condition.share:
+                assert member.condition.label.joint is not None
+                groups.setdefault(member.condition.label.joint, []).append(i)
+        return groups
+
+    @cached_property
+    def rests(self) -> frozenset[int]:
+        """Of the shares of every joint the last one: where the others vanish the row of their sum determines it."""
+        return frozenset(group[-1] for group in self.shares.values())
+
     def variables(self, quantity: int) -> set[int]:
         """Return the variables of which a quantity is a sum, empty if it is none."""
         return set(self.quantities[quantity].variables)

@@ -45,8 +45,9 @@ def read_branch(
             if member.invariant_state is not None:
                 heights = [size.points[:, member.G].max() for size in sizes]
                 _close_grazing_flights(position, at, heights, without_length, grazing)
-    factors = [tuple(_velocity_level(size, own)) for size, own in zip(sizes, position, strict=True)]
-    return Branch(conditions.labels, tuple(factors), without_length)
+    factors = [_velocity_level(size, own) for size, own in zip(sizes, position, strict=True)]
+    _settle_shares(conditions, sizes, factors, without_length)
+    return Branch(conditions.labels, tuple(tuple(own) for own in factors), without_length)
 
 
 def drop_elements(branch: Branch, elements: Sequence[Element], steps: np.ndarray) -> Branch | None:
@@ -156,6 +157,29 @@ def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]
     for contact in positive:
         _release(sizes, factors, multipliers, contact)
     return _without_repetition(conditions, factors)
+
+
+def _settle_shares(
+    conditions: ElementConditions,
+    sizes: Sequence[ElementSizes],
+    factors: list[list[ActiveFactor]],
+    without_length: tuple[bool, ...],
+) -> None:
+    """Let one share of every joint that the clock's rate is split into be free, and shares of impacts be as before.
+
+    Where all shares of a joint would vanish, that with the smallest G does not. While the clock stands still they mean
+    nothing, and are those of the element before, or after if it is the first.
+    """
+    for group in conditions.shares.values():
+        for size, own in zip(sizes, factors, strict=True):
+            if all(own[i] is ActiveFactor.H for i in group):
+                own[group[int(np.argmin([size.G(conditions.members[i]) for i in group]))]] = ActiveFactor.G
+        running = [e for e, own in enumerate(factors) if ActiveFactor.COMPLEMENT not in own and not without_length[e]]
+        for e, own in enumerate(factors):
+            if running and e not in running:
+                source = max((r for r in running if r < e), default=running[0])
+                for i in group:
+                    own[i] = factors[source][i]
 
 
 def _without_repetition(conditions: ElementConditions, factors: list[ActiveFactor]) -> list[ActiveFactor]:

@@ -200,7 +200,9 @@ class _ModeEquations:
         conditions, system = self.conditions, self.transcription.ocp.system
         n_x, held, replaced = system.state.numel(), set(), set()
         sides: set[tuple[int, int]] = set()
-        for member, factor in zip(conditions.members, factors, strict=True):
+        frozen = ActiveFactor.COMPLEMENT in factors
+        for member, own in zip(conditions.members, factors, strict=True):
+            factor = ActiveFactor.H if frozen and member.condition.share else own
             at = member.quantity(factor)
             if factor is ActiveFactor.G and member.invariant_state is not None:
                 replaced.add(system.state_names[member.invariant_state])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 
 from fesd_robot.plans.columns import columns_of
 from fesd_robot.plans.exports.format import ExportFormat
@@ -18,8 +19,14 @@ def csv_table(plan: Plan) -> bytes:
     """
     columns, stream = columns_of(plan), io.StringIO(newline="")
     writer = csv.writer(stream)
-    writer.writerow([*columns, *(f"{name} mode" for name in plan.contacts)])
-    modes = [contact.mode for contact in plan.contacts.values()]
+    joints = plan.joint_friction
+    writer.writerow(
+        [*columns, *(f"{name} mode" for name in plan.contacts), *(f"{name} dry friction mode" for name in joints)]
+    )
+    modes: list[Sequence[str]] = [
+        *(contact.mode for contact in plan.contacts.values()),
+        *(joint.mode for joint in joints.values()),
+    ]
     for row in zip(*[values.tolist() for values in columns.values()], *modes, strict=True):
         writer.writerow([repr(value) if isinstance(value, float) else value for value in row])
     return stream.getvalue().encode()

@@ -10,13 +10,18 @@ from fesd_robot.plans.plan import Plan
 
 
 def json_columns(plan: Plan) -> bytes:
-    """Return name, verdict, columns by name with unit, which controls they hold, and modes of contacts."""
+    """Return name, verdict, columns by name with unit, which controls they hold, and modes.
+
+    Modes are those of contacts, and of joints with dry friction if there are any.
+    """
+    joints = plan.joint_friction
     content = {
         "name": plan.name,
         "solved": plan.status.solved,
         "controls": CONTROL_CONVENTION,
         "columns": {name: values.tolist() for name, values in columns_of(plan).items()},
         "modes": {name: contact.mode for name, contact in plan.contacts.items()},
+        **({"joint_modes": {name: joint.mode for name, joint in joints.items()}} if joints else {}),
     }
     return (json.dumps(content, indent=1) + "\n").encode()
 

@@ -17,7 +17,8 @@ def npz_arrays(plan: Plan) -> bytes:
 
     ``control`` has a row for every interval, and ``control_interval`` the row that acts at every sample, by
     `fesd_robot.plans.columns.CONTROL_CONVENTION`. ``joint_position``, ``joint_velocity`` and ``joint_effort``,
-    (n, number of joints), ``base``, (n, 7), and the forces on feet are those of the model file.
+    (n, number of joints), ``base``, (n, 7), and the forces on feet are those of the model file. ``dry_friction`` is
+    the force of the dry friction of the velocity coordinates ``dry_friction_names``, if there are any.
     """
     trajectory = plan.trajectory
     arrays = {
@@ -35,11 +36,21 @@ def npz_arrays(plan: Plan) -> bytes:
         "normal_force": np.column_stack([contact.normal_force for contact in plan.contacts.values()]),
         "tangential_force": np.column_stack([contact.tangential_force for contact in plan.contacts.values()]),
         "mode": np.column_stack([contact.mode for contact in plan.contacts.values()]),
+        **(_dry_friction_arrays(plan) if plan.joint_friction else {}),
         **(_full_model_arrays(plan.full_model) if plan.full_model else {}),
     }
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
     return content.getvalue()
+
+
+def _dry_friction_arrays(plan: Plan) -> dict[str, np.ndarray]:
+    joints = plan.joint_friction.values()
+    return {
+        "dry_friction_names": np.array(list(plan.joint_friction)),
+        "dry_friction": np.column_stack([joint.force for joint in joints]),
+        "dry_friction_mode": np.column_stack([joint.mode for joint in joints]),
+    }
 
 
 def _full_model_arrays(model: FullModelMotion) -> dict[str, np.ndarray]:

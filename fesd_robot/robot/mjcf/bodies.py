@@ -109,7 +109,7 @@ class _Builder:
         else:
             moving, back = _sliding(axis), pin.SE3(np.eye(3), -reference * axis)
         limits = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.inf, np.inf)
-        friction = np.array([model.dof_frictionloss[v]])
+        friction = np.zeros(1) if disabled(model, "FRICTIONLOSS") else np.array([model.dof_frictionloss[v]])
         added = result.addJoint(
             place.joint,
             moving,

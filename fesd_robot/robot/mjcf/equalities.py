@@ -59,7 +59,8 @@ def joint_equalities(path: Path, model: mujoco.MjModel) -> list[Follower]:
 def with_followers(
     path: Path, model: pin.Model, springs: Mapping[str, Spring], followers: Sequence[Follower]
 ) -> tuple[pin.Model, dict[str, Spring]]:
-    """Return a model in which joints follow others, with their springs, damping and armature on their leaders.
+    """Return a model in which joints follow others, with their springs, damping, armature and dry friction on
+    their leaders.
 
     Raises:
         RobotError: a leader that follows another joint itself, or a joint that follows two.
@@ -76,6 +77,9 @@ def with_followers(
         for name in ("armature", "damping"):
             values = getattr(model, name)
             set_entries(model, name, w, [values[w] + one.ratio**2 * values[v]])
+        for name in ("lowerDryFrictionLimit", "upperDryFrictionLimit"):
+            values = getattr(model, name)
+            set_entries(model, name, w, [values[w] + abs(one.ratio) * values[v]])
         model = pin.transformJointIntoMimic(model, leader, follower, one.ratio, one.offset)
         if one.name in combined:
             own = combined.get(one.leader, Spring(0.0, 0.0))
