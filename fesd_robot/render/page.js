@@ -20,12 +20,19 @@
     const packed = Uint8Array.from(text, (character) => character.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-    const lengths = new DataView(bytes.buffer);
-    const parts = [];
-    for (let at = 0; at < bytes.length;) {
-      const length = lengths.getUint32(at, true);
-      parts.push(bytes.subarray(at + 4, at + 4 + length));
-      at += 4 + length;
+    const numbers = new DataView(bytes.buffer);
+    let at = 0;
+    const next = () => { at += 4; return numbers.getUint32(at - 4, true); };
+    const pieces = [], parts = [];
+    for (let left = next(); left > 0; left--) {
+      const length = next();
+      pieces.push(bytes.subarray(at, at + length));
+      at += length;
+    }
+    while (at < bytes.length) {
+      const own = [];
+      for (let left = next(); left > 0; left--) own.push(pieces[next()]);
+      parts.push(new Uint8Array(await new Blob(own).arrayBuffer()));
     }
     return parts;
   }

@@ -23,6 +23,7 @@ from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
+from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.scene import add_robot, add_traces, view_box
 from fesd_robot.render.terrain import GroundVisual
@@ -101,7 +102,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     add_floor(window, ground, floor, top=float(box[1, 2]))
     add_traces(window, paths, radius=thickness)
     add_circles(window, model, configuration[0], content.circles, thickness)
-    add_robot(window, model, visual_model, motion)
+    add_robot(window, model, visual_model, motion, Meshes(motion.size))
 
     settings: dict[str, object] = {"start": float(time[0]), "duration": float(motion.time[-1]), "box": box.tolist()}
     settings["ticks"] = tick_labels(ground, floor)
@@ -111,7 +112,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
         facts=_facts(content.facts),
         legend=_legend(list(paths), floor.spacing),
         settings=json.dumps(settings),
-        scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=9, mtime=0)).decode("ascii"),
+        scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=6, mtime=0)).decode("ascii"),
     )
     encoded = page.encode("utf-8")
     if len(encoded) > LARGE_PAGE:

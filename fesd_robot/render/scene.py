@@ -13,6 +13,7 @@ from meshcat.path import Path
 
 from fesd_robot.render.animation import Motion, joint_tracks
 from fesd_robot.render.geometry import make_visual, mesh
+from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import color_number, series_color
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
@@ -30,7 +31,9 @@ def view_box(motion: Motion, traces: Mapping[str, np.ndarray], ground: GroundVis
     return np.array([low, high])
 
 
-def add_robot(window: SceneWindow, model: pin.Model, visual_model: pin.GeometryModel, motion: Motion) -> None:
+def add_robot(
+    window: SceneWindow, model: pin.Model, visual_model: pin.GeometryModel, motion: Motion, meshes: Meshes
+) -> None:
     """Add one node per joint, nested as in the kinematic tree, the geometry below it, and the animation.
 
     Only joint nodes move: placement and scale of the geometry stay in nodes of their own, which keeps mirrored
@@ -44,7 +47,7 @@ def add_robot(window: SceneWindow, model: pin.Model, visual_model: pin.GeometryM
         if tracks:
             animation.clips[path] = AnimationClip(tracks=tracks, fps=1, name=f"joint {joint}")
     for index, geometry_object in enumerate(visual_model.geometryObjects):
-        visual = make_visual(geometry_object)
+        visual = make_visual(geometry_object, meshes)
         if visual is not None:
             parent = paths[geometry_object.parentJoint].entries
             path = Path((*parent, f"shape {index} {_label(geometry_object.name)}"))
