@@ -116,6 +116,8 @@ def read_mesh(file: Path, scale: np.ndarray) -> Mesh | None:
     """
     try:
         read = trimesh.load(file, force="mesh", process=False)
+        if not isinstance(read, trimesh.Trimesh):
+            return None
         read.merge_vertices(merge_tex=True, merge_norm=True)
         mesh = Mesh(scale * np.asarray(read.vertices), np.asarray(read.faces, dtype=np.int64))
     except Exception as error:  # the readers raise whatever their XML or text parsers do

@@ -10,6 +10,7 @@ from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint
 from fesd_robot.task.contacts import BodyContact, CircleCircleContact
 from fesd_robot.task.costs import COST_TERMS
+from fesd_robot.task.distances import DistanceConstraint
 from fesd_robot.task.endpoints import Initial
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.fields import AXES, NameKind
@@ -213,6 +214,9 @@ def _constraint_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
             yield ("constraints", name, "frame"), "frame", constraint.frame
+        elif isinstance(constraint, DistanceConstraint):
+            for key, body in constraint.body_names.items():
+                yield ("constraints", name, *key), "frame", body
         else:
             yield ("constraints", name, "contact"), "contact", constraint.contact
 
