@@ -5,10 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
+import pytest
 
 from fesd_robot.ocp import load_task_robot
 from fesd_robot.planner import plan
 from fesd_robot.plans.body_distances import BodyDistances
+from fesd_robot.plans.overlaps import LEAST_DEPTH
+from fesd_robot.plans.report import report
+from fesd_robot.robot import Robot
 from fesd_robot.task import load_task
 from fesd_robot.task.distances import DistanceConstraint
 
@@ -22,6 +27,7 @@ MODEL = """\
         <joint name="elbow" axis="0 -1 0" range="-170 170" damping="0.1"/>
         <geom name="lower" type="capsule" fromto="0 0 -0.06 0 0 -0.5" size="0.02" mass="1"/>
         <site name="tip" pos="0 0 -0.5"/>
+        <body name="hook" pos="0 0 -0.62"><geom name="hook" type="sphere" size="0.05" mass="0.1"/></body>
       </body>
     </body>
   </worldbody>
@@ -32,6 +38,7 @@ MODEL = """\
 TASK = """\
 name: arm
 robot: {model: arm.xml}
+ground: {height: 0.15}
 contacts: {tip: {frame: tip}}
 horizon: {duration: 1, intervals: 5}
 initial: {configuration: {shoulder: -0.8, elbow: 0.4}}
@@ -46,7 +53,8 @@ constraints:
 def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     """The lower link keeps its distance at every stage and between them, to 1e-6 m, and comes as near as it may.
 
-    Without the constraint it would hit the stone, and the motion would cost less.
+    Without the constraint it would hit the stone, and the motion would cost less. A hook below the tip that no contact
+    keeps above the ground goes through it: the plan says so, how deep, and is solved all the same.
     """
     (tmp_path / "arm.xml").write_text(MODEL, encoding="utf-8")
     (tmp_path / "arm.yaml").write_text(TASK, encoding="utf-8")
@@ -62,5 +70,20 @@ def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
         samples = np.column_stack([found.trajectory.configuration[name] for name in robot.configuration_names])
         least.append(min(measure.least(q) for q in samples) - stone.minimum)
         costs.append(found.statistics.objective)
+        hook = robot.frame_id("hook")
+        depths = [0.15 + 0.05 - _height(robot, hook, q) for q in samples]
+        (warning,) = found.warnings or [""]
+        assert bool(warning) == (max(depths) > LEAST_DEPTH) and warning in report(found)
+        if warning:
+            assert "body 'hook' is" in warning
+            depth = float(warning.partition("is ")[2].partition(" m below")[0])
+            assert depth == pytest.approx(max(depths), abs=2e-4)
+    assert max(depths) > LEAST_DEPTH
     assert -1e-6 <= least[0] <= 1e-4 and least[1] < -0.05
     assert costs[0] > costs[1]
+
+
+def _height(robot: Robot, frame: int, q: np.ndarray) -> float:
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    return float(data.oMf[frame].translation[2])

@@ -233,6 +233,7 @@ class Plan(Record):
         outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
             earlier version wrote, which did not measure it.
         replay: how far rigid bodies with the plan's controls come from it; None in plans that do not say it.
+        warnings: sentences about bodies that go below the ground or into each other where no contact keeps them out.
         finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
             that do not have it.
     """
@@ -253,4 +254,5 @@ class Plan(Record):
     full_model: FullModelMotion | None = None
     outcome: Outcome | None = None
     replay: ReplaySummary | None = None
+    warnings: list[str] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None
