@@ -17,6 +17,9 @@ from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, PointCon
 LEAST_DEPTH = 1e-3
 """m; shapes are seldom truer than this."""
 
+NEAR = 1.5
+"""What is near a place that touches is within this many times a depth of it."""
+
 MOST_STATES = 1000
 """States of a motion that are looked at, evenly spread."""
 
@@ -99,20 +102,29 @@ class _Overlaps:
                 yield ("", *sorted(pair)), depth
 
     def _touches(self, surface: str, one: Depth, feet: float) -> bool:
-        """Whether a contact stands for a body below a surface: it is on the body, or near where the body is deepest.
+        """Whether a contact stands for a body below a surface.
 
-        Near is within one and a half times the depth, of the body or of those with a contact, m.
+        It does if it is on the body, or if the body is deepest near the place that touches, and that place is in the
+        body, or the contact's own body is about as deep.
+
+        Args:
+            surface: name.
+            one: how deep the body is.
+            feet: how deep the deepest body with a contact is, m.
         """
         if (surface, one.body) in self._feet:
             return True
         deepest = one.place - one.radius * self._normals[surface](one.place)
         for contact in self._contacts:
-            if contact.surface == surface:
-                place = self._data.oMf[self._robot.frame_id(contact.touching_frame)].translation
-                radius = contact.radius if isinstance(contact, CircleContact) else 0.0
-                away = float(np.hypot(*(deepest - place)[[0, 2]]))
-                if away <= radius + 1.5 * max(one.depth, feet) + LEAST_DEPTH:
-                    return True
+            if contact.surface != surface:
+                continue
+            place = self._data.oMf[self._robot.frame_id(contact.touching_frame)].translation
+            radius = contact.radius if isinstance(contact, CircleContact) else 0.0
+            away = float(np.hypot(*(deepest - place)[[0, 2]])) - radius - LEAST_DEPTH
+            if away <= NEAR * feet:
+                return True
+            if away <= NEAR * one.depth and self._shapes.gap(one.shape, place) <= LEAST_DEPTH:
+                return True
         return False
 
     def _bodies(self, frame: str) -> list[str]:

@@ -97,6 +97,20 @@ class BodyShapes:
             result.append(Depth(shape.body, number, float(-gaps[worst]), world[:, worst], radius))
         return result
 
+    def gap(self, number: int, place: np.ndarray) -> float:
+        """Return the distance of a place from a shape's hull in the configuration `depths` was asked for last, m.
+
+        Args:
+            number: of the shape.
+            place: in the world, m, (3).
+        """
+        shape = self._shapes[number]
+        pose = self._data.oMf[self._robot.frame_id(shape.body)] * shape.placement
+        at, point = coal.Transform3s(pose.rotation, pose.translation), coal.Transform3s(np.eye(3), place)
+        hull = self._geometry.geometryObjects[number].geometry
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        return float(coal.distance(hull, at, coal.Sphere(0.0), point, request, result))
+
     def _depths(self, q: np.ndarray) -> np.ndarray:
         pin.computeDistances(self._robot.model, self._data, self._geometry, self._geometry_data, q)
         return np.array([-result.min_distance for result in self._geometry_data.distanceResults])
