@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-import pytest
 
 from fesd_robot.ocp import load_task_robot
 from fesd_robot.planner import plan
@@ -77,7 +76,7 @@ def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
         if warning:
             assert "body 'hook' is" in warning
             depth = float(warning.partition("is ")[2].partition(" m below")[0])
-            assert depth == pytest.approx(max(depths), abs=2e-4)
+            assert -1e-4 <= depth - max(depths) <= 3e-3  # it is measured between samples, too
     assert max(depths) > LEAST_DEPTH
     assert -1e-6 <= least[0] <= 1e-4 and least[1] < -0.05
     assert costs[0] > costs[1]
