@@ -37,7 +37,7 @@ MODEL = """\
 TASK = """\
 name: arm
 robot: {model: arm.xml}
-ground: {height: 0.15}
+ground: {height: 0.25}
 contacts: {tip: {frame: tip}}
 horizon: {duration: 1, intervals: 5}
 initial: {configuration: {shoulder: -0.8, elbow: 0.4}}
@@ -52,8 +52,8 @@ constraints:
 def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     """The lower link keeps its distance at every stage and between them, to 1e-6 m, and comes as near as it may.
 
-    Without the constraint it would hit the stone, and the motion would cost less. A hook below the tip that no contact
-    keeps above the ground goes through it: the plan says so, how deep, and is solved all the same.
+    A hook below the tip that no contact keeps above the ground goes through it: the plan says so, how deep, and is solved
+    all the same.
     """
     (tmp_path / "arm.xml").write_text(MODEL, encoding="utf-8")
     (tmp_path / "arm.yaml").write_text(TASK, encoding="utf-8")
@@ -61,25 +61,17 @@ def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     stone = task.constraints["stone"]
     assert isinstance(stone, DistanceConstraint)
     measure = BodyDistances(robot, stone)
-    least, costs = [], []
-    for overrides in ([], ["constraints={}"]):
-        found = plan(load_task(tmp_path / "arm.yaml", overrides))
-        assert found.status.solved, found.status.message
-        assert found.audit.max_constraint_violation is not None and found.audit.max_constraint_violation <= 1e-6
-        samples = np.column_stack([found.trajectory.configuration[name] for name in robot.configuration_names])
-        least.append(min(measure.least(q) for q in samples) - stone.minimum)
-        costs.append(found.statistics.objective)
-        hook = robot.frame_id("hook")
-        depths = [0.15 + 0.05 - _height(robot, hook, q) for q in samples]
-        (warning,) = found.warnings or [""]
-        assert bool(warning) == (max(depths) > LEAST_DEPTH) and warning in report(found)
-        if warning:
-            assert "body 'hook' is" in warning
-            depth = float(warning.partition("is ")[2].partition(" m below")[0])
-            assert -1e-4 <= depth - max(depths) <= 3e-3  # it is measured between samples, too
-    assert max(depths) > LEAST_DEPTH
-    assert -1e-6 <= least[0] <= 1e-4 and least[1] < -0.05
-    assert costs[0] > costs[1]
+    found = plan(load_task(tmp_path / "arm.yaml"))
+    assert found.status.solved, found.status.message
+    assert found.audit.max_constraint_violation is not None and found.audit.max_constraint_violation <= 1e-6
+    samples = np.column_stack([found.trajectory.configuration[name] for name in robot.configuration_names])
+    assert -1e-6 <= min(measure.least(q) for q in samples) - stone.minimum <= 1e-4
+    hook = robot.frame_id("hook")
+    deepest = max(0.25 + 0.05 - _height(robot, hook, q) for q in samples)
+    (warning,) = found.warnings
+    assert "body 'hook' is" in warning and warning in report(found) and deepest > LEAST_DEPTH
+    depth = float(warning.partition("is ")[2].partition(" m below")[0])
+    assert -1e-4 <= depth - deepest <= 3e-3  # it is measured between samples, too
 
 
 def _height(robot: Robot, frame: int, q: np.ndarray) -> float:
