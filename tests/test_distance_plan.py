@@ -52,8 +52,8 @@ constraints:
 def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     """The lower link keeps its distance at every stage and between them, to 1e-6 m, and comes as near as it may.
 
-    A hook below the tip that no contact keeps above the ground goes through it: the plan says so, how deep, and is solved
-    all the same.
+    A hook below the tip that no contact keeps above the ground goes through it: the plan says so, and how deep, and is
+    solved all the same.
     """
     (tmp_path / "arm.xml").write_text(MODEL, encoding="utf-8")
     (tmp_path / "arm.yaml").write_text(TASK, encoding="utf-8")
@@ -65,7 +65,7 @@ def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     assert found.status.solved, found.status.message
     assert found.audit.max_constraint_violation is not None and found.audit.max_constraint_violation <= 1e-6
     samples = np.column_stack([found.trajectory.configuration[name] for name in robot.configuration_names])
-    assert -1e-6 <= min(measure.least(q) for q in samples) - stone.minimum <= 1e-4
+    assert -1e-6 <= min(measure.least(q) for q in samples) - stone.minimum <= 1e-3  # nearest between samples
     hook = robot.frame_id("hook")
     deepest = max(0.25 + 0.05 - _height(robot, hook, q) for q in samples)
     (warning,) = found.warnings
