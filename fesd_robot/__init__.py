@@ -15,8 +15,9 @@ finds when contact happens, and returns the motion in physical time with forces,
     >>> print(report(jump).splitlines()[0])
     # hopper_one_jump
 
-Tasks: `load_task` -> `Task`, `explain`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`, `export_plan`,
-`render_plan`, `report`. Every error that a user can meet is a `FesdRobotError`, and its message says what to change.
+Tasks: `load_task` -> `Task`, `explain`, `draw_task`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`,
+`export_plan`, `render_plan`, `report`. Every error that a user can meet is a `FesdRobotError`, and its message says
+what to change.
 
 Three rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
 (discretisation with switch detection, `simulate`) and `mpcc` (mathematical programs with complementarity constraints).
@@ -47,6 +48,7 @@ __all__ = [
     "Task",
     "TaskError",
     "dcs",
+    "draw_task",
     "explain",
     "export_plan",
     "fesd",
@@ -62,7 +64,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from fesd_robot import dcs, fesd, mpcc
-    from fesd_robot.actions import explain, export_plan, render_plan
+    from fesd_robot.actions import draw_task, explain, export_plan, render_plan
     from fesd_robot.errors import (
         DimensionError,
         ExpressionError,
@@ -89,7 +91,7 @@ else:
             "fesd_robot.dcs": ["dcs"],
             "fesd_robot.fesd": ["fesd", "simulate", "SimulationError"],
             "fesd_robot.mpcc": ["mpcc"],
-            "fesd_robot.actions": ["explain", "export_plan", "render_plan"],
+            "fesd_robot.actions": ["draw_task", "explain", "export_plan", "render_plan"],
             "fesd_robot.errors": [
                 "DimensionError",
                 "ExpressionError",

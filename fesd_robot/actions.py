@@ -37,6 +37,38 @@ def explain(task: Task) -> str:
     return explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
 
 
+def draw_task(task: Task, page: Path | str) -> Path:
+    """Draw a task before it is planned: a web page with start, goal, ground, contacts, frames, shapes and obstacles.
+
+    Args:
+        task: from `load_task`.
+        page: the HTML file to write, or the folder for ``task.html``.
+
+    Returns:
+        the file.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+        RobotError: the shapes of the robot cannot be read.
+        PlanFileError: the file cannot be written.
+    """
+    from fesd_robot.ocp import formulate  # the rooms that formulate take longest to import
+    from fesd_robot.render.still import write_task_page
+
+    path = page_path(page, "task.html")
+    motion = formulate(task)
+    try:
+        return write_task_page(motion, path)
+    except OSError as error:
+        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def page_path(page: Path | str, name: str) -> Path:
+    """Return the file of a page: the one that is named, or the one of this name in a folder."""
+    path = Path(page)
+    return path if path.suffix.lower() in (".html", ".htm") and not path.is_dir() else path / name
+
+
 def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = None) -> list[Path]:
     """Draw a plan: a web page that plays the motion, ``plan.html``, and the figures, ``figures/``.
 

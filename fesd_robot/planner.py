@@ -20,6 +20,7 @@ from fesd_robot.local_search import searched
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
+from fesd_robot.plans.overlaps import overlaps_of_motion
 from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import Effort, statistics_of
 from fesd_robot.plans.tables import settings_line
@@ -166,7 +167,8 @@ def attempt(
     )
     summary = replay_summary(solved.replay, motion.robot.velocity_names)
     elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
-    return plan.model_copy(update={"replay": summary, "finite_elements": elements})
+    warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+    return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

@@ -25,3 +25,13 @@ Overrides = Annotated[
 ]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing unless something goes wrong.")]
+
+Page = Annotated[
+    Path | None,
+    typer.Option(
+        "--page",
+        metavar="FILE.html",
+        help="Draw it, too, as a web page that needs no network: a file, or the folder for it.",
+        show_default=False,
+    ),
+]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fesd_robot.cli.arguments import Page
 from fesd_robot.explanation.table import aligned
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ def robots(
     sagittal: Annotated[
         bool, typer.Option("--sagittal", help="Propose what to lock and couple so that a model moves in the x-z plane.")
     ] = False,
+    page: Page = None,
 ) -> None:
     """List the robots that a task can name as example-robot-data:NAME, or what a task can name of a model.
 
@@ -57,10 +59,12 @@ def robots(
             _propose_sagittal(pattern, as_json=as_json)
         else:
             _show_model(pattern, frames=frames, shapes=shapes, as_json=as_json)
+        if page is not None:
+            _draw_model(pattern, page, quiet=as_json or sagittal)
         return
-    if frames or shapes or sagittal:
+    if frames or shapes or sagittal or page:
         raise typer.BadParameter(
-            "found no model for --frames, --shapes or --sagittal, expected a file, package://NAME/PATH or "
+            "found no model for --frames, --shapes, --sagittal or --page, expected a file, package://NAME/PATH or "
             "example-robot-data:NAME"
         )
     from fesd_robot.robot.catalogue import catalogue
@@ -116,6 +120,21 @@ def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> No
     if robot.notes:
         typer.echo("\nLeft out:")
         typer.echo("\n".join(f"  {note}" for note in robot.notes))
+
+
+def _draw_model(source: str, page: Path, *, quiet: bool) -> None:
+    from fesd_robot.actions import page_path
+    from fesd_robot.errors import PlanFileError
+    from fesd_robot.render.still import write_robot_page
+    from fesd_robot.robot import load_robot
+
+    path = page_path(page, "robot.html")
+    try:
+        write_robot_page(load_robot(source), path)
+    except OSError as error:
+        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
+    if not quiet:
+        typer.echo(f"\nwritten to {path}")
 
 
 def _propose_sagittal(source: str, *, as_json: bool) -> None:

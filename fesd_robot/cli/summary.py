@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,11 +10,11 @@ if TYPE_CHECKING:
     from fesd_robot.plans import Plan
     from fesd_robot.plans.outcome import Outcome
 
-SHOWN_CONTACTS = 3
+SHOWN_CONTACTS, SHOWN_WARNINGS = 3, 3
 
 
 def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
-    """Return the verdict, by how much the goal is missed, what the contacts did, the effort, and the files.
+    """Return the verdict, warnings, by how much the goal is missed, what the contacts did, the effort, and the files.
 
     Args:
         folder: where the files are.
@@ -25,12 +26,22 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
         f"{plan.name}: {plan.status.message}",
+        *warning_lines(plan.warnings),
         *(outcome_lines(plan.outcome) if plan.outcome else []),
         f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
         f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
         *_attempts(plan),
         f"written to {shown}: {', '.join(names)}",
     ]
+
+
+def warning_lines(warnings: Sequence[str]) -> list[str]:
+    """Return the first warnings, and how many more there are."""
+    from fesd_robot.plans.outcome_words import count
+
+    more = len(warnings) - SHOWN_WARNINGS
+    lines = [f"warning: {warning}" for warning in warnings[:SHOWN_WARNINGS]]
+    return [*lines, f"and {count(more, 'more warning')}, see report.md"] if more > 0 else lines
 
 
 def _attempts(plan: Plan) -> list[str]:

@@ -13,6 +13,7 @@ from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.ocp.standing import posture_of, touching_configuration
 from fesd_robot.ocp.vectors import mirrored
+from fesd_robot.plans.overlaps import overlaps
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.robot.units import configuration_units
@@ -57,6 +58,7 @@ def task_warnings(motion: MotionProblem) -> list[str]:
         *_degrees(motion),
         *_far_from_the_ground(motion),
         *([] if motion.task.goal.periodic else _at_the_start(motion)),
+        *([] if motion.task.goal.periodic else _overlapping(motion)),
         *_buried_reference(motion),
         *_goal_against_constraints(motion),
         *_long_intervals(motion),
@@ -142,6 +144,14 @@ def _standing_heights(motion: MotionProblem, gaps: np.ndarray) -> dict[int, floa
             if abs(left[0]) <= TOUCHING:
                 heights[i] = float(q[motion.robot.configuration_names.index(ROOT_HEIGHT)])
     return heights
+
+
+def _overlapping(motion: MotionProblem) -> Iterator[str]:
+    ends = motion.endpoints
+    moments = [("At the start", ends.initial_configuration)]
+    if not motion.task.goal.has_points:
+        moments.append(("At the goal", ends.goal_configuration))
+    yield from overlaps(motion.task, motion.robot, motion.scene.surfaces, moments)
 
 
 def _hitting_at_the_start(motion: MotionProblem) -> Iterator[str]:

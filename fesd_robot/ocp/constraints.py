@@ -16,6 +16,7 @@ from fesd_robot.contact import ContactSystem, Ground, PlanarContact
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.default_costs import RobotScales
+from fesd_robot.ocp.distances import distances_of
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.task import (
@@ -30,6 +31,7 @@ from fesd_robot.task import (
     SwingClearance,
     Task,
 )
+from fesd_robot.task.distances import DistanceConstraint
 
 _ROUNDED = 1e-12
 """Keeps roots differentiable at zero: added to a sum of squares or higher powers, m2 or without unit."""
@@ -109,6 +111,13 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
         if isinstance(constraint, BodyPoint):
             rows = point_rows(constraint, parts.points.fixed_to(constraint), parts.ground)
             rows = [(f"constraint '{name}', {what}", row, low, high) for what, row, low, high in rows]
+            _check_start(parts, name, rows)
+            everywhere += [row for row in rows if not row[1].is_constant()]
+        elif isinstance(constraint, DistanceConstraint):
+            rows = [
+                (f"constraint '{name}', distance of {what}", row - constraint.minimum, 0.0, np.inf)
+                for what, row in distances_of(name, constraint, parts.points)
+            ]
             _check_start(parts, name, rows)
             everywhere += [row for row in rows if not row[1].is_constant()]
         elif isinstance(constraint, ContactWindow):

@@ -11,6 +11,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, center_of_mass, configuration_derivative, frame_placement, frame_velocity
 from fesd_robot.task import BodyPoint, Task
 from fesd_robot.task.costs import COST_TERMS
+from fesd_robot.task.distances import DistanceConstraint
 from fesd_robot.task.fields import AXES
 
 __all__ = ["AXES", "Points", "points_of"]
@@ -75,3 +76,5 @@ def _frames(task: Task) -> Iterator[tuple[tuple[str, ...], str]]:
     for name, constraint in task.constraints.items():
         if isinstance(constraint, BodyPoint):
             yield ("constraints", name, "frame"), constraint.frame
+        elif isinstance(constraint, DistanceConstraint):
+            yield from ((("constraints", name, *key), body) for key, body in constraint.body_names.items())

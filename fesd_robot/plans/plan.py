@@ -238,6 +238,7 @@ class Plan(Record):
         replay: how far rigid bodies with the plan's controls come from it; None in plans that do not say it.
         joint_friction: velocity coordinate with dry friction -> history on `trajectory.time`.
         joint_switches: where these stick and slide, in time order.
+        warnings: sentences about bodies that go below the ground or into each other where no contact keeps them out.
         finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
             that do not have it.
     """
@@ -260,4 +261,5 @@ class Plan(Record):
     replay: ReplaySummary | None = None
     joint_friction: dict[str, JointFrictionHistory] = Field(default_factory=dict)
     joint_switches: list[JointSwitch] = Field(default_factory=list)
+    warnings: list[str] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None

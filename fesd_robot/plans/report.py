@@ -13,8 +13,9 @@ from fesd_robot.plans.weights import weights_of
 
 
 def report(plan: Plan) -> str:
-    """Return the report: verdict, outcome, what the contacts did, audit, cost, effort, where it comes from."""
+    """Return the report: verdict, warnings, outcome, what the contacts did, audit, cost, effort, provenance."""
     parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan)]
+    parts += ["## Warnings\n\n" + "".join(f"- {warning}\n" for warning in plan.warnings)] if plan.warnings else []
     parts += [outcome_section(plan.outcome)] if plan.outcome else []
     parts += [
         _contacts(plan),

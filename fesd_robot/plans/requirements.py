@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import ContactMode, Ground
 from fesd_robot.errors import ModelError
+from fesd_robot.plans.body_distances import BodyDistances
 from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.measured import Measured, largest
 from fesd_robot.plans.points import point_motion
@@ -36,6 +37,7 @@ from fesd_robot.task import (
     Task,
     Waypoint,
 )
+from fesd_robot.task.distances import DistanceConstraint
 
 _SAME_TIME = 1e-6
 """s; samples this near to the end of a control interval belong to it."""
@@ -160,6 +162,8 @@ class _Checks:
         for name, constraint in self._task.constraints.items():
             if isinstance(constraint, BodyPoint):
                 found = self._point(constraint)
+            elif isinstance(constraint, DistanceConstraint):
+                found = self._distance(constraint)
             elif isinstance(constraint, ForbiddenZone):
                 found = self._zone(constraint)
             elif isinstance(constraint, ContactWindow):
@@ -176,6 +180,11 @@ class _Checks:
             point = self._position(q, constraint.frame, constraint.offset)
             for value in violations(constraint, point, self._ground):
                 yield self._at(k, value)
+
+    def _distance(self, constraint: DistanceConstraint) -> Iterator[Measured]:
+        measure = BodyDistances(self._robot, constraint)
+        for k, q in enumerate(self._states.configuration):
+            yield self._at(k, constraint.minimum - measure.least(q))
 
     def _zone(self, zone: ForbiddenZone) -> Iterator[Measured]:
         i, motion = self._names.index(zone.contact), self._motion

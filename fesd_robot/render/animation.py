@@ -23,11 +23,13 @@ class Motion(NamedTuple):
         placement: pose of each joint in its parent joint, position in m and unit quaternion (x, y, z, w),
             shape (k, njoints, 7); a quaternion never changes its sign between neighbours.
         box: corners of the axis-parallel box around all geometry at all samples, m, shape (2, 3).
+        size: diagonal of that box at the first sample, m.
     """
 
     time: np.ndarray
     placement: np.ndarray
     box: np.ndarray
+    size: float
 
 
 class Track:
@@ -81,6 +83,7 @@ def sample_motion(
     placement = np.empty((len(keys), model.njoints, 7))
     corners = _local_corners(visual_model)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    size = 0.0
     for row, key in enumerate(keys):
         pin.forwardKinematics(model, data, pin.normalize(model, configuration[key]))
         for joint in range(model.njoints):
@@ -90,9 +93,11 @@ def sample_motion(
             pose = visual_data.oMg[index]
             world = points @ pose.rotation.T + pose.translation
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
+        if row == 0:
+            size = float(np.linalg.norm(high - low))
     for joint in range(model.njoints):
         placement[:, joint, 3:] = continuous_quaternions(placement[:, joint, 3:])
-    return Motion((time[keys] - time[0]).astype(np.float32), placement, np.array([low, high]))
+    return Motion((time[keys] - time[0]).astype(np.float32), placement, np.array([low, high]), size)
 
 
 def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:

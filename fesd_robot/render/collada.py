@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import base64
+import contextlib
+import io
 import logging
 import mimetypes
 import re
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+
+from PIL import Image
 
 logger = logging.getLogger(__name__)
 
@@ -19,6 +24,9 @@ IMAGE = re.compile(r"<init_from>\s*([^<]*\.\w+)\s*</init_from>")
 UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)[\"']")
 UNIT_WITHIN = 100_000
 """Characters within which a file names its unit: the asset element comes first."""
+
+TEXTURE_PIXELS = 1024
+"""Longest side of an image in a page."""
 
 NO_UV = (
     '<source id="no-uv"><float_array id="no-uv-array" count="2">0 0</float_array><technique_common>'
@@ -95,9 +103,22 @@ def _textures(path: Path, text: str) -> dict[str, str]:
     for name in IMAGE.findall(text):
         image = (path.parent / name.removeprefix("file://")).resolve()
         if image.is_file():
-            kind = mimetypes.guess_type(image.name)[0] or "image/png"
-            resources[name] = f"data:{kind};base64,{base64.b64encode(image.read_bytes()).decode('ascii')}"
+            resources[name] = _data_url(image)
         else:
             logger.warning("%s: texture %s is missing and drawn white", path.name, name)
             resources[name] = BLANK_IMAGE
     return resources
+
+
+@cache
+def _data_url(image: Path) -> str:
+    """Return an image as a data URL, made smaller if it has more pixels than one sees on a robot."""
+    content, kind = image.read_bytes(), mimetypes.guess_type(image.name)[0] or "image/png"
+    with contextlib.suppress(OSError), Image.open(io.BytesIO(content)) as picture:
+        form = picture.format
+        if max(picture.size) > TEXTURE_PIXELS:
+            picture.thumbnail((TEXTURE_PIXELS, TEXTURE_PIXELS))
+            smaller = io.BytesIO()
+            picture.save(smaller, form)
+            content = min(content, smaller.getvalue(), key=len)
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

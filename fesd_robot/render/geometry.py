@@ -13,6 +13,7 @@ import pinocchio as pin
 import umsgpack
 
 from fesd_robot.render.collada import collada_unit, read_collada
+from fesd_robot.render.meshes import Meshes
 
 logger = logging.getLogger(__name__)
 
@@ -72,32 +73,33 @@ def mesh(name: str, geometry: mg.Geometry, material: mg.Material, kind: type[mg.
     return element
 
 
-def make_visual(geometry_object: pin.GeometryObject) -> Visual | None:
+def make_visual(geometry_object: pin.GeometryObject, meshes: Meshes) -> Visual | None:
     """Translate one geometry object.
 
     Args:
         geometry_object: a sphere, box, cylinder, capsule, cone, ellipsoid, convex set or mesh.
+        meshes: of the page, simplified; those with materials of their own stay as they are.
 
     Returns:
         What to draw, or None (with a warning in the log) for a kind that cannot be drawn.
     """
     name = geometry_object.name
-    scale = np.diag([*np.asarray(geometry_object.meshScale, dtype=float).ravel(), 1.0])
     placement = geometry_object.placement.homogeneous
     primitive = _primitive(geometry_object.geometry)
     if primitive is not None:
         shape, local = primitive
         return Visual(mesh(name, shape, _material(geometry_object)), placement @ local)
+    unit = file_unit(geometry_object)
+    triangles = None if _has_materials(geometry_object) else meshes.drawn(geometry_object, unit)
+    if triangles is not None:
+        element = mesh(name, mg.TriangularMeshGeometry(*triangles), _material(geometry_object))
+        return Visual(element, placement)
     element = _read_mesh(geometry_object)
-    if element is not None:
-        unit = file_unit(geometry_object)
-        return Visual(element, placement @ scale @ np.diag([unit, unit, unit, 1.0]))
-    triangles = _triangles(geometry_object.geometry)
-    if triangles is None:
+    if element is None:
         logger.warning("%s: a %s cannot be drawn and is left out", name, type(geometry_object.geometry).__name__)
         return None
-    # Pinocchio has already applied the scale to these vertices.
-    return Visual(mesh(name, mg.TriangularMeshGeometry(*triangles), _material(geometry_object)), placement)
+    scale = unit * np.ravel(geometry_object.meshScale)
+    return Visual(element, placement @ np.diag([*scale, 1.0]))
 
 
 def _material(geometry_object: pin.GeometryObject) -> mg.Material:
@@ -143,8 +145,13 @@ def file_unit(geometry_object: pin.GeometryObject) -> float:
     return collada_unit(path) if path.suffix.lower() == ".dae" and path.is_file() else 1.0
 
 
+def _has_materials(geometry_object: pin.GeometryObject) -> bool:
+    """Whether a mesh is a Collada file whose materials the robot description does not replace."""
+    return Path(geometry_object.meshPath).suffix.lower() == ".dae" and not geometry_object.overrideMaterial
+
+
 def _read_mesh(geometry_object: pin.GeometryObject) -> mg.Object | None:
-    """Return the mesh file of a geometry object, None if there is none or the viewer cannot read it."""
+    """Return the mesh file of a geometry object as it is, None if there is none or the viewer cannot read it."""
     path = Path(geometry_object.meshPath)
     kind = path.suffix.lower().removeprefix(".")
     if kind not in ("dae", "obj", "stl") or not path.is_file():
@@ -161,17 +168,3 @@ def _read_mesh(geometry_object: pin.GeometryObject) -> mg.Object | None:
             return element
     shape = Shape("_meshfile_geometry", format=kind, data=content)
     return mesh(geometry_object.name, shape, _material(geometry_object))
-
-
-def _triangles(shape: Any) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return vertices, m, shape (v, 3), and faces, shape (f, 3), of a triangulated shape, None if it has none."""
-    if isinstance(shape, coal.BVHModelBase):
-        count, get = shape.num_tris, shape.tri_indices
-        vertices = np.asarray(shape.vertices())
-    elif isinstance(shape, coal.Convex):
-        count, get = shape.num_polygons, shape.polygons
-        vertices = np.asarray(shape.points())
-    else:
-        return None
-    faces = np.array([[get(index)[corner] for corner in range(3)] for index in range(count)], dtype=np.uint32)
-    return (vertices, faces) if count else None

@@ -88,13 +88,14 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
 
 
 def outcome_facts(plan: Plan) -> list[tuple[str, str]]:
-    """Return in words by how much the goal is missed and what each contact did; nothing if the plan does not say."""
+    """Return warnings, by how much the goal is missed, and what each contact did, as far as the plan says it."""
     from fesd_robot.plans.outcome_words import contact_words, goal_words
 
+    warnings = [("warning", warning) for warning in plan.warnings]
     if plan.outcome is None:
-        return []
+        return warnings
     contacts = [(name, contact_words(contact)) for name, contact in plan.outcome.contacts.items()]
-    return [("goal", goal_words(plan.outcome)), *contacts]
+    return [*warnings, ("goal", goal_words(plan.outcome)), *contacts]
 
 
 def ground_visual(task: Task) -> GroundVisual:

@@ -20,34 +20,80 @@
     const packed = Uint8Array.from(text, (character) => character.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-    const lengths = new DataView(bytes.buffer);
-    const parts = [];
-    for (let at = 0; at < bytes.length;) {
-      const length = lengths.getUint32(at, true);
-      parts.push(bytes.subarray(at + 4, at + 4 + length));
-      at += 4 + length;
+    const numbers = new DataView(bytes.buffer);
+    let at = 0;
+    const next = () => { at += 4; return numbers.getUint32(at - 4, true); };
+    const pieces = [], parts = [];
+    for (let left = next(); left > 0; left--) {
+      const length = next();
+      pieces.push(bytes.subarray(at, at + length));
+      at += length;
+    }
+    while (at < bytes.length) {
+      const own = [];
+      for (let left = next(); left > 0; left--) own.push(pieces[next()]);
+      parts.push(new Uint8Array(await new Blob(own).arrayBuffer()));
     }
     return parts;
   }
+
+  const labels = []; // sprites that keep their size on the screen
 
   // The robot's x, y, z (z up) in the camera's own axes (y up).
   const toCamera = (point) => new MeshCat.THREE.Vector3(point[0], point[2], -point[1]);
   const center = box[0].map((low, axis) => (low + box[1][axis]) / 2);
   const size = Math.hypot(...box[0].map((low, axis) => box[1][axis] - low));
 
-  // A distance label that always faces the camera and stands on its point.
-  function label(tick) {
+  // A label that always faces the camera and stands on its point.
+  function label(text, at, width) {
     const THREE = MeshCat.THREE;
     const canvas = document.createElement("canvas");
-    Object.assign(canvas, { width: 256, height: 64 });
     const pen = canvas.getContext("2d");
-    Object.assign(pen, { font: "44px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", fillStyle: "#4a535d" });
-    pen.fillText(tick.text, 128, 34);
+    const font = "44px system-ui, sans-serif";
+    pen.font = font;
+    Object.assign(canvas, { width: width || Math.ceil(pen.measureText(text).width) + 16, height: 64 });
+    Object.assign(pen, { font, textAlign: "center", textBaseline: "middle", fillStyle: "#4a535d" });
+    pen.fillText(text, canvas.width / 2, 34);
     const material = new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthWrite: false });
     const sprite = new THREE.Sprite(material);
     sprite.center.set(0.5, 0);
-    sprite.position.set(...tick.at);
+    sprite.position.set(...at);
+    sprite.userData.ratio = canvas.width / canvas.height;
+    labels.push(sprite);
     return sprite;
+  }
+
+  // Names of things are seen through the robot, and go and come with their group.
+  function mark(viewer) {
+    for (const one of settings.labels) {
+      const sprite = label(one.text, one.at);
+      sprite.material.depthTest = false;
+      sprite.renderOrder = 1;
+      sprite.name = one.text;
+      viewer.scene_tree.find(["marks", one.group]).object.add(sprite);
+    }
+    if (document.querySelector("[data-group=ghost]")) {
+      viewer.scene_tree.find(["ghost"]).object.traverse((object) => {
+        object.castShadow = false;
+        for (const material of [object.material || []].flat()) {
+          Object.assign(material, { transparent: true, opacity: 0.25, depthWrite: false });
+        }
+      });
+    }
+    for (const box of document.querySelectorAll("[data-group]")) {
+      const group = box.dataset.group;
+      const object = viewer.scene_tree.find(group === "ghost" ? ["ghost"] : ["marks", group]).object;
+      object.traverse((part) => {
+        part.castShadow = false;
+        if (part.material && ["contacts", "goal positions"].includes(group)) {
+          part.material.depthTest = false; // a place that touches lies inside of the foot
+          part.renderOrder = 1;
+        }
+      });
+      const show = () => { object.visible = box.checked; viewer.set_dirty(); };
+      box.addEventListener("change", show);
+      show();
+    }
   }
 
   function dress(viewer) {
@@ -71,7 +117,7 @@
     const fill = new THREE.DirectionalLight(0xffffff, 0.16);
     fill.position.set(center[0] + reach, center[1] - reach, center[2] + 0.4 * reach);
     viewer.set_object(["Lights", "Fill"], fill);
-    for (const tick of settings.ticks) viewer.scene_tree.find(["ticks"]).object.add(label(tick));
+    for (const tick of settings.ticks) viewer.scene_tree.find(["ticks"]).object.add(label(tick.text, tick.at, 256));
     for (const name of ["ground", "walls", "traces"]) {
       viewer.scene_tree.find([name]).object.traverse((object) => { object.castShadow = false; });
     }
@@ -102,7 +148,7 @@
     camera.position.copy(target.add(offset));
     camera.updateProjectionMatrix();
     const pixel = 2 * distance * tall / height;
-    for (const sprite of viewer.scene_tree.find(["ticks"]).object.children) sprite.scale.set(88 * pixel, 22 * pixel, 1);
+    for (const sprite of labels) sprite.scale.set(22 * sprite.userData.ratio * pixel, 22 * pixel, 1);
     viewer.controls.update();
     viewer.set_dirty();
   }
@@ -178,6 +224,7 @@
       // Merging parts that have several materials each nests the lists; WebGL wants one material per part.
       if (Array.isArray(object.material)) object.material = object.material.map((entry) => [entry].flat()[0]);
     });
+    mark(viewer);
     dress(viewer);
     viewer.set_3d_pane_size();
     let touched = false;

@@ -9,6 +9,7 @@ import json
 import logging
 import os
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
@@ -23,6 +24,8 @@ from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
+from fesd_robot.render.marks import Mark, add_marks, corners
+from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.scene import add_robot, add_traces, view_box
 from fesd_robot.render.terrain import GroundVisual
@@ -32,6 +35,9 @@ logger = logging.getLogger(__name__)
 
 LARGE_PAGE = 25e6
 """Bytes above which a page is slow to open and send; a warning says so."""
+
+SHOWN_MARKS = 12
+"""Marks of a group that are shown at first; more would hide the robot."""
 
 CLOCK_NOISE = 1e-6
 """Seconds by which time may step back, as the clock of a plan does that is solved to finite tolerance."""
@@ -54,6 +60,8 @@ class PageContent:
         circles: name -> circle of the robot to draw, e.g. of a wheel.
         subtitle: a line below the title, e.g. the status of the plan.
         facts: what the motion does, shown as a small table below: of what, and in words.
+        ghost: another configuration, in which the robot is drawn transparent, (nq).
+        marks: named things in the world, beside a robot that stands still.
     """
 
     title: str
@@ -66,6 +74,8 @@ class PageContent:
     circles: Mapping[str, CircleVisual] = field(default_factory=dict)
     subtitle: str = ""
     facts: Sequence[tuple[str, str]] = ()
+    ghost: np.ndarray | None = None
+    marks: Sequence[Mark] = ()
 
 
 def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
@@ -92,7 +102,11 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     time = np.maximum.accumulate(time)
 
     motion = sample_motion(model, visual_model, time, configuration)
-    box = view_box(motion, paths, ground)
+    ghost = None
+    if content.ghost is not None:
+        ghost = sample_motion(model, visual_model, np.zeros(1), np.asarray(content.ghost, dtype=float)[None, :])
+    around = [*([ghost.box] if ghost else []), *([corners(content.marks)] if content.marks else [])]
+    box = view_box(motion, [*paths.values(), *around], ground)
     floor = floor_below(box)
     if not visual_model.ngeoms:
         logger.warning("%s: %r has no visual geometry, the page shows no robot", path, model.name)
@@ -101,17 +115,22 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     add_floor(window, ground, floor, top=float(box[1, 2]))
     add_traces(window, paths, radius=thickness)
     add_circles(window, model, configuration[0], content.circles, thickness)
-    add_robot(window, model, visual_model, motion)
+    meshes = Meshes(motion.size)
+    add_robot(window, model, visual_model, motion, meshes)
+    if ghost:
+        add_robot(window, model, visual_model, ghost, meshes, root="ghost")
+    labels = add_marks(window, content.marks, meshes, motion.size if np.isfinite(motion.size) else 1.0)
 
     settings: dict[str, object] = {"start": float(time[0]), "duration": float(motion.time[-1]), "box": box.tolist()}
-    settings["ticks"] = tick_labels(ground, floor)
+    settings |= {"ticks": tick_labels(ground, floor), "labels": labels}
     page = _fill(
         title=html.escape(content.title),
         subtitle=html.escape(content.subtitle),
         facts=_facts(content.facts),
         legend=_legend(list(paths), floor.spacing),
+        groups=_groups(content.marks, ghost is not None),
         settings=json.dumps(settings),
-        scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=9, mtime=0)).decode("ascii"),
+        scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=6, mtime=0)).decode("ascii"),
     )
     encoded = page.encode("utf-8")
     if len(encoded) > LARGE_PAGE:
@@ -155,6 +174,18 @@ def _legend(names: list[str], spacing: float) -> str:
         for index, name in enumerate(names)
     ]
     return "".join([*entries, f"<li>grid {spacing:g} m</li>"])
+
+
+def _groups(marks: Sequence[Mark], has_ghost: bool) -> str:
+    """Return a switch for every group of marks; those of many marks are hidden at first."""
+    counts = Counter(mark.group for mark in marks)
+    switches = [(group, f"{group} ({count})", count <= SHOWN_MARKS) for group, count in counts.items()]
+    switches += [("ghost", "goal", True)] if has_ghost else []
+    return "".join(
+        f'<label><input type="checkbox" data-group="{html.escape(group)}"{" checked" if shown else ""}> '
+        f"{html.escape(text)}</label>"
+        for group, text, shown in switches
+    )
 
 
 def _fill(**values: str) -> str:

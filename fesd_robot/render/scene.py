@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import meshcat.geometry as mg
 import numpy as np
@@ -13,6 +13,7 @@ from meshcat.path import Path
 
 from fesd_robot.render.animation import Motion, joint_tracks
 from fesd_robot.render.geometry import make_visual, mesh
+from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import color_number, series_color
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
@@ -20,9 +21,9 @@ from fesd_robot.render.window import SceneWindow
 TUBE_SIDES = 6
 
 
-def view_box(motion: Motion, traces: Mapping[str, np.ndarray], ground: GroundVisual) -> np.ndarray:
-    """Return the corners of the box the camera must see, m, shape (2, 3): robot, traces and the ground below."""
-    points = [*traces.values(), *([motion.box] if np.isfinite(motion.box).all() else [])]
+def view_box(motion: Motion, others: Sequence[np.ndarray], ground: GroundVisual) -> np.ndarray:
+    """Return the corners of the box the camera must see, m, shape (2, 3): robot, other points and the ground below."""
+    points = [*others, *([motion.box] if np.isfinite(motion.box).all() else [])]
     cloud = np.vstack(points or [np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]])])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     levels = ground.outline(low[0], high[0])[:, 1]
@@ -30,13 +31,20 @@ def view_box(motion: Motion, traces: Mapping[str, np.ndarray], ground: GroundVis
     return np.array([low, high])
 
 
-def add_robot(window: SceneWindow, model: pin.Model, visual_model: pin.GeometryModel, motion: Motion) -> None:
+def add_robot(
+    window: SceneWindow,
+    model: pin.Model,
+    visual_model: pin.GeometryModel,
+    motion: Motion,
+    meshes: Meshes,
+    root: str = "robot",
+) -> None:
     """Add one node per joint, nested as in the kinematic tree, the geometry below it, and the animation.
 
     Only joint nodes move: placement and scale of the geometry stay in nodes of their own, which keeps mirrored
     meshes whole, and between key times every joint moves along its own axis instead of drifting off its parent.
     """
-    paths = joint_paths(model)
+    paths = joint_paths(model, root)
     animation = Animation(default_framerate=1)
     for joint, path in enumerate(paths):
         window.send(SetTransform(pin.XYZQUATToSE3(motion.placement[0, joint]).homogeneous, path))
@@ -44,18 +52,19 @@ def add_robot(window: SceneWindow, model: pin.Model, visual_model: pin.GeometryM
         if tracks:
             animation.clips[path] = AnimationClip(tracks=tracks, fps=1, name=f"joint {joint}")
     for index, geometry_object in enumerate(visual_model.geometryObjects):
-        visual = make_visual(geometry_object)
+        visual = make_visual(geometry_object, meshes)
         if visual is not None:
             parent = paths[geometry_object.parentJoint].entries
             path = Path((*parent, f"shape {index} {_label(geometry_object.name)}"))
             window.send(SetObject(visual.element, path=path))
             window.send(SetTransform(visual.matrix, path))
-    window.send(SetAnimation(animation, play=False))
+    if animation.clips or root == "robot":
+        window.send(SetAnimation(animation, play=False))
 
 
-def joint_paths(model: pin.Model) -> list[Path]:
-    """Return the place of every joint's node in the scene tree."""
-    paths = [Path(("robot",))]
+def joint_paths(model: pin.Model, root: str = "robot") -> list[Path]:
+    """Return the place of every joint's node in the scene tree, all below one."""
+    paths = [Path((root,))]
     for joint in range(1, model.njoints):
         paths.append(Path((*paths[model.parents[joint]].entries, f"{joint} {_label(model.names[joint])}")))
     return paths

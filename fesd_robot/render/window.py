@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,21 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
+LARGE = 2048
+"""Bytes from which on a value that occurs several times is kept once: meshes and images that legs share."""
+
+
 class SceneWindow:
     """Collects drawing commands in Meshcat's own scene tree, without process, socket or display."""
 
     def __init__(self) -> None:
         self.tree = SceneTree()
+        self._values: dict[bytes, None] = {}
 
     def send(self, command: Any) -> None:
         """Keep one command of `meshcat.commands` at its place in the tree, the latest of a kind winning."""
         data = plain(command.lower())
+        self._values.update(dict.fromkeys(_large_values(data)))
         node = find_node(self.tree, [name for name in data["path"].split("/") if name])
         packed = umsgpack.packb(data, force_float_precision="single")
         if data["type"] == "set_object":
@@ -42,11 +49,42 @@ class SceneWindow:
             raise NotImplementedError(f"SceneWindow cannot keep the command {data['type']!r}")
 
     def payload(self) -> bytes:
-        """Return all commands, parents before children, each after its length (uint32, little endian)."""
+        """Return all commands, parents before children, as pieces of which each is there once.
+
+        First comes the number of pieces, and each of them after its length; then, for every command, the number of its
+        pieces and which they are. All numbers are uint32, little endian.
+        """
         commands: list[bytes] = []
         animations: list[bytes] = []
         for node in walk(self.tree):
             commands += [part for part in (node.object, *node.properties, node.transform) if part is not None]
             animations += [node.animation] if node.animation is not None else []
+        pieces: dict[bytes, int] = {}
+        numbers = []
         # An animation binds to the nodes that exist when it is loaded, so it comes last.
-        return b"".join(struct.pack("<I", len(command)) + command for command in commands + animations)
+        for command in commands + animations:
+            own = [pieces.setdefault(piece, len(pieces)) for piece in self._cut(command)]
+            numbers += [len(own), *own]
+        content = b"".join(struct.pack("<I", len(piece)) + piece for piece in pieces)
+        return struct.pack("<I", len(pieces)) + content + struct.pack(f"<{len(numbers)}I", *numbers)
+
+    def _cut(self, command: bytes) -> list[bytes]:
+        """Return a command in pieces: its large values, and what is between them."""
+        pieces, start = [], 0
+        places = sorted((at, value) for value in self._values if (at := command.find(value)) >= 0)
+        for at, value in places:
+            if at >= start:
+                pieces += [command[start:at], value]
+                start = at + len(value)
+        return [piece for piece in (*pieces, command[start:]) if piece]
+
+
+def _large_values(data: Any) -> Iterator[bytes]:
+    """Yield the large values in a command as they will be packed."""
+    if isinstance(data, dict | list):
+        for entry in data.values() if isinstance(data, dict) else data:
+            yield from _large_values(entry)
+    elif isinstance(data, umsgpack.Ext) and len(data.data) >= LARGE:
+        yield data.data
+    elif isinstance(data, str) and len(data) >= LARGE:
+        yield data.encode()

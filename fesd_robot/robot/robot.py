@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+import coal
 import numpy as np
 import pinocchio as pin
 
@@ -158,7 +159,8 @@ class Robot:
         try:
             if self.format == "sdf":
                 return pin.buildGeomFromSdf(self.model, path, kind, "", packages)
-            return pin.buildGeomFromUrdf(self.model, path, kind, package_dirs=packages)
+            loader = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBBRSS)  # legs share their meshes
+            return pin.buildGeomFromUrdf(self.model, path, kind, package_dirs=packages, mesh_loader=loader)
         except Exception as error:
             raise RobotError(
                 f"The shapes of {self.source} cannot be read: {' '.join(str(error).split()).rstrip('.')}."

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from fesd_robot.task.distances import BodyDistance, ObstacleDistance
 from fesd_robot.task.fields import (
     AXES,
     Bounds,
@@ -233,7 +234,16 @@ class SwingClearance(Section):
 
 
 Constraint = Annotated[
-    Clearance | AvoidSphere | AvoidEllipse | AvoidBox | FrameLimits | ForbiddenZone | ContactWindow | SwingClearance,
+    Clearance
+    | AvoidSphere
+    | AvoidEllipse
+    | AvoidBox
+    | FrameLimits
+    | BodyDistance
+    | ObstacleDistance
+    | ForbiddenZone
+    | ContactWindow
+    | SwingClearance,
     Field(discriminator="type"),
 ]
 

@@ -99,8 +99,22 @@ Names = Annotated[list[Name], Field(min_length=1), AfterValidator(_read_distinct
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; text and booleans are refused."""
 
-Offset = tuple[Number, Number, Number]
-"""A place in the axes of a frame, m."""
+
+def _read_place(value: Any) -> tuple[float, float, float]:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise expected("three numbers [x, y, z]")
+    if not all(is_number(part) and math.isfinite(part) for part in value):
+        raise expected("three finite numbers [x, y, z]")
+    x, y, z = map(float, value)
+    return x, y, z
+
+
+Offset = Annotated[
+    tuple[float, float, float],
+    BeforeValidator(_read_place),
+    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}),
+]
+"""A place in the axes of a frame or of the world, m."""
 
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 """A finite number, at least zero."""

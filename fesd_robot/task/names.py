@@ -10,6 +10,7 @@ from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint, SwingClearance
 from fesd_robot.task.contacts import BodyContact, CircleCircleContact
 from fesd_robot.task.costs import COST_TERMS
+from fesd_robot.task.distances import DistanceConstraint
 from fesd_robot.task.endpoints import Initial
 from fesd_robot.task.expression import expression_names
 from fesd_robot.task.fields import AXES, NameKind
@@ -222,6 +223,9 @@ def _constraint_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
         elif isinstance(constraint, SwingClearance):
             for i, contact in enumerate(constraint.contacts):
                 yield ("constraints", name, "contacts", str(i)), "contact", contact
+        elif isinstance(constraint, DistanceConstraint):
+            for key, body in constraint.body_names.items():
+                yield ("constraints", name, *key), "frame", body
         else:
             yield ("constraints", name, "contact"), "contact", constraint.contact
 

@@ -151,3 +151,16 @@ def test_check_warns_of_old_keys(run: Callable[..., Any], task_text: str, tmp_pa
     line = task_text[: task_text.index("auxiliary_force:")].count("\n") + 1
     sentence = "the key 'method.auxiliary_acceleration' is now called 'method.auxiliary_force'"
     assert outcome == (0, plain.out, f"warning: {path}:{line}: {sentence}\n")
+
+
+def test_check_draws_the_task(run: Callable[..., Any], task: Path, tmp_path: Path) -> None:
+    """With --page it writes the page into a file or a folder and says where; the explanation stays the same."""
+    plain, page = run("check", task).out, tmp_path / "hop.html"
+    outcome = run("check", task, "--page", page)
+    assert (outcome.code, outcome.out) == (0, f"{plain}\nwritten to {page}\n")
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    outcome = run("check", task, "--page", tmp_path / "drawn")
+    assert outcome.code == 0 and (tmp_path / "drawn" / "task.html").is_file()
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    outcome = run("check", task, "--page", tmp_path / "file" / "task.html")
+    assert outcome.code == 2 and "cannot be written" in outcome.err

@@ -107,7 +107,18 @@ def test_frames_and_shapes_of_a_model(run: Callable[..., Any], tmp_path: Any) ->
     assert "capsule  [0.02, 0.3]  [0.15, 0, 0.4]" in text and "Coordinates" not in text
 
 
-@pytest.mark.parametrize("options", [["solo", "--frames"], ["--shapes"]])
+def test_the_page_of_a_model(run: Callable[..., Any], tmp_path: Any) -> None:
+    """With --page a model is drawn, too; the tables stay the same, and JSON stays JSON."""
+    (tmp_path / "lamp.xml").write_text(MODEL)
+    plain = run("robots", tmp_path / "lamp.xml").out
+    outcome = run("robots", tmp_path / "lamp.xml", "--page", tmp_path / "lamp.html")
+    assert (outcome.code, outcome.out) == (0, f"{plain}\nwritten to {tmp_path / 'lamp.html'}\n")
+    assert 'data-group="collision shapes"' in (tmp_path / "lamp.html").read_text(encoding="utf-8")
+    outcome = run("robots", tmp_path / "lamp.xml", "--json", "--page", tmp_path)
+    assert "coordinates" in json.loads(outcome.out) and (tmp_path / "robot.html").is_file()
+
+
+@pytest.mark.parametrize("options", [["solo", "--frames"], ["--shapes"], ["--page", "solo.html"]])
 def test_frames_need_a_model(run: Callable[..., Any], options: list[str]) -> None:
     """A pattern of names has no frames: the error says what would be valid."""
     outcome = run("robots", *options)
