@@ -11,7 +11,7 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
 
-UNRELAXED_SIGMA = 1e-4
+UNRELAXED_SIGMA = 3e-3
 """Sigma of the velocity level up to which the cost of a relaxed NLP is that of the problem itself."""
 
 

@@ -62,7 +62,7 @@ def test_slipping_is_never_paid_for_while_pairs_are_relaxed(short: str, load: Lo
             point = x, [1.0, 1.0, 1.0], [plus, minus, 1 - plus - minus], p
             work = float(exact(*point))
             negative += work < 0
-            assert all(float(relaxed(*point, level)) >= 0 for level in (3.0, 0.1, 1e-4))
+            assert all(float(relaxed(*point, level)) >= 0 for level in (3.0, 0.1, 1e-3))
             if work >= 0 and plus * minus == 0:
                 assert float(relaxed(*point, 1e-7)) == pytest.approx(work, rel=1e-9)
                 assert float(relaxed(*point, 3.0)) <= work
