@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import pytest
 
+from fesd_robot.strategies.stations import Station
+
 ROOT = Path(__file__).parents[2]
 ONE_JUMP = ROOT / "tasks" / "published_hopper_one_jump.yaml"
 
@@ -34,6 +36,12 @@ class Outcome(NamedTuple):
     code: int
     out: str
     err: str
+
+    @property
+    def said(self) -> str:
+        """What it printed but for the lines that it is at work, before it looks for a motion."""
+        before = (Station.READING.value, Station.BUILDING.value)
+        return "".join(line for line in self.out.splitlines(keepends=True) if not line.rstrip().endswith(before))
 
 
 TERMINAL_VARIABLES = ("FORCE_COLOR", "TTY_COMPATIBLE")

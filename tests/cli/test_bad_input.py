@@ -22,7 +22,7 @@ def test_a_bad_override_is_quoted(run: Callable[..., Any], task: Path, tmp_path:
 
 
 def _assert_refused(outcome: Any, folder: Path) -> None:
-    """Exit status 2, nothing on stdout, one line without traceback on stderr, nothing written."""
-    assert (outcome.code, outcome.out) == (2, "")
+    """Exit status 2, nothing on stdout but what it is at, one line without traceback on stderr, nothing written."""
+    assert (outcome.code, outcome.said) == (2, "")
     assert outcome.err.count("\n") == 1 and "Traceback" not in outcome.err
     assert not list((folder / "work").iterdir())

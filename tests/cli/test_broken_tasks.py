@@ -36,7 +36,7 @@ def expected(file: Path) -> Expected:
 def assert_refused(outcome: Any, file: Path, folder: Path) -> None:
     """Exit status 2, one line on stderr with file, line, key and sentence, nothing else said and nothing written."""
     line, key, parts = expected(file)
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome
+    assert (outcome.code, outcome.said, outcome.err.count("\n")) == (2, "", 1), outcome
     assert outcome.err.startswith(f"error: {file}:{line}: {f'{key}: ' if key else ''}"), outcome.err
     assert re.search(".*".join(map(re.escape, parts)), outcome.err), outcome.err
     assert not re.search(r"and \d+ more error", outcome.err), f"{file.name} has more than one fault"
