@@ -23,8 +23,6 @@ class AuditLimits(Section):
     max_theta_sum_error: Positive | None = _limit("")
     max_friction_cone_violation: Positive | None = _limit("N")
     max_stick_slip_violation: Positive | None = _limit("m/s or N")
-    max_joint_friction_violation: Positive | None = _limit("N or N m")
-    max_joint_slide_violation: Positive | None = _limit("m/s or rad/s")
     max_impact_law_error: Positive | None = _limit("m/s or N s")
     max_normal_force_violation: Positive | None = _limit("N")
     max_dynamics_error: Positive | None = _limit("relative")
@@ -44,6 +42,8 @@ class AuditLimits(Section):
     max_replay_angular_velocity_error: Positive | None = _limit("rad/s")
     max_improper_slide_time: Positive | None = _limit("s")
     max_force_at_opening: Positive | None = _limit("N")
+    max_joint_friction_violation: Positive | None = _limit("N or N m")
+    max_joint_slide_violation: Positive | None = _limit("m/s or rad/s")
 
     @property
     def given(self) -> dict[str, float]:
