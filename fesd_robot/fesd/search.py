@@ -10,11 +10,16 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd.element import states_function
+from fesd_robot.fesd.groups import PairGroups
 from fesd_robot.fesd.modes import ModeEquations, Modes
-from fesd_robot.fesd.point import PointFunctions, subsets
+from fesd_robot.fesd.point import PointFunctions
+from fesd_robot.fesd.schemes import lagrange
 
 MAX_TRIALS = 400
 """Newton solves after which a search gives up."""
+
+DOUBTED_TRIALS = 20
+"""Newton solves that look for another solution after one whose signs are right at the stages alone."""
 
 ACTIVE_G = 1e-8
 """Largest G at the left boundary of a step of a pair that can be active there."""
@@ -91,6 +96,7 @@ class ModeSearch:
         self.tolerance = tolerance
         self.state_lower, self.state_upper = state_lower, state_upper
         self.point = PointFunctions(equations.system)
+        self.groups = PairGroups(equations.system)
         self.switching = equations.options.switch_detection
         self.reason = ""
 
@@ -104,12 +110,16 @@ class ModeSearch:
         self._trials = self._iterations = 0
         self.reason = ""
         self._seen: set[bytes] = set()
+        self._limit = MAX_TRIALS
+        self._doubtful: FoundModes | None = None
         for mode in self._starts(step, likely):
+            if self._trials >= self._limit:
+                break
             sequence = _ModeSequence((tuple(mode.tolist()),), (1.0,))
             solved = self._descend(step, sequence, self._constant(step, mode))
             if solved is not None:
                 return solved
-        return None
+        return self._doubtful
 
     def check(self, step: StepInput, own: np.ndarray, modes: Modes) -> FoundModes | None:
         """Return a point solved exactly in given modes, or None if that has a wrong sign."""
@@ -121,11 +131,13 @@ class ModeSearch:
 
     def _starts(self, step: StepInput, likely: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
         yield from likely
-        yield from self.point.modes(step.x, step.u, step.z, step.p)
+        closed = np.asarray(self.point.sides(step.z)[0]).ravel() <= ACTIVE_G
+        every = range(len(self.groups.groups))
+        yield from self.groups.combined(closed & False, [(g, self.groups.subsets(g, closed)) for g in every])
 
     def _descend(self, step: StepInput, sequence: _ModeSequence, guess: np.ndarray) -> FoundModes | None:
         modes = self._allocate(sequence)
-        if modes is None or self._trials >= MAX_TRIALS or modes.tobytes() in self._seen:
+        if modes is None or self._trials >= self._limit or modes.tobytes() in self._seen:
             return None
         if self.switching and (self._left_G(step)[modes[0]] > ACTIVE_G).any():
             return None  # a pair cannot be active where its G at the left boundary is not zero
@@ -139,43 +151,88 @@ class ModeSearch:
         if violation is None:
             if not self._admissible(step, result.own):
                 return None
-            return FoundModes(result.own, modes, result.residual, self._trials, self._iterations)
+            found = FoundModes(result.own, modes, result.residual, self._trials, self._iterations)
+            if not self._is_doubtful(step, result.own, modes):
+                return found
+            if self._doubtful is None:
+                self._doubtful, self._limit = found, min(self._trials + DOUBTED_TRIALS, MAX_TRIALS)
+            return None
         kept = int((modes[1 : violation.cell + 1] != modes[: violation.cell]).any(axis=1).sum())
-        if violation.immediate and kept:
-            return None  # the mode is wrong from its beginning
         for candidate in self._candidates(sequence, kept, modes[violation.cell], violation):
             solved = self._descend(step, candidate, self._guess(step, result.own, candidate))
             if solved is not None:
                 return solved
         return None
 
+    def _is_doubtful(self, step: StepInput, own: np.ndarray, modes: Modes) -> bool:
+        """Whether signs may be right only because no stage sees where they are wrong.
+
+        An element without length meets every condition that holds at its left boundary. A pair that is left at the
+        left boundary of the step may have G < 0 before the first stage.
+        """
+        if not self.switching:
+            return False
+        h, fractions = self._grid(own)[1], self.equations.fractions
+        changed = (modes[1:] != modes[:-1]).any(axis=1)
+        if changed.any() and (h[np.append(changed, False) | np.append(False, changed)] < 1e-9 * step.length).any():
+            return True
+        closed = ~modes[0] & (self._left_G(step) <= ACTIVE_G)
+        if not closed.any() or fractions.min() <= 0.0:
+            return False
+        G_at = self.equations.values(own, step.x, step.p)[0][0][:, closed]
+        dips = self._before_first @ np.vstack([np.zeros(G_at.shape[1]), G_at])
+        return bool((dips < -self.tolerance).any())
+
+    @cached_property
+    def _before_first(self) -> np.ndarray:
+        """From values at the left boundary and the points of an element to values before its first point."""
+        fractions = self.equations.fractions
+        inner = fractions.min() * 0.5 ** np.arange(1, 20)
+        return lagrange(np.append(0.0, fractions), inner)
+
     def _candidates(
         self, sequence: _ModeSequence, kept: int, base: np.ndarray, violation: _Violation
     ) -> Iterator[_ModeSequence]:
         """Sequences that differ from the violation on, nearest modes first; the modes before it are `kept` many."""
-        pool = base.copy()
-        pool[violation.entering] = True
-        options = [
-            mode
-            for mode in subsets(pool)
-            if (mode != base).any()
-            and (mode[violation.entering].any() if violation.entering.size else not mode[violation.leaving].all())
-        ]
-        # Crossing before sliding: a sliding mode can meet a further surface without a wrong sign at a stage.
-        changes, size = (lambda mode: int((mode != base).sum())), (lambda mode: int(mode.sum()))
-        options.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
+        before = np.array(sequence.modes[kept - 1]) if kept else base
+        if violation.immediate:
+            # The last mode was wrong from its beginning: another one from there on.
+            first, ends = sequence.modes[:kept], sequence.ends[:kept]
+            for mode in self._modes(base, before, violation):
+                if not kept or (mode != before).any():
+                    yield _ModeSequence((*first, tuple(mode.tolist())), (*ends, 1.0))
+            if kept:
+                return
         if self.switching:
             end = max(violation.time, sequence.ends[kept - 1] if kept else 0.0)
         else:
             end = violation.cell / self.equations.cells
-        for mode in options:
-            new = tuple(mode.tolist())
-            if violation.immediate:
-                yield _ModeSequence((new,), (1.0,))
+        for mode in self._modes(base, base, violation):
             if kept + 1 >= self.equations.cells:
                 self.reason = f"its switches need more than the {self.equations.elements} elements of a step"
-            else:
-                yield _ModeSequence((*sequence.modes[: kept + 1], new), (*sequence.ends[:kept], end, 1.0))
+                return
+            yield _ModeSequence((*sequence.modes[: kept + 1], tuple(mode.tolist())), (*sequence.ends[:kept], end, 1.0))
+
+    def _modes(self, base: np.ndarray, before: np.ndarray, violation: _Violation) -> Iterator[np.ndarray]:
+        """Modes that differ from `base` in the groups with a wrong sign, those with few active pairs first."""
+        options = []
+        for number in self.groups.touched(np.concatenate([violation.entering, violation.leaving])):
+            own = self.groups.groups[number]
+            entering, leaving = np.intersect1d(violation.entering, own), np.intersect1d(violation.leaving, own)
+            pool = base.copy()
+            pool[entering] = True
+            pool[own] |= before[own]
+            modes = [
+                mode
+                for mode in self.groups.subsets(number, pool)
+                if (mode[own] != base[own]).any()
+                and (mode[entering].any() if entering.size else not mode[leaving].all())
+            ]
+            # Crossing before sliding: a sliding mode can meet a further surface without a wrong sign at a stage.
+            changes, size = (lambda m, own=own: int((m[own] != base[own]).sum())), (lambda m: int(m.sum()))
+            modes.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
+            options.append((number, modes))
+        return self.groups.combined(base, options)
 
     def _allocate(self, sequence: _ModeSequence) -> Modes | None:
         """Distribute the cells over a sequence, elements so that the steps are as equal as the switches allow."""
@@ -280,8 +337,11 @@ class ModeSearch:
         equations, stages = self.equations, self.equations.layout.stages
         G_at, H_at = equations.values(own, step.x, step.p)
         wrong_G = (G_at < -self.tolerance) & equations.sign_checked[None, :, None]
+        if self.switching and equations.options.tableau.collocation and equations.points > stages:
+            H_at[:, stages] = np.einsum("j,njp->np", equations.to_right, H_at[:, :stages])
+        else:
+            H_at[:, stages:] = 0.0
         wrong_H = H_at < -self.tolerance
-        wrong_H[:, stages:] = False
         wrong = (wrong_G | wrong_H).any(axis=2)
         if not wrong.any():
             return None
@@ -295,17 +355,19 @@ class ModeSearch:
         last_G, last_time = (G_at[checked[-1]], times[checked[-1]]) if checked else (self._left_G(step), 0.0)
         begins = self._first_of_mode(modes, n)
         of_mode = [point for point in points[:first] if point[0] >= begins and point[1] < stages]
-        last_H = H_at[of_mode[-1]] if of_mode else None
+        if of_mode:
+            last_H, H_time = H_at[of_mode[-1]], times[of_mode[-1]]
+        else:
+            last_H, H_time = equations.to_left @ H_at[n, :stages], float(begin[n])
         zeros = [_zero(last_time, last_G[i], times[n, j], G_at[n, j, i]) for i in np.flatnonzero(wrong_G[n, j])]
-        for i in np.flatnonzero(wrong_H[n, j]):
-            zeros.append(last_time if last_H is None else _zero(last_time, last_H[i], times[n, j], H_at[n, j, i]))
+        zeros += [_zero(H_time, last_H[i], times[n, j], H_at[n, j, i]) for i in np.flatnonzero(wrong_H[n, j])]
         seen = slice(None) if self.switching else slice(j, j + 1)
         return _Violation(
             cell=n if self.switching else n * stages + j,
             entering=np.flatnonzero(wrong_G[n, seen].any(axis=0)),
             leaving=np.flatnonzero(wrong_H[n, seen].any(axis=0)),
             time=float(min(max(min(zeros) / step.length, 0.0), 1.0)),
-            immediate=self.switching and last_H is None and bool(min(zeros) <= last_time + 1e-12),
+            immediate=self.switching and not of_mode and bool(min(zeros) <= begin[n] + 1e-12),
         )
 
     def _first_of_mode(self, modes: Modes, n: int) -> int:
