@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
@@ -11,6 +10,7 @@ import numpy as np
 
 from fesd_robot.fesd.element import states_function
 from fesd_robot.fesd.groups import PairGroups
+from fesd_robot.fesd.mode_sequence import FoundModes, ModeSequence, StepInput, Violation
 from fesd_robot.fesd.modes import ModeEquations, Modes
 from fesd_robot.fesd.point import PointFunctions
 from fesd_robot.fesd.schemes import lagrange
@@ -23,54 +23,6 @@ DOUBTED_TRIALS = 20
 
 ACTIVE_G = 1e-8
 """Largest G at the left boundary of a step of a pair that can be active there."""
-
-
-@dataclass(frozen=True)
-class StepInput:
-    """What a simulation step starts from: point (x, z), control u, parameters p, length."""
-
-    x: np.ndarray
-    z: np.ndarray
-    u: np.ndarray
-    p: np.ndarray
-    length: float
-
-
-@dataclass(frozen=True)
-class FoundModes:
-    """A solved interval: own variables, modes, largest residual, and the work done."""
-
-    own: np.ndarray
-    modes: Modes
-    residual: float
-    trials: int
-    iterations: int
-
-
-@dataclass(frozen=True)
-class _ModeSequence:
-    """Modes that follow each other, with the estimated times at which they end, as fractions of the step."""
-
-    modes: tuple[tuple[bool, ...], ...]
-    ends: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class _Violation:
-    """The first wrong sign of a trial.
-
-    Attributes:
-        cell: element (or stage without switch detection).
-        entering, leaving: pairs whose G, or whose H, is negative there.
-        time: estimated zero, as a fraction of the step.
-        immediate: whether the sign is wrong from the beginning of the mode.
-    """
-
-    cell: int
-    entering: np.ndarray
-    leaving: np.ndarray
-    time: float
-    immediate: bool
 
 
 class ModeSearch:
@@ -87,6 +39,7 @@ class ModeSearch:
 
     Attributes:
         reason: what spoke against the modes that were found, if a search ends without a result.
+        passed_bound: by how much the motion it found passes a bound of the state, 0 if it passes none.
     """
 
     def __init__(
@@ -98,7 +51,7 @@ class ModeSearch:
         self.point = PointFunctions(equations.system)
         self.groups = PairGroups(equations.system)
         self.switching = equations.options.switch_detection
-        self.reason = ""
+        self.reason, self.passed_bound = "", 0.0
 
     def solve(self, step: StepInput, likely: Sequence[np.ndarray]) -> FoundModes | None:
         """Return the solved interval, or None.
@@ -108,14 +61,14 @@ class ModeSearch:
             likely: modes it probably starts in, (n_pairs) each; all others that fit are tried after them.
         """
         self._trials = self._iterations = 0
-        self.reason = ""
+        self.reason, self.passed_bound = "", 0.0
         self._seen: set[bytes] = set()
         self._limit = MAX_TRIALS
         self._doubtful: FoundModes | None = None
         for mode in self._starts(step, likely):
             if self._trials >= self._limit:
                 break
-            sequence = _ModeSequence((tuple(mode.tolist()),), (1.0,))
+            sequence = ModeSequence((tuple(mode.tolist()),), (1.0,))
             solved = self._descend(step, sequence, self._constant(step, mode))
             if solved is not None:
                 return solved
@@ -135,7 +88,7 @@ class ModeSearch:
         every = range(len(self.groups.groups))
         yield from self.groups.combined(closed & False, [(g, self.groups.subsets(g, closed)) for g in every])
 
-    def _descend(self, step: StepInput, sequence: _ModeSequence, guess: np.ndarray) -> FoundModes | None:
+    def _descend(self, step: StepInput, sequence: ModeSequence, guess: np.ndarray) -> FoundModes | None:
         modes = self._allocate(sequence)
         if modes is None or self._trials >= self._limit or modes.tobytes() in self._seen:
             return None
@@ -191,8 +144,8 @@ class ModeSearch:
         return lagrange(np.append(0.0, fractions), inner)
 
     def _candidates(
-        self, sequence: _ModeSequence, kept: int, base: np.ndarray, violation: _Violation
-    ) -> Iterator[_ModeSequence]:
+        self, sequence: ModeSequence, kept: int, base: np.ndarray, violation: Violation
+    ) -> Iterator[ModeSequence]:
         """Sequences that differ from the violation on, nearest modes first; the modes before it are `kept` many."""
         before = np.array(sequence.modes[kept - 1]) if kept else base
         if violation.immediate:
@@ -200,7 +153,7 @@ class ModeSearch:
             first, ends = sequence.modes[:kept], sequence.ends[:kept]
             for mode in self._modes(base, before, violation):
                 if not kept or (mode != before).any():
-                    yield _ModeSequence((*first, tuple(mode.tolist())), (*ends, 1.0))
+                    yield ModeSequence((*first, tuple(mode.tolist())), (*ends, 1.0))
             if kept:
                 return
         if self.switching:
@@ -211,9 +164,9 @@ class ModeSearch:
             if kept + 1 >= self.equations.cells:
                 self.reason = f"its switches need more than the {self.equations.elements} elements of a step"
                 return
-            yield _ModeSequence((*sequence.modes[: kept + 1], tuple(mode.tolist())), (*sequence.ends[:kept], end, 1.0))
+            yield ModeSequence((*sequence.modes[: kept + 1], tuple(mode.tolist())), (*sequence.ends[:kept], end, 1.0))
 
-    def _modes(self, base: np.ndarray, before: np.ndarray, violation: _Violation) -> Iterator[np.ndarray]:
+    def _modes(self, base: np.ndarray, before: np.ndarray, violation: Violation) -> Iterator[np.ndarray]:
         """Modes that differ from `base` in the groups with a wrong sign, those with few active pairs first."""
         options = []
         for number in self.groups.touched(np.concatenate([violation.entering, violation.leaving])):
@@ -234,12 +187,12 @@ class ModeSearch:
             options.append((number, modes))
         return self.groups.combined(base, options)
 
-    def _allocate(self, sequence: _ModeSequence) -> Modes | None:
+    def _allocate(self, sequence: ModeSequence) -> Modes | None:
         """Distribute the cells over a sequence, elements so that the steps are as equal as the switches allow."""
         numbers = self._numbers(sequence)
         return None if numbers is None else np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
 
-    def _numbers(self, sequence: _ModeSequence) -> np.ndarray | None:
+    def _numbers(self, sequence: ModeSequence) -> np.ndarray | None:
         """Number of cells of every mode, None if there are more modes than cells."""
         cells, count = self.equations.cells, len(sequence.modes)
         if not self.switching:
@@ -263,7 +216,7 @@ class ModeSearch:
         steps = np.full(layout.elements, step.length / layout.elements)
         return self._sampled(step, steps, times, states, lambda x, cell: z)
 
-    def _guess(self, step: StepInput, own: np.ndarray, sequence: _ModeSequence) -> np.ndarray:
+    def _guess(self, step: StepInput, own: np.ndarray, sequence: ModeSequence) -> np.ndarray:
         """The states of an earlier trial, with the steps of the new sequence."""
         layout, numbers = self.equations.layout, self._numbers(sequence)
         if numbers is None:
@@ -333,7 +286,7 @@ class ModeSearch:
         """G at the left boundary of the step, (n_pairs)."""
         return np.asarray(self.point.sides(step.z)[0]).ravel()
 
-    def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> _Violation | None:
+    def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> Violation | None:
         equations, stages = self.equations, self.equations.layout.stages
         G_at, H_at = equations.values(own, step.x, step.p)
         wrong_G = (G_at < -self.tolerance) & equations.sign_checked[None, :, None]
@@ -362,7 +315,7 @@ class ModeSearch:
         zeros = [_zero(last_time, last_G[i], times[n, j], G_at[n, j, i]) for i in np.flatnonzero(wrong_G[n, j])]
         zeros += [_zero(H_time, last_H[i], times[n, j], H_at[n, j, i]) for i in np.flatnonzero(wrong_H[n, j])]
         seen = slice(None) if self.switching else slice(j, j + 1)
-        return _Violation(
+        return Violation(
             cell=n if self.switching else n * stages + j,
             entering=np.flatnonzero(wrong_G[n, seen].any(axis=0)),
             leaving=np.flatnonzero(wrong_H[n, seen].any(axis=0)),
@@ -390,15 +343,25 @@ class ModeSearch:
             if h.min() < -1e-9 or h.max() > longest + 1e-9:
                 return False
         states = np.asarray(self.states(step.x, own)[0]).T
+        if self._passes_bound(states):
+            return False
         sign_checked = np.flatnonzero(self.equations.sign_checked[: layout.stages])
         z = np.array([own[layout.algebraic(n, j)] for n in range(layout.elements) for j in sign_checked.tolist()])
         z = z.reshape(-1, layout.n_z)
-        return not (
-            (states < self.state_lower - slack).any()
-            or (states > self.state_upper + slack).any()
-            or (z < system.algebraic_lower - slack).any()
-            or (z > system.algebraic_upper + slack).any()
-        )
+        return not ((z < system.algebraic_lower - slack).any() or (z > system.algebraic_upper + slack).any())
+
+    def _passes_bound(self, states: np.ndarray) -> bool:
+        """Whether states (points, n_x) are outside their bounds; the worst of them is the reason then."""
+        below, above = self.state_lower - states, states - self.state_upper
+        beyond = np.maximum(below, above)
+        point, i = divmod(int(np.argmax(beyond)), beyond.shape[1])
+        if beyond[point, i] <= self.tolerance:
+            return False
+        side, bounds = ("lower", self.state_lower) if below[point, i] > 0.0 else ("upper", self.state_upper)
+        name = self.equations.system.state_names[i]
+        self.passed_bound = float(beyond[point, i])
+        self.reason = f"its motion takes {name} to {states[point, i]:.6g}, beyond state_{side} {bounds[i]:.6g}"
+        return True
 
 
 def _zero(t_before: float, before: float, time: float, after: float) -> float:

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.errors import DimensionError, ModelError
+from fesd_robot.errors import DimensionError, ModelError, OptionError
+from fesd_robot.fesd.mode_sequence import StepInput
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.search import StepInput
 from fesd_robot.fesd.sensitivity import chain
 from fesd_robot.fesd.simulation import Sensitivity, Simulation, SimulationError, StepReport
 from fesd_robot.fesd.stepper import SimulationSettings, StepFailure, Stepper
@@ -49,6 +49,7 @@ def simulate(
 
     Raises:
         DimensionError: an argument of the wrong shape.
+        OptionError: an argument of another type.
         ModelError: an empty horizon, values that are not finite, or sensitivities of a system with vanishing
             constraints.
         SimulationError: a step was not solved; the message names its time, state and residual, the exception keeps
@@ -56,6 +57,13 @@ def simulate(
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.
     """
+    for name, value, kind, example in (
+        ("system", system, ComplementaritySystem, "as stewart, heaviside and heaviside_from_regions return it"),
+        ("options", options, FesdOptions, "such as FesdOptions(make_tableau('radau_iia', 3), elements=2)"),
+        ("settings", settings, SimulationSettings, "such as SimulationSettings(tolerance=1e-10)"),
+    ):
+        if not isinstance(value, kind) and (value is not None or name == "system"):
+            raise OptionError(f"{name} is a {type(value).__name__}, must be {kind.__name__}, {example}")
     settings = settings or SimulationSettings()
     options = (options or FesdOptions(elements=2)).with_form("integral" if system.vanishing else "differential")
     controls, x, p = _checked(system, initial, controls, duration, parameters)

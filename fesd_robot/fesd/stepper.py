@@ -9,10 +9,11 @@ import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.mode_sequence import StepInput
 from fesd_robot.fesd.modes import ModeEquations, Modes
 from fesd_robot.fesd.ocp import initial_value_problem
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.search import ModeSearch, StepInput
+from fesd_robot.fesd.search import ModeSearch
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
@@ -119,6 +120,8 @@ class Stepper:
             direct = self.search.solve(step, likely)
             if direct:
                 return SolvedStep(direct.own, direct.modes, "modes", direct.trials, direct.iterations, direct.residual)
+            if self.search.passed_bound:
+                return StepFailure(self.search.reason, self.search.passed_bound)
         return self._homotopy(step)
 
     def _problem(self, step: StepInput) -> Transcription:
