@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -9,11 +10,15 @@ import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.adaptive.ambiguity import repelling
+from fesd_robot.fesd.adaptive.point_modes import PointModes
 from fesd_robot.fesd.mode_sequence import StepInput
 from fesd_robot.fesd.modes import ModeEquations, Modes
 from fesd_robot.fesd.ocp import initial_value_problem
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.search import ModeSearch
+from fesd_robot.fesd.search import ACTIVE_G, ModeSearch
+from fesd_robot.fesd.simulation import Note
+from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
@@ -108,6 +113,33 @@ class Stepper:
         """Whether steps of equal length between switches are what the options ask for, and pairs are all there is."""
         alike = self.options.step_equilibration != "difference" or self.equations.elements <= 2
         return not self.system.vanishing and (alike or not self.options.switch_detection)
+
+    def ambiguities(self, elements: Sequence[Element], modes: Sequence[np.ndarray], p: np.ndarray) -> list[Note]:
+        """Return where other motions go on from the beginning of a mode, too.
+
+        Args:
+            elements: of a step.
+            modes: theirs, behind that of the element before if there is one.
+            p: parameters.
+        """
+        if not self.direct or not self.options.switch_detection:
+            return []
+        before = modes[-len(elements) - 1] if len(modes) > len(elements) else None
+        notes = []
+        for element, mode in zip(elements, modes[-len(elements) :], strict=True):
+            if (before is None or (mode != before).any()) and element.step > 0.0:
+                point = (element.x_left, element.u, element.z_left, p)
+                closed = np.asarray(self.points.sides(*point)[0] <= ACTIVE_G)
+                own = self.points.solve(*point, mode)
+                text = repelling(self.points, point, mode, closed, own.rate) if own.right(closed) else None
+                notes += [Note(element.start, text)] if text else []
+            before = mode
+        return notes
+
+    @cached_property
+    def points(self) -> PointModes:
+        """The modes of single points."""
+        return self.system.compiled.setdefault("points", PointModes(self.system))
 
     def last_of_elements(self, modes: Modes) -> Modes:
         """The mode of every element."""

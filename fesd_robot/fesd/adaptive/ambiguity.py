@@ -1,0 +1,59 @@
+"""Whether the motion that is taken at a point is the only one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd.adaptive.point_modes import Point, PointMode, PointModes
+
+SAME_RATE = 1e-2
+"""Relative difference of rates up to which a mode that has been taken is one that is found again."""
+
+
+def mode_name(system: ComplementaritySystem) -> Callable[[np.ndarray], str]:
+    """Return what puts a mode of the system in words."""
+    if system.describe:
+        return system.describe
+    return lambda mode: ", ".join(str(pair.label) for pair, active in zip(system.pairs, mode, strict=True) if active)
+
+
+def different(found: Sequence[PointMode]) -> list[PointMode]:
+    """Return the modes whose rates differ from those of all before them; the first is one of them."""
+    kept: list[PointMode] = []
+    largest = max((float(np.abs(one.rate).max()) for one in found), default=0.0)
+    for one in found:
+        if all(np.abs(one.rate - other.rate).max() > 1e-6 * (1.0 + largest) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def several(points: PointModes, found: Sequence[PointMode]) -> str | None:
+    """Return a sentence if several motions go on from a point, of which the first is taken."""
+    motions = different(found)
+    if len(motions) < 2:
+        return None
+    names = "; ".join(mode_name(points.system)(one.mode) for one in motions)
+    return f"not unique: {len(motions)} motions go on from here ({names}), the first is taken"
+
+
+def repelling(points: PointModes, point: Point, mode: np.ndarray, closed: np.ndarray, rate: np.ndarray) -> str | None:
+    """Return a sentence if a mode that goes on can be left at a point although no sign is wrong.
+
+    Args:
+        points: the modes of points.
+        point: x, u, z, p.
+        mode: the one that is taken, (n_pairs).
+        closed: pairs whose G is zero there, (n_pairs).
+        rate: dx/dt, (n_x).
+    """
+    found = points.fitting(*point, closed, mode)
+    limit = max(1e-6, SAME_RATE * float(np.abs(rate).max()))
+    others = [one for one in different(found) if np.abs(one.rate - rate).max() > limit]
+    if not others:
+        return None
+    name = mode_name(points.system)
+    names = "; ".join(name(one.mode) for one in others)
+    return f"not unique: {name(mode)} is taken, but {names} can go on from here, too"

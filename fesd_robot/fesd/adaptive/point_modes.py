@@ -1,0 +1,223 @@
+"""Which modes a motion can follow from a point: H and the derivatives of G there, with hidden constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd.adaptive.compiled import DenseFunction
+from fesd_robot.fesd.groups import PairGroups
+
+MAX_COMBINATIONS = 81
+"""Modes of a point that are all looked at; of more, those are that pivoting leads to."""
+
+SIGN = 1e-7
+"""How negative an H, or a derivative of G in units of the largest rate, may be at a point."""
+
+
+INCONSISTENT = 3e-6
+"""Largest residual of a mode that fits a point."""
+
+STARTS = (0.1, 0.5, 0.9)
+"""Values of H from which the modes of intersecting surfaces are solved."""
+
+Point = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""State, control, algebraic variables and parameters."""
+
+
+@dataclass(frozen=True)
+class PointMode:
+    """A mode at a point.
+
+    Attributes:
+        mode: (n_pairs) booleans, where G stays zero.
+        z: algebraic variables, (n_z).
+        rate: dx/dt, (n_x).
+        H: (n_pairs).
+        G_rate: dG/dt, (n_pairs), in units of the largest rate.
+        consistent: whether the mode's equations hold there.
+        determined: whether they determine the rate.
+        nonlinear: whether Newton's method took its time, so that there may be other solutions.
+    """
+
+    mode: np.ndarray
+    z: np.ndarray
+    rate: np.ndarray
+    H: np.ndarray
+    G_rate: np.ndarray
+    consistent: bool
+    determined: bool
+    nonlinear: bool
+
+    def right(self, closed: np.ndarray) -> bool:
+        """Whether all signs are right: H, and dG/dt of the closed pairs that are not active."""
+        return self.consistent and not self.wrong(closed).any()
+
+    def wrong(self, closed: np.ndarray) -> np.ndarray:
+        """Return the pairs with a wrong sign, (n_pairs) booleans."""
+        return np.where(self.mode, self.H < -SIGN, closed & (self.G_rate < -SIGN))
+
+
+@dataclass(frozen=True, eq=False)
+class PointModes:
+    """The modes of single points.
+
+    In a mode the rows ``r = (g, e, m G + (1 - m) H) = 0`` hold. Where they do not determine z (sliding modes), the
+    hidden constraint ``P (dr/dx) x' = 0`` does, with P the projection on the left null space of ``dr/dz``. The
+    derivative of G follows from ``(dr/dx) x' + (dr/dz) z' = 0``.
+
+    Args:
+        system: the dynamics, without vanishing constraints; linear in the multipliers G.
+    """
+
+    system: ComplementaritySystem
+
+    @cached_property
+    def groups(self) -> PairGroups:
+        """The pairs in groups that decide together."""
+        return PairGroups(self.system)
+
+    @cached_property
+    def _function(self) -> DenseFunction:
+        system = self.system
+        n_z = system.algebraic.numel()
+        m, P = ca.SX.sym("m", len(system.pairs)), ca.SX.sym("P", n_z, n_z)
+        rows = ca.vertcat(system.residual, system.equations, m * system.G + (1 - m) * system.H)
+        rate = ca.solve(system.mass_matrix, system.right_hand_side)
+        by_x, z = ca.jacobian(rows, system.state), system.algebraic
+        moved = ca.mtimes(by_x, rate)
+        hidden = ca.mtimes(P, moved)
+        results = [
+            rows, ca.jacobian(rows, z), hidden, ca.jacobian(hidden, z), rate, moved, system.G, system.H,
+            ca.jacobian(system.G, z), ca.jacobian(system.H, z), by_x,
+        ]  # fmt: skip
+        return DenseFunction("point", [*system.arguments, m, ca.vec(P)], results)
+
+    def sides(self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return G and H at a point."""
+        n_z = len(z)
+        results = self._function(x, u, z, p, np.zeros(len(self.system.pairs)), np.zeros(n_z * n_z))
+        return results[6].copy(), results[7].copy()
+
+    @cached_property
+    def _projections(self) -> dict[bytes, tuple[np.ndarray, np.ndarray]]:
+        """Mode -> dr/dz and the projection on its left null space, of the last point."""
+        return {}
+
+    def solve(self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, mode: np.ndarray) -> PointMode:
+        """Return a mode at a point, its z by Newton's method from a given one."""
+        m, n_z = mode.astype(float), len(z)
+        nothing = np.zeros(n_z * n_z)
+        z, known = z.copy(), self._projections
+        iterations = 0
+        for _ in range(12):
+            iterations += 1
+            by_z = self._function(x, u, z, p, m, nothing)[1]
+            if mode.tobytes() not in known or not np.array_equal(known[mode.tobytes()][0], by_z):
+                known[mode.tobytes()] = (by_z.copy(), _left_null_space(by_z))
+            projection = known[mode.tobytes()][1]
+            rows, by_z, hidden, hidden_z, rate, *_ = self._function(x, u, z, p, m, projection)
+            scale = 1.0 + float(np.abs(rate).max())
+            matrix, right = np.vstack([by_z, hidden_z / scale]), np.concatenate([rows, hidden / scale])
+            if not np.isfinite(matrix).all() or not np.isfinite(right).all():
+                break
+            step, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=1e-10)
+            z -= step
+            if np.abs(step).max() <= 1e-13 * (1.0 + np.abs(z).max()):
+                break
+        rows, by_z, hidden, _, rate, moved, _, H, G_z, *_ = self._function(x, u, z, p, m, projection)
+        scale = float(np.abs(rate).max()) + 1e-300
+        z_rate = np.linalg.lstsq(by_z, -moved, rcond=1e-10)[0] if np.isfinite(by_z).all() else np.zeros(n_z)
+        off = max(float(np.abs(rows).max()), float(np.abs(hidden).max()) / (1.0 + scale))
+        return PointMode(
+            mode.copy(), z, rate.copy(), H.copy(), G_z @ z_rate / scale, bool(off <= INCONSISTENT), bool(rank == n_z),
+            nonlinear=iterations > 3,
+        )  # fmt: skip
+
+    def projected(self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, mode: np.ndarray) -> np.ndarray:
+        """Return the state nearest to a given one, which is near them, on the surfaces of a mode."""
+        for _ in range(3):
+            self.solve(x, u, z, p, mode)
+            rows, *_, by_x = self._function(x, u, z, p, mode.astype(float), np.zeros(len(z) ** 2))
+            P = self._projections[mode.tobytes()][1].reshape(len(rows), -1)
+            x = x - np.linalg.lstsq(P @ by_x, P @ rows, rcond=1e-10)[0]
+        return x
+
+    def fitting(
+        self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, closed: np.ndarray, likely: np.ndarray
+    ) -> list[PointMode]:
+        """Return the modes with right signs at a point, those with few active pairs first.
+
+        Args:
+            x, u, z, p: the point.
+            closed: pairs whose G is zero there, (n_pairs).
+            likely: a mode that differs from the wanted one in few groups only, (n_pairs).
+        """
+        groups = self.groups
+        undecided = [g for g, own in enumerate(groups.groups) if closed[own].sum() > 1 or (closed & ~likely)[own].any()]
+        options = [(g, groups.subsets(g, closed)) for g in undecided]
+        base = likely & closed
+        if float(np.prod([float(len(modes)) for _, modes in options])) <= MAX_COMBINATIONS:
+            return self._right(groups.combined(base, options), (x, u, z, p), closed)
+        found = self._pivoted(next(groups.combined(base, options)), (x, u, z, p), closed)
+        others = [  # several solutions at least where they differ in one group
+            mode
+            for one in found
+            for number, modes in options
+            for mode in groups.combined(one.mode, [(number, modes)])
+            if (mode != one.mode).any()
+        ]
+        return found + self._right(others, (x, u, z, p), closed)
+
+    def _right(self, modes: Iterable[np.ndarray], point: Point, closed: np.ndarray) -> list[PointMode]:
+        solved = (one for mode in modes for one in self._solutions(point, mode))
+        return sorted((one for one in solved if one.right(closed)), key=lambda one: int(one.mode.sum()))
+
+    def _solutions(self, point: Point, mode: np.ndarray) -> list[PointMode]:
+        """Return all solutions of a mode that are found: on intersections of surfaces products of H have several."""
+        found = [self.solve(*point, mode)]
+        sliding = [own[mode[own]][0] for own in self.groups.groups if mode[own].sum() > 1]
+        if not found[0].nonlinear or not 2 <= len(sliding) <= len(STARTS):
+            return found
+        x, u, z, p = point
+        for shares in product(STARTS, repeat=len(sliding)):
+            *_, H, _, H_z, _ = self._function(x, u, z, p, mode.astype(float), np.zeros(len(z) ** 2))
+            start = z + np.linalg.lstsq(H_z[sliding], np.array(shares) - H[sliding], rcond=1e-10)[0]
+            one = self.solve(x, u, start, p, mode)
+            if all(np.abs(one.z - other.z).max() > 1e-6 * (1.0 + np.abs(one.z).max()) for other in found):
+                found.append(one)
+        return found
+
+    def _pivoted(self, mode: np.ndarray, point: Point, closed: np.ndarray) -> list[PointMode]:
+        """Principal pivoting: pairs with a wrong sign change, all at once as long as they become fewer, then the first.
+
+        Source: Judice and Pires, A block principal pivoting algorithm for LCP, Comput. Oper. Res. 21 (1994).
+        """
+        fewest, patience = len(mode) + 1, 5
+        for _ in range(20 * len(mode)):
+            solved = self.solve(*point, mode)
+            wrong = np.flatnonzero(solved.wrong(closed))
+            if not wrong.size:
+                return [solved] if solved.consistent else []
+            if wrong.size < fewest:
+                fewest, patience = wrong.size, 5
+            else:
+                patience -= 1
+            mode = mode.copy()
+            mode[wrong if patience >= 0 else wrong[:1]] ^= True
+        return []
+
+
+def _left_null_space(matrix: np.ndarray) -> np.ndarray:
+    """Return the projection on the left null space of a matrix as a vector."""
+    if not np.isfinite(matrix).all():
+        return np.zeros(matrix.size)
+    left, values, _ = np.linalg.svd(matrix)
+    null = left[:, values <= 1e-10 * max(values[0], 1.0)]
+    return np.asarray((null @ null.T).ravel())
