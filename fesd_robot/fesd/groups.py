@@ -51,6 +51,29 @@ class PairGroups:
         return sorted((np.array(sorted(g)) for g in found), key=lambda g: int(g[0]))
 
     @cached_property
+    def components(self) -> list[list[int]]:
+        """Numbers of groups that depend on each other: dG/dt of one on H of another, directly or by others."""
+        system, z = self.system, self.system.algebraic
+        rows = ca.vertcat(system.residual, system.equations)
+        rate = ca.solve(system.mass_matrix, system.right_hand_side)
+        in_rows = _dependence(rows, z)
+        in_rates = _dependence(ca.mtimes(ca.jacobian(rows, system.state), rate), z)
+        of_G, of_H = _dependence(system.G, z), _dependence(system.H, z)
+        of_groups = [of_G[group].any(axis=0) for group in self.groups]
+        multiplier = of_G.any(axis=0)
+        # Sets of variables that are not G: those of one group's H, of one equation, of what moves one group's G.
+        linked = [of_H[group].any(axis=0) for group in self.groups]
+        linked += [row & ~multiplier for row in in_rows]
+        for group, own in zip(self.groups, of_groups, strict=True):
+            moving = in_rates[(in_rows & own).any(axis=1)]
+            linked.append((moving.any(axis=0) & ~multiplier) | of_H[group].any(axis=0))
+        merged = _merged(linked)
+        home = [
+            next(i for i, part in enumerate(merged) if (part & of_H[group].any(axis=0)).any()) for group in self.groups
+        ]
+        return [[g for g, own in enumerate(home) if own == i] for i in sorted(set(home))]
+
+    @cached_property
     def _linking_rows(self) -> ca.SX:
         """Equations in variables of H alone."""
         system = self.system
@@ -114,6 +137,17 @@ def _dependence(rows: ca.SX, variables: ca.SX) -> np.ndarray:
         return np.zeros((rows.numel(), variables.numel()), dtype=bool)
     pattern = ca.jacobian_sparsity(rows, variables)
     return np.asarray(ca.DM(pattern, 1).full(), dtype=bool)
+
+
+def _merged(sets: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return the unions of sets that share something."""
+    merged: list[np.ndarray] = []
+    for one in sets:
+        if one.any():
+            touching = [other for other in merged if (other & one).any()]
+            merged = [other for other in merged if not (other & one).any()]
+            merged.append(np.logical_or.reduce([one, *touching]))
+    return merged
 
 
 def _at_zero(rows: ca.SX, z: ca.SX) -> tuple[ca.DM, ca.DM]:

@@ -9,6 +9,9 @@ import numpy as np
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.adaptive.point_modes import Point, PointMode, PointModes
 
+SHOWN = 4
+"""Other modes that a note names."""
+
 SAME_RATE = 1e-2
 """Relative difference of rates up to which a mode that has been taken is one that is found again."""
 
@@ -35,8 +38,8 @@ def several(points: PointModes, found: Sequence[PointMode]) -> str | None:
     motions = different(found)
     if len(motions) < 2:
         return None
-    names = "; ".join(mode_name(points.system)(one.mode) for one in motions)
-    return f"not unique: {len(motions)} motions go on from here ({names}), the first is taken"
+    taken, others = mode_name(points.system)(motions[0].mode), _some_names(points, motions[1:])
+    return f"not unique: {taken} is taken, but other motions go on from here, too ({others})"
 
 
 def repelling(points: PointModes, point: Point, mode: np.ndarray, closed: np.ndarray, rate: np.ndarray) -> str | None:
@@ -49,11 +52,26 @@ def repelling(points: PointModes, point: Point, mode: np.ndarray, closed: np.nda
         closed: pairs whose G is zero there, (n_pairs).
         rate: dx/dt, (n_x).
     """
-    found = points.fitting(*point, closed, mode)
+    found = points.fitting(point, closed, mode, _undecided(points, mode, closed))
     limit = max(1e-6, SAME_RATE * float(np.abs(rate).max()))
     others = [one for one in different(found) if np.abs(one.rate - rate).max() > limit]
     if not others:
         return None
+    taken = mode_name(points.system)(mode)
+    return f"not unique: {taken} goes on, but other motions do from here, too ({_some_names(points, others)})"
+
+
+def _some_names(points: PointModes, modes: Sequence[PointMode]) -> str:
     name = mode_name(points.system)
-    names = "; ".join(name(one.mode) for one in others)
-    return f"not unique: {name(mode)} is taken, but {names} can go on from here, too"
+    more = f"; {len(modes) - SHOWN} more" if len(modes) > SHOWN else ""
+    return "; ".join(name(one.mode) for one in modes[:SHOWN]) + more
+
+
+def _undecided(points: PointModes, mode: np.ndarray, closed: np.ndarray) -> np.ndarray:
+    """Return the pairs that could change: those of surfaces that are met, and of surfaces slid on that intersect."""
+    undecided = closed & ~mode
+    for component in points.groups.components:
+        sliding = [g for g in component if mode[points.groups.groups[g]].sum() > 1]
+        if len(sliding) > 1:
+            undecided[np.concatenate([points.groups.groups[g] for g in sliding])] = True
+    return undecided

@@ -81,18 +81,21 @@ class Integration:
     def begin(self, time: float, u: np.ndarray) -> None:
         """Begin an interval with another control."""
         self.time, self.u, self._last, self._begun = time, u, None, time
-        self._select(after=None)
+        self._select(None)
 
     # -- modes -----------------------------------------------------------------------------------------------------
 
     def _closed(self, G: np.ndarray) -> np.ndarray:
         return np.asarray(max(CLOSED, self.zeno.closeness) * (1.0 + np.abs(G).max(initial=0.0)) >= G)
 
-    def _select(self, after: np.ndarray | None) -> None:
-        """Choose the mode that goes on from here; ``after`` is the one that ended, None at the start of an interval."""
+    def _select(self, ended: int | None) -> None:
+        """Choose the mode that goes on from here; ``ended`` is the pair at whose sign a mode ended, None at a start."""
         G, _ = self.points.sides(self.x, self.u, self.z, self.p)
         closed = self._closed(G)
-        found = self.points.fitting(self.x, self.u, self.z, self.p, closed, self.likely)
+        about = closed & ~self.likely
+        if ended is not None:
+            about[ended] = True
+        found = self.points.fitting((self.x, self.u, self.z, self.p), closed, self.likely, about)
         if not found:
             raise IntegrationFailure("no mode has all signs right there")
         if text := several(self.points, found):
@@ -123,7 +126,7 @@ class Integration:
         """Go on where the H of a sliding mode on several surfaces cease to exist, if another mode fits there."""
         G, _ = self.points.sides(self.x, self.u, self.z, self.p)
         closed, ending = self._closed(G), self._name(self.likely)
-        found = self.points.fitting(self.x, self.u, self.z, self.p, closed, self.likely)
+        found = self.points.fitting((self.x, self.u, self.z, self.p), closed, self.likely, closed)
         others = [one for one in found if (one.mode != self.likely).any()]
         if not others:
             raise IntegrationFailure(f"the sliding mode {ending} ceases to exist, and no other mode fits")
@@ -177,7 +180,7 @@ class Integration:
         left, span = end - self.time, end - self._begun
         h = min(self.h or self._first_step(left), self.longest, left)
         if left - h < 0.1 * h:
-            h = left if left <= 1.1 * self.longest else h
+            h = left if left <= self.longest else 0.5 * left
         tried, iterations = [self.likely.tobytes()], 0
         stages = self.equations.stages
         for attempt in range(1, MAX_ATTEMPTS + 1):
@@ -198,7 +201,7 @@ class Integration:
             event = self._event(solved)
             if event is None:
                 self.h = h * min(5.0, 0.9 * max(error, 1e-10) ** (-1.0 / (stages + 1)))
-                return self._accept(solved, attempt, iterations, end, switched=False)
+                return self._accept(solved, attempt, iterations, end, None)
             time, pair, leaving = event
             if time <= 1e-13 * max(left, h) or (self._last is None and time * 1e8 < h):
                 if self._other_mode(tried):
@@ -213,7 +216,7 @@ class Integration:
                 h = 0.7 * time if time > 0.05 * h else 0.3 * h
                 continue
             self.h = max(h, ended.h)
-            return self._accept(ended, attempt, iterations + ended.iterations, end, switched=True)
+            return self._accept(ended, attempt, iterations + ended.iterations, end, pair)
         raise IntegrationFailure(f"{MAX_ATTEMPTS} attempts at an element did not succeed")
 
     def _solve(self, h: float) -> SolvedElement | None:
@@ -321,7 +324,7 @@ class Integration:
     def _switch_here(self, leaving: bool, pair: int) -> None:
         """Switch at the left end of an element."""
         before = self.likely
-        self._select(after=before)
+        self._select(pair)
         if (self.likely == before).all() and not self._other_mode([before.tobytes()]):
             if not leaving:
                 raise IntegrationFailure(f"a sign is wrong at once in {self._name(before)}, and no other mode fits")
@@ -329,7 +332,8 @@ class Integration:
             mode[pair] = False
             self._take(self.points.solve(self.x, self.u, self.z, self.p, mode), before)
 
-    def _accept(self, solved: SolvedElement, attempts: int, iterations: int, end: float, *, switched: bool) -> Accepted:
+    def _accept(self, solved: SolvedElement, attempts: int, iterations: int, end: float, ended: int | None) -> Accepted:
+        switched = ended is not None
         accepted = Accepted(self.time, self.x, self.z, self.likely, solved, attempts, iterations, switched)
         self.time = end if abs(self.time + solved.h - end) <= 1e-14 * max(abs(end), 1.0) else self.time + solved.h
         self.x, self.z = solved.x[-1], solved.z[-1]
@@ -347,9 +351,9 @@ class Integration:
         if self.zeno.text and not any(note.text.startswith("Zeno") for note in self.notes):
             self.notes.append(Note(self.time, self.zeno.text))
         before = self.likely
-        self._select(after=before)
-        if (self.likely == before).all() and not self._other_mode([before.tobytes()]):
-            self._last = None
+        self._select(ended)
+        if (self.likely == before).all():
+            self._other_mode([before.tobytes()])
         return accepted
 
 

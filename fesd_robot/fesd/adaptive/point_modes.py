@@ -146,38 +146,79 @@ class PointModes:
             self.solve(x, u, z, p, mode)
             rows, *_, by_x = self._function(x, u, z, p, mode.astype(float), np.zeros(len(z) ** 2))
             P = self._projections[mode.tobytes()][1].reshape(len(rows), -1)
-            x = x - np.linalg.lstsq(P @ by_x, P @ rows, rcond=1e-10)[0]
+            x = x - np.linalg.lstsq(P @ by_x.reshape(len(rows), len(x)), P @ rows, rcond=1e-10)[0]
         return x
 
-    def fitting(
-        self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, closed: np.ndarray, likely: np.ndarray
-    ) -> list[PointMode]:
-        """Return the modes with right signs at a point, those with few active pairs first.
+    def fitting(self, point: Point, closed: np.ndarray, likely: np.ndarray, about: np.ndarray) -> list[PointMode]:
+        """Return modes with right signs at a point, first those with few active pairs.
+
+        Groups that depend on each other are looked at together, others one after the other.
 
         Args:
-            x, u, z, p: the point.
+            point: x, u, z, p.
             closed: pairs whose G is zero there, (n_pairs).
-            likely: a mode that differs from the wanted one in few groups only, (n_pairs).
+            likely: a mode that fits where nothing changes, (n_pairs).
+            about: pairs that may change, (n_pairs); where the likely mode has a wrong sign others do, too.
+
+        Returns:
+            the first is right as a whole; every other one differs from it in groups that depend on each other.
         """
-        groups = self.groups
-        undecided = [g for g, own in enumerate(groups.groups) if closed[own].sum() > 1 or (closed & ~likely)[own].any()]
-        options = [(g, groups.subsets(g, closed)) for g in undecided]
-        base = likely & closed
+        groups, base = self.groups, likely & closed
+        missing = [g for g, own in enumerate(groups.groups) if groups.needs_one[g] and not base[own].any()]
+        for g in missing:
+            base = base | groups.subsets(g, closed)[0]
+        about = about | np.isin(np.arange(len(closed)), [i for g in missing for i in groups.groups[g]])
+        looked_at: list[tuple[list[int], list[PointMode]]] = []
+        for _ in range(1 + len(groups.components)):
+            done = [g for component, _ in looked_at for g in component]
+            touched = [one for one in groups.components if one[0] not in done and about[self._pairs(one)].any()]
+            for component in touched:
+                found = self._of_component(component, point, closed, base)
+                if not found:
+                    return []
+                base = found[0].mode
+                looked_at.append((component, found))
+            whole = self.solve(*point, base) if not looked_at or len(looked_at) > 1 else looked_at[0][1][0]
+            about = whole.wrong(closed)
+            if not about.any():
+                break
+        if not whole.right(closed):
+            return []
+        others = []
+        for component, found in looked_at:
+            own = self._pairs(component)
+            for one in found[1:]:
+                mode = base.copy()
+                mode[own] = one.mode[own]
+                others.append(one if len(looked_at) == 1 else self.solve(*point[:2], one.z, point[3], mode))
+        return [whole, *others]
+
+    def _pairs(self, component: Iterable[int]) -> np.ndarray:
+        return np.concatenate([self.groups.groups[g] for g in component])
+
+    def _of_component(
+        self, component: list[int], point: Point, closed: np.ndarray, base: np.ndarray
+    ) -> list[PointMode]:
+        """Return the modes with right signs in groups that depend on each other, the others as in `base`."""
+        own = self._pairs(component)
+        options = [(g, self.groups.subsets(g, closed)) for g in component]
+        options = [(g, modes) for g, modes in options if len(modes) > 1]
         if float(np.prod([float(len(modes)) for _, modes in options])) <= MAX_COMBINATIONS:
-            return self._right(groups.combined(base, options), (x, u, z, p), closed)
-        found = self._pivoted(next(groups.combined(base, options)), (x, u, z, p), closed)
+            return self._right(self.groups.combined(base, options), point, closed, own)
+        found = self._pivoted(next(self.groups.combined(base, options)), point, closed, own)
         others = [  # several solutions at least where they differ in one group
             mode
             for one in found
             for number, modes in options
-            for mode in groups.combined(one.mode, [(number, modes)])
+            for mode in self.groups.combined(one.mode, [(number, modes)])
             if (mode != one.mode).any()
         ]
-        return found + self._right(others, (x, u, z, p), closed)
+        return found + self._right(others, point, closed, own)
 
-    def _right(self, modes: Iterable[np.ndarray], point: Point, closed: np.ndarray) -> list[PointMode]:
+    def _right(self, modes: Iterable[np.ndarray], point: Point, closed: np.ndarray, own: np.ndarray) -> list[PointMode]:
         solved = (one for mode in modes for one in self._solutions(point, mode))
-        return sorted((one for one in solved if one.right(closed)), key=lambda one: int(one.mode.sum()))
+        right = (one for one in solved if one.consistent and not one.wrong(closed)[own].any())
+        return sorted(right, key=lambda one: int(one.mode.sum()))
 
     def _solutions(self, point: Point, mode: np.ndarray) -> list[PointMode]:
         """Return all solutions of a mode that are found: on intersections of surfaces products of H have several."""
@@ -194,7 +235,7 @@ class PointModes:
                 found.append(one)
         return found
 
-    def _pivoted(self, mode: np.ndarray, point: Point, closed: np.ndarray) -> list[PointMode]:
+    def _pivoted(self, mode: np.ndarray, point: Point, closed: np.ndarray, own: np.ndarray) -> list[PointMode]:
         """Principal pivoting: pairs with a wrong sign change, all at once as long as they become fewer, then the first.
 
         Source: Judice and Pires, A block principal pivoting algorithm for LCP, Comput. Oper. Res. 21 (1994).
@@ -202,7 +243,7 @@ class PointModes:
         fewest, patience = len(mode) + 1, 5
         for _ in range(20 * len(mode)):
             solved = self.solve(*point, mode)
-            wrong = np.flatnonzero(solved.wrong(closed))
+            wrong = np.intersect1d(np.flatnonzero(solved.wrong(closed)), own)
             if not wrong.size:
                 return [solved] if solved.consistent else []
             if wrong.size < fewest:
