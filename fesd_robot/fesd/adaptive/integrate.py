@@ -11,14 +11,10 @@ from fesd_robot.fesd.adaptive.ambiguity import mode_name, repelling, several
 from fesd_robot.fesd.adaptive.one_element import OneElement, SolvedElement
 from fesd_robot.fesd.adaptive.point_modes import PointMode, PointModes
 from fesd_robot.fesd.adaptive.zeno import ZenoWatch
-from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.simulation import Note
 
 CLOSED = 1e-11
 """Largest G of a pair that counts as zero, in units of the largest G."""
-
-SAMPLES = 12
-"""Places in an element at which signs are looked at, besides its stages."""
 
 FOLD = 1e-7
 """Part of the interval to which steps shrink where the multipliers of a mode cease to exist."""
@@ -75,6 +71,7 @@ class Integration:
     _alternatives: list[PointMode] = field(default_factory=list)
     _repelling: bool = False
     _begun: float = 0.0
+    _end: tuple[SolvedElement, PointMode] | None = None
     _last: SolvedElement | None = None
     _new: np.ndarray | None = None
 
@@ -148,26 +145,16 @@ class Integration:
     # -- steps -----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Places in an element, and what interpolates there from left and stages, and from the stages alone."""
-        c = self.equations.tableau.c
-        places = np.unique(np.concatenate([np.arange(1, SAMPLES + 1) / SAMPLES, c]))
-        return places, lagrange(np.append(0.0, c), places), lagrange(c, places)
-
-    @cached_property
-    def _to_left(self) -> np.ndarray:
-        return lagrange(self.equations.tableau.c, np.array([0.0]))[0]
-
-    @cached_property
     def _error_weight(self) -> float:
         """gamma of the embedded formula x_0 + h gamma (K_0 - ...): the mean size of the eigenvalues of A."""
         return float(abs(np.linalg.det(self.equations.tableau.A)) ** (1.0 / self.equations.stages))
 
     def _error(self, solved: SolvedElement) -> float:
         """Norm of the difference to the embedded formula with n_s + 1 nodes; an element with at most 1 is accepted."""
-        off = solved.h * self._error_weight * (self.rate - self._to_left @ solved.slopes)
+        off = solved.h * self._error_weight * (self.rate - self.equations.to_left @ solved.slopes)
         scale = self.atol + self.rtol * np.maximum(np.abs(self.x), np.abs(solved.x[-1]))
-        return float(np.sqrt(np.mean((off / scale) ** 2)))
+        scaled = off / scale
+        return float(np.sqrt(scaled @ scaled / len(scaled)))
 
     def _first_step(self, left: float) -> float:
         """About a hundredth of what the state needs to change by itself, as in Hairer, Norsett and Wanner, II.4."""
@@ -229,7 +216,7 @@ class Integration:
 
     def _event(self, solved: SolvedElement) -> tuple[float, int, bool] | None:
         """Return time, pair and kind of the first wrong sign; the time counts from the left end."""
-        places, with_left, stages_only = self._samples
+        places, with_left, stages_only = self.equations.samples
         G_left = np.maximum(self.points.sides(self.x, self.u, self.z, self.p)[0], 0.0)
         G = np.where(self.likely, 0.0, with_left @ np.vstack([G_left, solved.G]))
         H = np.where(self.likely, stages_only @ solved.H, 0.0)
@@ -246,9 +233,12 @@ class Integration:
         best: tuple[float, int, bool] | None = None
         for pair in np.flatnonzero(wrong_G[k] | wrong_H[k]).tolist():
             leaving = bool(wrong_H[k, pair])
-            nodes = self.equations.tableau.c if leaving else np.append(0.0, self.equations.tableau.c)
-            values = solved.H[:, pair] if leaving else np.append(G_left[pair], solved.G[:, pair])
-            time = solved.h * _zero(nodes, values, before, places[k])
+            if leaving:
+                polynomial = self.equations.coefficients @ solved.H[:, pair]
+            else:
+                values = np.append(G_left[pair], solved.G[:, pair])
+                polynomial = self.equations.coefficients_with_left @ values
+            time = solved.h * _zero(polynomial.tolist(), float(before), float(places[k]))
             if best is None or time < best[0]:
                 best = (time, pair, leaving)
         return best
@@ -268,7 +258,10 @@ class Integration:
         return (solved.h * start / (start - exact.H[pair]) if start > 0 else 0.0), pair, True
 
     def _at_end(self, solved: SolvedElement) -> PointMode:
-        return self.points.solve(solved.x[-1], self.u, solved.z[-1], self.p, self.likely)
+        """The mode at the right end of an element, with hidden constraints."""
+        if self._end is None or self._end[0] is not solved:
+            self._end = (solved, self.points.solve(solved.x[-1], self.u, solved.z[-1], self.p, self.likely))
+        return self._end[1]
 
     def _end_at(self, solved: SolvedElement, time: float, pair: int, leaving: bool) -> SolvedElement | None:
         """Return the element that ends at an event."""
@@ -280,8 +273,7 @@ class Integration:
         beyond = (solved.h, min(float(self._at_end(solved).H[pair]), float(solved.H[-1, pair])))
         h, best = float(np.clip(time, 1e-3 * solved.h, solved.h)), None
         for _ in range(12):
-            weights = lagrange(self.equations.tableau.c, h / solved.h * self.equations.tableau.c)
-            start = weights @ np.hstack([solved.slopes, solved.z])
+            start = self.equations.continued(solved, h / solved.h * self.equations.tableau.c)
             best = self.equations.solve(start, self.x, h, self.u, self.p, self.likely)
             if best is None:
                 return None
@@ -357,15 +349,20 @@ class Integration:
         return accepted
 
 
-def _zero(nodes: np.ndarray, values: np.ndarray, low: float, high: float) -> float:
-    """Return where a polynomial through values at nodes becomes negative, between two fractions."""
-    for _ in range(50):
+def _zero(coefficients: list[float], low: float, high: float) -> float:
+    """Return where a polynomial becomes negative, between two fractions; the first if it is negative there."""
+
+    def value(at: float) -> float:
+        result = 0.0
+        for coefficient in reversed(coefficients):
+            result = result * at + coefficient
+        return result
+
+    for _ in range(14):
         middle = 0.5 * (low + high)
-        if float(lagrange(nodes, np.array([middle]))[0] @ values) < 0.0:
+        if value(middle) < 0.0:
             high = middle
         else:
             low = middle
-        if high - low < 1e-4:
-            break
-    at = lagrange(nodes, np.array([low, high])) @ values
-    return float(low + (high - low) * at[0] / (at[0] - at[1])) if at[0] > 0.0 > at[1] else float(low)
+    before, after = value(low), value(high)
+    return low + (high - low) * before / (before - after) if before > 0.0 > after else low

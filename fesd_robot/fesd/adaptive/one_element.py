@@ -18,6 +18,9 @@ from fesd_robot.fesd.tableau import Tableau
 MAX_ITERATIONS = 20
 """Iterations of Newton's method for an element."""
 
+SAMPLES = 12
+"""Places in an element at which signs are looked at, besides its stages."""
+
 ROUND_OFF = 1e-12
 """Largest residual of a solved element, in units of its largest value."""
 
@@ -120,8 +123,33 @@ class OneElement:
 
     def predict(self, last: SolvedElement, h: float) -> np.ndarray:
         """Return a start for the element after a solved one in the same mode: its polynomial, continued, (n_s, n_y)."""
-        weights = lagrange(self.tableau.c, 1.0 + h / last.h * self.tableau.c)
-        return np.asarray(weights @ np.hstack([last.slopes, last.z]))
+        return self.continued(last, 1.0 + h / last.h * self.tableau.c)
+
+    def continued(self, solved: SolvedElement, fractions: np.ndarray) -> np.ndarray:
+        """Return slopes and z of an element's polynomial at fractions of it, also outside, (m, n_y)."""
+        powers = np.vander(fractions, self.stages, increasing=True)
+        return np.asarray(powers @ (self.coefficients @ np.hstack([solved.slopes, solved.z])))
+
+    @cached_property
+    def coefficients(self) -> np.ndarray:
+        """From values at the stages to the coefficients of their polynomial, lowest power first, (n_s, n_s)."""
+        return np.asarray(np.linalg.inv(np.vander(self.tableau.c, increasing=True)))
+
+    @cached_property
+    def coefficients_with_left(self) -> np.ndarray:
+        """The same for values at the left boundary and the stages, (n_s + 1, n_s + 1)."""
+        return np.asarray(np.linalg.inv(np.vander(self.tableau.nodes, increasing=True)))
+
+    @cached_property
+    def samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places in an element, and what interpolates there from left and stages, and from the stages alone."""
+        places = np.unique(np.concatenate([np.arange(1, SAMPLES + 1) / SAMPLES, self.tableau.c]))
+        return places, lagrange(self.tableau.nodes, places), lagrange(self.tableau.c, places)
+
+    @cached_property
+    def to_left(self) -> np.ndarray:
+        """What extrapolates values at the stages to the left boundary, (n_s)."""
+        return np.asarray(lagrange(self.tableau.c, np.array([0.0]))[0])
 
     def constant(self, rate: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Return a start with the same slope and algebraic variables at all stages, (n_s, n_y)."""
@@ -178,8 +206,7 @@ class OneElement:
             h: about the length.
             pair: number of the pair.
         """
-        weights = lagrange(self.tableau.c, h / start.h * self.tableau.c)
-        y, m = (weights @ np.hstack([start.slopes, start.z])).ravel(), mode.astype(float)
+        y, m = self.continued(start, h / start.h * self.tableau.c).ravel(), mode.astype(float)
         n, longest = len(y), 2.0 * start.h
         full = np.zeros((n + 1, n + 1), order="F")
         for iteration in range(MAX_ITERATIONS):

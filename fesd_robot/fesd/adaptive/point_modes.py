@@ -142,10 +142,13 @@ class PointModes:
 
     def projected(self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, mode: np.ndarray) -> np.ndarray:
         """Return the state nearest to a given one, which is near them, on the surfaces of a mode."""
-        for _ in range(3):
+        if mode.tobytes() not in self._projections:
             self.solve(x, u, z, p, mode)
+        for _ in range(3):
             rows, *_, by_x = self._function(x, u, z, p, mode.astype(float), np.zeros(len(z) ** 2))
             P = self._projections[mode.tobytes()][1].reshape(len(rows), -1)
+            if np.abs(P @ rows).max() <= 1e-15 * (1.0 + np.abs(x).max()):
+                break
             x = x - np.linalg.lstsq(P @ by_x.reshape(len(rows), len(x)), P @ rows, rcond=1e-10)[0]
         return x
 

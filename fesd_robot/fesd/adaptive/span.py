@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import TypedDict
 
@@ -93,8 +94,13 @@ class StepControl:
                 raise OptionError(unknown_choice(name))
         rtol = choice.get("rtol", 1e-6)
         large = system.state.numel() + system.algebraic.numel() > LARGE
-        tableau = choice.get("tableau") or make_tableau("radau_iia", 3 if large else 5 if rtol >= 1e-7 else 7)
+        tableau = choice.get("tableau") or _radau(3 if large else 5 if rtol >= 1e-7 else 7)
         return cls(rtol, choice.get("atol", rtol * 1e-3), choice.get("max_step", np.inf), tableau)
+
+
+@cache
+def _radau(stages: int) -> Tableau:
+    return make_tableau("radau_iia", stages)
 
 
 def simulate_span(
