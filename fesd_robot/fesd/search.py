@@ -40,6 +40,7 @@ class ModeSearch:
     Attributes:
         reason: what spoke against the modes that were found, if a search ends without a result.
         passed_bound: by how much the motion it found passes a bound of the state, 0 if it passes none.
+        out_of_elements: whether a sequence was given up because it had more modes than the step has elements.
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class ModeSearch:
         self.point = PointFunctions(equations.system)
         self.groups = PairGroups(equations.system)
         self.switching = equations.options.switch_detection
-        self.reason, self.passed_bound = "", 0.0
+        self.reason, self.passed_bound, self.out_of_elements = "", 0.0, False
 
     def solve(self, step: StepInput, likely: Sequence[np.ndarray]) -> FoundModes | None:
         """Return the solved interval, or None.
@@ -61,7 +62,7 @@ class ModeSearch:
             likely: modes it probably starts in, (n_pairs) each; all others that fit are tried after them.
         """
         self._trials = self._iterations = 0
-        self.reason, self.passed_bound = "", 0.0
+        self.reason, self.passed_bound, self.out_of_elements = "", 0.0, False
         self._seen: set[bytes] = set()
         self._limit = MAX_TRIALS
         self._doubtful: FoundModes | None = None
@@ -163,6 +164,7 @@ class ModeSearch:
         for mode in self._modes(base, base, violation):
             if kept + 1 >= self.equations.cells:
                 self.reason = f"its switches need more than the {self.equations.elements} elements of a step"
+                self.out_of_elements = True
                 return
             yield ModeSequence((*sequence.modes[: kept + 1], tuple(mode.tolist())), (*sequence.ends[:kept], end, 1.0))
 

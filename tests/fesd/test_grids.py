@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem
-from fesd_robot.fesd import FesdOptions, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationError, make_tableau, simulate
 from fesd_robot.fesd.groups import PairGroups
 from fesd_robot.fesd.tableau import Scheme
 
@@ -101,6 +101,25 @@ def test_crossings_one_after_the_other_take_a_trial_each(form: str) -> None:
     assert motion.switch_times == pytest.approx(-starts / 2, abs=1e-12)
 
 
+def test_too_few_elements_are_no_reason_to_stay_where_nothing_holds_it() -> None:
+    """From x = 0 with x' = sign x, resting needs no switch and leaving needs one: it is not given up for that."""
+    x = ca.SX.sym("x", 2)
+    subsystems = [
+        Subsystem(fields=ca.DM([[-1, 1], [0, 0]]), switching=x[0], sign_matrix=SIGNS, name="leaves"),
+        Subsystem(
+            fields=ca.horzcat(*[ca.vertcat(0, x[0] ** 2)] * 2), switching=x[1], sign_matrix=SIGNS, name="follows"
+        ),
+    ]
+    system, start = by_regions("stewart", Model(x), subsystems), np.array([0.0, -0.01])
+    with pytest.raises(
+        SimulationError, match="more than the 1 elements of a step; what fits in them is a mode that can"
+    ):
+        simulate(system, start, 1, 1.0, options=FesdOptions(elements=1))
+    motion = simulate(system, start, 1, 1.0)
+    assert abs(motion.states[-1, 0]) == pytest.approx(1.0) and motion.switch_times == pytest.approx([0.03 ** (1 / 3)])
+    assert not motion.unique and motion.notes[0].time == 0.0
+
+
 def test_groups_are_what_decides_together() -> None:
     """The sides of a step function are a group, the regions of a subsystem are one; not all H of it can vanish."""
     steps = PairGroups(driven())
@@ -109,3 +128,4 @@ def test_groups_are_what_decides_together() -> None:
     regions = PairGroups(_relays("stewart", 3, 2.0, 1.0))
     assert [group.tolist() for group in regions.groups] == [[0, 1], [2, 3], [4, 5]]
     assert regions.needs_one == [True] * 3
+    assert regions.components == [[0], [1], [2]] and steps.components == [[0, 1]]

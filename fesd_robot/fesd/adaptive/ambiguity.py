@@ -42,7 +42,9 @@ def several(points: PointModes, found: Sequence[PointMode]) -> str | None:
     return f"not unique: {taken} is taken, but other motions go on from here, too ({others})"
 
 
-def repelling(points: PointModes, point: Point, mode: np.ndarray, closed: np.ndarray, rate: np.ndarray) -> str | None:
+def repelling(
+    points: PointModes, point: Point, mode: np.ndarray, closed: np.ndarray, rate: np.ndarray, *, begins: bool = False
+) -> str | None:
     """Return a sentence if a mode that goes on can be left at a point although no sign is wrong.
 
     Args:
@@ -51,8 +53,9 @@ def repelling(points: PointModes, point: Point, mode: np.ndarray, closed: np.nda
         mode: the one that is taken, (n_pairs).
         closed: pairs whose G is zero there, (n_pairs).
         rate: dx/dt, (n_x).
+        begins: whether the mode begins there; else only surfaces that are met or intersect are looked at.
     """
-    found = points.fitting(point, closed, mode, _undecided(points, mode, closed))
+    found = points.fitting(point, closed, mode, closed if begins else _undecided(points, mode, closed))
     limit = max(1e-6, SAME_RATE * float(np.abs(rate).max()))
     others = [one for one in different(found) if np.abs(one.rate - rate).max() > limit]
     if not others:

@@ -278,7 +278,7 @@ class Integration:
             if best is None:
                 return None
             value = float(self._at_end(best).H[pair])
-            if abs(value) <= 1e-10:
+            if abs(value) <= 1e-12:
                 return best
             if value > 0.0:
                 before = (h, value)
