@@ -44,7 +44,7 @@ class Note:
 
     Attributes:
         time: numerical time.
-        text: what: several motions go on from a point, multipliers are not determined, switches accumulate.
+        text: what: several motions go on from a point, or switches accumulate.
     """
 
     time: float
@@ -94,7 +94,7 @@ class Simulation:
         quadratures: name -> integral from the start to `times`, (steps + 1).
         reports: how every step was solved.
         sensitivity: derivatives of the end state, if they were asked for.
-        notes: where several motions go on, where multipliers are not determined, where switches accumulate.
+        notes: where several motions go on, and where switches accumulate.
     """
 
     system: ComplementaritySystem
@@ -110,7 +110,7 @@ class Simulation:
 
     @property
     def unique(self) -> bool:
-        """Whether no note says that several motions go on from a point, or that multipliers are not determined."""
+        """Whether no note says that several motions go on from a point."""
         return not any(note.text.startswith("not ") for note in self.notes)
 
     @property

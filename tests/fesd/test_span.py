@@ -11,7 +11,7 @@ import pytest
 from random_piecewise_linear import compare
 from scipy.integrate import solve_ivp
 
-from fesd_robot.dcs import Model, Subsystem
+from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError, OptionError
 from fesd_robot.fesd import FesdOptions, SimulationError, SimulationSettings, make_tableau, simulate
 
@@ -235,3 +235,17 @@ def test_bad_input_is_named(changes: dict[str, Any], kind: type[Exception], mess
         del arguments["control"]
     with pytest.raises(kind, match=message):
         simulate(driven(), np.array([1.0, 0.0]), **arguments)
+
+
+def test_regions_that_meet_in_a_point() -> None:
+    """Four regions in the form of Stewart meet at the origin: x' = -sign x, y' = -sign y rests there, uniquely."""
+    x = ca.SX.sym("x", 2)
+    signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+    motion = simulate(
+        stewart(Model(x), Subsystem(switching=x, sign_matrix=signs, fields=ca.DM(-signs.T))),
+        np.array([0.3, -0.5]),
+        (0.0, 1.0),
+    )
+    assert motion.switch_times == pytest.approx([0.3, 0.5], abs=1e-9)
+    assert np.abs(motion.states[-1]).max() <= 1e-9
+    assert motion.unique

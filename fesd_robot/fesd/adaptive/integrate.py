@@ -101,10 +101,6 @@ class Integration:
         self._take(found[0], closed)
 
     def _take(self, chosen: PointMode, closed: np.ndarray) -> None:
-        if not chosen.determined and not any(note.text.startswith("not determined") for note in self.notes):
-            self.notes.append(
-                Note(self.time, f"not determined: the equations of {self._name(chosen.mode)} leave H of its pairs open")
-            )
         self.likely, self.z, self.rate = chosen.mode, chosen.z, chosen.rate
         if self._sliding:
             self.x = self.points.projected(self.x, self.u, self.z, self.p, self.likely)

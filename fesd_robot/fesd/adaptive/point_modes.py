@@ -42,7 +42,6 @@ class PointMode:
         H: (n_pairs).
         G_rate: dG/dt, (n_pairs), in units of the largest rate.
         consistent: whether the mode's equations hold there.
-        determined: whether they determine the rate.
         nonlinear: whether Newton's method took its time, so that there may be other solutions.
     """
 
@@ -52,7 +51,6 @@ class PointMode:
     H: np.ndarray
     G_rate: np.ndarray
     consistent: bool
-    determined: bool
     nonlinear: bool
 
     def right(self, closed: np.ndarray) -> bool:
@@ -127,7 +125,7 @@ class PointModes:
             matrix, right = np.vstack([by_z, hidden_z / scale]), np.concatenate([rows, hidden / scale])
             if not np.isfinite(matrix).all() or not np.isfinite(right).all():
                 break
-            step, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=1e-10)
+            step = np.linalg.lstsq(matrix, right, rcond=1e-10)[0]
             z -= step
             if np.abs(step).max() <= 1e-13 * (1.0 + np.abs(z).max()):
                 break
@@ -136,7 +134,7 @@ class PointModes:
         z_rate = np.linalg.lstsq(by_z, -moved, rcond=1e-10)[0] if np.isfinite(by_z).all() else np.zeros(n_z)
         off = max(float(np.abs(rows).max()), float(np.abs(hidden).max()) / (1.0 + scale))
         return PointMode(
-            mode.copy(), z, rate.copy(), H.copy(), G_z @ z_rate / scale, bool(off <= INCONSISTENT), bool(rank == n_z),
+            mode.copy(), z, rate.copy(), H.copy(), G_z @ z_rate / scale, bool(off <= INCONSISTENT),
             nonlinear=iterations > 3,
         )  # fmt: skip
 
