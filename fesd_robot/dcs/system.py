@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -77,6 +78,11 @@ class ComplementaritySystem:
         ):
             if tuple(shape) != tuple(expected):
                 raise DimensionError(f"complementarity system: {what} has shape {shape}, expected {expected}")
+
+    @cached_property
+    def compiled(self) -> dict[Any, Any]:
+        """What was made of this system once, to be used again."""
+        return {}
 
     @property
     def arguments(self) -> list[ca.SX]:

@@ -6,7 +6,7 @@ from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, Ste
 from fesd_robot.fesd.refinement import with_stages
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
-from fesd_robot.fesd.simulation import Phase, Sensitivity, Simulation, SimulationError, StepReport
+from fesd_robot.fesd.simulation import Note, Phase, Sensitivity, Simulation, SimulationError, StepReport
 from fesd_robot.fesd.stepper import SimulationSettings
 from fesd_robot.fesd.tableau import Scheme, Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
@@ -17,6 +17,7 @@ __all__ = [
     "Element",
     "FesdOptions",
     "Form",
+    "Note",
     "OptimalControlProblem",
     "Phase",
     "Scheme",

@@ -106,6 +106,22 @@ class ModeEquations:
         return inner if self.options.switch_detection else np.ones(self.points, dtype=bool)
 
     @cached_property
+    def to_left(self) -> np.ndarray:
+        """What extrapolates values at the stages to the left boundary of an element, (n_s)."""
+        return self._extrapolation(0.0)
+
+    @cached_property
+    def to_right(self) -> np.ndarray:
+        """What extrapolates values at the stages to the right boundary of an element, (n_s)."""
+        return self._extrapolation(1.0)
+
+    def _extrapolation(self, fraction: float) -> np.ndarray:
+        distinct, first = np.unique(self.options.tableau.c, return_index=True)
+        weights = np.zeros(self.layout.stages)
+        weights[first] = lagrange(distinct, np.array([fraction]))[0]
+        return weights
+
+    @cached_property
     def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, list[ElementPoints]]:
         left, own = ca.SX.sym("left", self.layout.n_x), ca.SX.sym("own", self.layout.size)
         p = ca.SX.sym("p", self.system.parameters.sparsity())
@@ -119,15 +135,12 @@ class ModeEquations:
         functions = SystemFunctions.of(self.system)
         u = own[: self.layout.n_u]
         scheme, G, H, ends = [], [], [], []
-        tableau = self.options.tableau
-        distinct, first = np.unique(tableau.c, return_index=True)
-        to_end = lagrange(distinct, np.array([1.0]))[0]
         for part in parts:
             scheme += [rows.expression for rows in element_equations(part, functions, self.options, self.layout, u, p)]
             sides = [functions.sides(z) for _, z in part.points[1:]]
             G += [G_j for G_j, _ in sides]
             H += [H_j for _, H_j in sides]
-            ends.append(sum((w * sides[j][1] for w, j in zip(to_end, first, strict=True)), ca.SX.zeros(self.pairs)))
+            ends.append(sum((w * sides[j][1] for j, w in enumerate(self.to_right) if w), ca.SX.zeros(self.pairs)))
         return ca.vertcat(*scheme, *[part.h for part in parts], *G, *H, *ends)
 
     @cached_property

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal, get_args
 
-from fesd_robot.errors import ModelError
+import numpy as np
+
+from fesd_robot.errors import DimensionError, ModelError, OptionError, nearest
 from fesd_robot.fesd.tableau import Tableau, make_tableau
 
 CrossComplementarity = Literal["stage_stage", "lambda_sum", "theta_sum", "sum_sum"]
@@ -34,7 +36,9 @@ class FesdOptions:
             problems; in a simulation as much as an element can need to fill its step.
 
     Raises:
-        ModelError: a form that the scheme does not have.
+        DimensionError: a number of elements below one.
+        ModelError: a form that the scheme does not have, or a number outside its range.
+        OptionError: a name that does not exist, or a tableau that is none.
 
     Source: Nurkanovic, Sperl, Albrecht, Diehl, arXiv 2205.05337, section 4.
     """
@@ -50,6 +54,23 @@ class FesdOptions:
     step_freedom: float | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.tableau, Tableau):
+            raise OptionError(
+                f"tableau is {_shown(self.tableau)}, must be a Tableau, such as make_tableau('radau_iia', 2)"
+            )
+        for key, valid in (
+            ("form", (None, *get_args(Form))),
+            ("cross_complementarity", get_args(CrossComplementarity)),
+            ("step_equilibration", get_args(StepEquilibration)),
+        ):
+            value = getattr(self, key)
+            if value not in valid:
+                raise OptionError(f"{key} is {_shown(value)}{nearest(str(value), [name for name in valid if name])}")
+        counts = self.elements if isinstance(self.elements, tuple) else (self.elements,)
+        if not counts or not all(_is_count(count) for count in counts):
+            raise DimensionError(
+                f"elements must be one positive number per interval, or one for all, found {_shown(self.elements)}"
+            )
         if self.form == "integral" and not self.tableau.collocation:
             raise ModelError(
                 f"form 'integral' needs a collocation scheme with distinct nodes above zero, which "
@@ -72,3 +93,12 @@ class FesdOptions:
         if self.form is not None:
             return self
         return replace(self, form=preferred if self.tableau.collocation else "differential")
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and int(value) >= 1
+
+
+def _shown(value: Any) -> str:
+    """A value in a message, or its type where that would be long."""
+    return repr(value) if isinstance(value, str | int | float | tuple | np.number) else f"a {type(value).__name__}"

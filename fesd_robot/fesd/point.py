@@ -4,33 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.element import rate_function
-
-COMBINED_PAIRS = 10
-"""Pairs among which modes are combined; more would be 2^n candidates."""
-
-
-def subsets(pool: np.ndarray) -> list[np.ndarray]:
-    """Return all non-empty subsets of a pool of pairs as booleans, smallest first.
-
-    Of a pool with more than `COMBINED_PAIRS` the first ones are in every subset.
-    """
-    where = np.flatnonzero(pool)
-    certain, where = where[:-COMBINED_PAIRS], where[-COMBINED_PAIRS:]
-    modes = []
-    for size in range(0 if certain.size else 1, where.size + 1):
-        for chosen in combinations(where.tolist(), size):
-            mode = np.zeros(len(pool), dtype=bool)
-            mode[certain] = True
-            mode[list(chosen)] = True
-            modes.append(mode)
-    return modes
 
 
 @dataclass(frozen=True)
@@ -70,12 +49,3 @@ class PointFunctions:
             value, jacobian = self.misfit(x, u, z, p, mode)
             z = z - np.linalg.lstsq(jacobian, value, rcond=1e-10)[0]
         return z
-
-    def modes(self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
-        """Return the modes that fit G at a point, fewest active pairs first."""
-        fitting = []
-        for mode in subsets(np.asarray(self.sides(z)[0]).ravel() <= 1e-9):
-            fitted = self.fit(x, u, z, p, mode)
-            if np.abs(self.misfit(x, u, fitted, p, mode)[0]).max() <= 1e-6 * (1.0 + np.abs(fitted).max()):
-                fitting.append(mode)
-        return fitting

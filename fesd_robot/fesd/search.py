@@ -3,69 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd.element import states_function
+from fesd_robot.fesd.groups import PairGroups
+from fesd_robot.fesd.mode_sequence import FoundModes, ModeSequence, StepInput, Violation
 from fesd_robot.fesd.modes import ModeEquations, Modes
-from fesd_robot.fesd.point import PointFunctions, subsets
+from fesd_robot.fesd.point import PointFunctions
+from fesd_robot.fesd.schemes import lagrange
 
 MAX_TRIALS = 400
 """Newton solves after which a search gives up."""
 
+DOUBTED_TRIALS = 20
+"""Newton solves that look for another solution after one whose signs are right at the stages alone."""
+
 ACTIVE_G = 1e-8
 """Largest G at the left boundary of a step of a pair that can be active there."""
-
-
-@dataclass(frozen=True)
-class StepInput:
-    """What a simulation step starts from: point (x, z), control u, parameters p, length."""
-
-    x: np.ndarray
-    z: np.ndarray
-    u: np.ndarray
-    p: np.ndarray
-    length: float
-
-
-@dataclass(frozen=True)
-class FoundModes:
-    """A solved interval: own variables, modes, largest residual, and the work done."""
-
-    own: np.ndarray
-    modes: Modes
-    residual: float
-    trials: int
-    iterations: int
-
-
-@dataclass(frozen=True)
-class _ModeSequence:
-    """Modes that follow each other, with the estimated times at which they end, as fractions of the step."""
-
-    modes: tuple[tuple[bool, ...], ...]
-    ends: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class _Violation:
-    """The first wrong sign of a trial.
-
-    Attributes:
-        cell: element (or stage without switch detection).
-        entering, leaving: pairs whose G, or whose H, is negative there.
-        time: estimated zero, as a fraction of the step.
-        immediate: whether the sign is wrong from the beginning of the mode.
-    """
-
-    cell: int
-    entering: np.ndarray
-    leaving: np.ndarray
-    time: float
-    immediate: bool
 
 
 class ModeSearch:
@@ -82,6 +39,8 @@ class ModeSearch:
 
     Attributes:
         reason: what spoke against the modes that were found, if a search ends without a result.
+        passed_bound: by how much the motion it found passes a bound of the state, 0 if it passes none.
+        out_of_elements: whether a sequence was given up because it had more modes than the step has elements.
     """
 
     def __init__(
@@ -91,8 +50,9 @@ class ModeSearch:
         self.tolerance = tolerance
         self.state_lower, self.state_upper = state_lower, state_upper
         self.point = PointFunctions(equations.system)
+        self.groups = PairGroups(equations.system)
         self.switching = equations.options.switch_detection
-        self.reason = ""
+        self.reason, self.passed_bound, self.out_of_elements = "", 0.0, False
 
     def solve(self, step: StepInput, likely: Sequence[np.ndarray]) -> FoundModes | None:
         """Return the solved interval, or None.
@@ -102,14 +62,18 @@ class ModeSearch:
             likely: modes it probably starts in, (n_pairs) each; all others that fit are tried after them.
         """
         self._trials = self._iterations = 0
-        self.reason = ""
+        self.reason, self.passed_bound, self.out_of_elements = "", 0.0, False
         self._seen: set[bytes] = set()
+        self._limit = MAX_TRIALS
+        self._doubtful: FoundModes | None = None
         for mode in self._starts(step, likely):
-            sequence = _ModeSequence((tuple(mode.tolist()),), (1.0,))
+            if self._trials >= self._limit:
+                break
+            sequence = ModeSequence((tuple(mode.tolist()),), (1.0,))
             solved = self._descend(step, sequence, self._constant(step, mode))
             if solved is not None:
                 return solved
-        return None
+        return self._doubtful
 
     def check(self, step: StepInput, own: np.ndarray, modes: Modes) -> FoundModes | None:
         """Return a point solved exactly in given modes, or None if that has a wrong sign."""
@@ -121,11 +85,13 @@ class ModeSearch:
 
     def _starts(self, step: StepInput, likely: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
         yield from likely
-        yield from self.point.modes(step.x, step.u, step.z, step.p)
+        closed = np.asarray(self.point.sides(step.z)[0]).ravel() <= ACTIVE_G
+        every = range(len(self.groups.groups))
+        yield from self.groups.combined(closed & False, [(g, self.groups.subsets(g, closed)) for g in every])
 
-    def _descend(self, step: StepInput, sequence: _ModeSequence, guess: np.ndarray) -> FoundModes | None:
+    def _descend(self, step: StepInput, sequence: ModeSequence, guess: np.ndarray) -> FoundModes | None:
         modes = self._allocate(sequence)
-        if modes is None or self._trials >= MAX_TRIALS or modes.tobytes() in self._seen:
+        if modes is None or self._trials >= self._limit or modes.tobytes() in self._seen:
             return None
         if self.switching and (self._left_G(step)[modes[0]] > ACTIVE_G).any():
             return None  # a pair cannot be active where its G at the left boundary is not zero
@@ -139,50 +105,96 @@ class ModeSearch:
         if violation is None:
             if not self._admissible(step, result.own):
                 return None
-            return FoundModes(result.own, modes, result.residual, self._trials, self._iterations)
+            found = FoundModes(result.own, modes, result.residual, self._trials, self._iterations)
+            if not self._is_doubtful(step, result.own, modes):
+                return found
+            if self._doubtful is None:
+                self._doubtful, self._limit = found, min(self._trials + DOUBTED_TRIALS, MAX_TRIALS)
+            return None
         kept = int((modes[1 : violation.cell + 1] != modes[: violation.cell]).any(axis=1).sum())
-        if violation.immediate and kept:
-            return None  # the mode is wrong from its beginning
         for candidate in self._candidates(sequence, kept, modes[violation.cell], violation):
             solved = self._descend(step, candidate, self._guess(step, result.own, candidate))
             if solved is not None:
                 return solved
         return None
 
+    def _is_doubtful(self, step: StepInput, own: np.ndarray, modes: Modes) -> bool:
+        """Whether signs may be right only because no stage sees where they are wrong.
+
+        An element without length meets every condition that holds at its left boundary. A pair that is left at the
+        left boundary of the step may have G < 0 before the first stage.
+        """
+        if not self.switching:
+            return False
+        h, fractions = self._grid(own)[1], self.equations.fractions
+        changed = (modes[1:] != modes[:-1]).any(axis=1)
+        if changed.any() and (h[np.append(changed, False) | np.append(False, changed)] < 1e-9 * step.length).any():
+            return True
+        closed = ~modes[0] & (self._left_G(step) <= ACTIVE_G)
+        if not closed.any() or fractions.min() <= 0.0:
+            return False
+        G_at = self.equations.values(own, step.x, step.p)[0][0][:, closed]
+        dips = self._before_first @ np.vstack([np.zeros(G_at.shape[1]), G_at])
+        return bool((dips < -self.tolerance).any())
+
+    @cached_property
+    def _before_first(self) -> np.ndarray:
+        """From values at the left boundary and the points of an element to values before its first point."""
+        fractions = self.equations.fractions
+        inner = fractions.min() * 0.5 ** np.arange(1, 20)
+        return lagrange(np.append(0.0, fractions), inner)
+
     def _candidates(
-        self, sequence: _ModeSequence, kept: int, base: np.ndarray, violation: _Violation
-    ) -> Iterator[_ModeSequence]:
+        self, sequence: ModeSequence, kept: int, base: np.ndarray, violation: Violation
+    ) -> Iterator[ModeSequence]:
         """Sequences that differ from the violation on, nearest modes first; the modes before it are `kept` many."""
-        pool = base.copy()
-        pool[violation.entering] = True
-        options = [
-            mode
-            for mode in subsets(pool)
-            if (mode != base).any()
-            and (mode[violation.entering].any() if violation.entering.size else not mode[violation.leaving].all())
-        ]
-        # Crossing before sliding: a sliding mode can meet a further surface without a wrong sign at a stage.
-        changes, size = (lambda mode: int((mode != base).sum())), (lambda mode: int(mode.sum()))
-        options.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
+        before = np.array(sequence.modes[kept - 1]) if kept else base
+        if violation.immediate:
+            # The last mode was wrong from its beginning: another one from there on.
+            first, ends = sequence.modes[:kept], sequence.ends[:kept]
+            for mode in self._modes(base, before, violation):
+                if not kept or (mode != before).any():
+                    yield ModeSequence((*first, tuple(mode.tolist())), (*ends, 1.0))
+            if kept:
+                return
         if self.switching:
             end = max(violation.time, sequence.ends[kept - 1] if kept else 0.0)
         else:
             end = violation.cell / self.equations.cells
-        for mode in options:
-            new = tuple(mode.tolist())
-            if violation.immediate:
-                yield _ModeSequence((new,), (1.0,))
+        for mode in self._modes(base, base, violation):
             if kept + 1 >= self.equations.cells:
                 self.reason = f"its switches need more than the {self.equations.elements} elements of a step"
-            else:
-                yield _ModeSequence((*sequence.modes[: kept + 1], new), (*sequence.ends[:kept], end, 1.0))
+                self.out_of_elements = True
+                return
+            yield ModeSequence((*sequence.modes[: kept + 1], tuple(mode.tolist())), (*sequence.ends[:kept], end, 1.0))
 
-    def _allocate(self, sequence: _ModeSequence) -> Modes | None:
+    def _modes(self, base: np.ndarray, before: np.ndarray, violation: Violation) -> Iterator[np.ndarray]:
+        """Modes that differ from `base` in the groups with a wrong sign, those with few active pairs first."""
+        options = []
+        for number in self.groups.touched(np.concatenate([violation.entering, violation.leaving])):
+            own = self.groups.groups[number]
+            entering, leaving = np.intersect1d(violation.entering, own), np.intersect1d(violation.leaving, own)
+            pool = base.copy()
+            pool[entering] = True
+            pool[own] |= before[own]
+            modes = [
+                mode
+                for mode in self.groups.subsets(number, pool)
+                if (mode[own] != base[own]).any()
+                and (mode[entering].any() if entering.size else not mode[leaving].all())
+            ]
+            # Crossing before sliding: a sliding mode can meet a further surface without a wrong sign at a stage.
+            changes, size = (lambda m, own=own: int((m[own] != base[own]).sum())), (lambda m: int(m.sum()))
+            modes.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
+            options.append((number, modes))
+        return self.groups.combined(base, options)
+
+    def _allocate(self, sequence: ModeSequence) -> Modes | None:
         """Distribute the cells over a sequence, elements so that the steps are as equal as the switches allow."""
         numbers = self._numbers(sequence)
         return None if numbers is None else np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
 
-    def _numbers(self, sequence: _ModeSequence) -> np.ndarray | None:
+    def _numbers(self, sequence: ModeSequence) -> np.ndarray | None:
         """Number of cells of every mode, None if there are more modes than cells."""
         cells, count = self.equations.cells, len(sequence.modes)
         if not self.switching:
@@ -206,7 +218,7 @@ class ModeSearch:
         steps = np.full(layout.elements, step.length / layout.elements)
         return self._sampled(step, steps, times, states, lambda x, cell: z)
 
-    def _guess(self, step: StepInput, own: np.ndarray, sequence: _ModeSequence) -> np.ndarray:
+    def _guess(self, step: StepInput, own: np.ndarray, sequence: ModeSequence) -> np.ndarray:
         """The states of an earlier trial, with the steps of the new sequence."""
         layout, numbers = self.equations.layout, self._numbers(sequence)
         if numbers is None:
@@ -276,12 +288,15 @@ class ModeSearch:
         """G at the left boundary of the step, (n_pairs)."""
         return np.asarray(self.point.sides(step.z)[0]).ravel()
 
-    def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> _Violation | None:
+    def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> Violation | None:
         equations, stages = self.equations, self.equations.layout.stages
         G_at, H_at = equations.values(own, step.x, step.p)
         wrong_G = (G_at < -self.tolerance) & equations.sign_checked[None, :, None]
+        if self.switching and equations.options.tableau.collocation and equations.points > stages:
+            H_at[:, stages] = np.einsum("j,njp->np", equations.to_right, H_at[:, :stages])
+        else:
+            H_at[:, stages:] = 0.0
         wrong_H = H_at < -self.tolerance
-        wrong_H[:, stages:] = False
         wrong = (wrong_G | wrong_H).any(axis=2)
         if not wrong.any():
             return None
@@ -295,17 +310,19 @@ class ModeSearch:
         last_G, last_time = (G_at[checked[-1]], times[checked[-1]]) if checked else (self._left_G(step), 0.0)
         begins = self._first_of_mode(modes, n)
         of_mode = [point for point in points[:first] if point[0] >= begins and point[1] < stages]
-        last_H = H_at[of_mode[-1]] if of_mode else None
+        if of_mode:
+            last_H, H_time = H_at[of_mode[-1]], times[of_mode[-1]]
+        else:
+            last_H, H_time = equations.to_left @ H_at[n, :stages], float(begin[n])
         zeros = [_zero(last_time, last_G[i], times[n, j], G_at[n, j, i]) for i in np.flatnonzero(wrong_G[n, j])]
-        for i in np.flatnonzero(wrong_H[n, j]):
-            zeros.append(last_time if last_H is None else _zero(last_time, last_H[i], times[n, j], H_at[n, j, i]))
+        zeros += [_zero(H_time, last_H[i], times[n, j], H_at[n, j, i]) for i in np.flatnonzero(wrong_H[n, j])]
         seen = slice(None) if self.switching else slice(j, j + 1)
-        return _Violation(
+        return Violation(
             cell=n if self.switching else n * stages + j,
             entering=np.flatnonzero(wrong_G[n, seen].any(axis=0)),
             leaving=np.flatnonzero(wrong_H[n, seen].any(axis=0)),
             time=float(min(max(min(zeros) / step.length, 0.0), 1.0)),
-            immediate=self.switching and last_H is None and bool(min(zeros) <= last_time + 1e-12),
+            immediate=self.switching and not of_mode and bool(min(zeros) <= begin[n] + 1e-12),
         )
 
     def _first_of_mode(self, modes: Modes, n: int) -> int:
@@ -328,15 +345,25 @@ class ModeSearch:
             if h.min() < -1e-9 or h.max() > longest + 1e-9:
                 return False
         states = np.asarray(self.states(step.x, own)[0]).T
+        if self._passes_bound(states):
+            return False
         sign_checked = np.flatnonzero(self.equations.sign_checked[: layout.stages])
         z = np.array([own[layout.algebraic(n, j)] for n in range(layout.elements) for j in sign_checked.tolist()])
         z = z.reshape(-1, layout.n_z)
-        return not (
-            (states < self.state_lower - slack).any()
-            or (states > self.state_upper + slack).any()
-            or (z < system.algebraic_lower - slack).any()
-            or (z > system.algebraic_upper + slack).any()
-        )
+        return not ((z < system.algebraic_lower - slack).any() or (z > system.algebraic_upper + slack).any())
+
+    def _passes_bound(self, states: np.ndarray) -> bool:
+        """Whether states (points, n_x) are outside their bounds; the worst of them is the reason then."""
+        below, above = self.state_lower - states, states - self.state_upper
+        beyond = np.maximum(below, above)
+        point, i = divmod(int(np.argmax(beyond)), beyond.shape[1])
+        if beyond[point, i] <= self.tolerance:
+            return False
+        side, bounds = ("lower", self.state_lower) if below[point, i] > 0.0 else ("upper", self.state_upper)
+        name = self.equations.system.state_names[i]
+        self.passed_bound = float(beyond[point, i])
+        self.reason = f"its motion takes {name} to {states[point, i]:.6g}, beyond state_{side} {bounds[i]:.6g}"
+        return True
 
 
 def _zero(t_before: float, before: float, time: float, after: float) -> float:

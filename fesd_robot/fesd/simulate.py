@@ -4,51 +4,65 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.errors import DimensionError, ModelError
+from fesd_robot.errors import DimensionError, ModelError, OptionError
+from fesd_robot.fesd.adaptive.span import StepChoice, StepControl, simulate_span, unknown_choice
+from fesd_robot.fesd.mode_sequence import StepInput
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.search import StepInput
 from fesd_robot.fesd.sensitivity import chain
-from fesd_robot.fesd.simulation import Sensitivity, Simulation, SimulationError, StepReport
+from fesd_robot.fesd.simulation import Note, Sensitivity, Simulation, SimulationError, StepReport
 from fesd_robot.fesd.stepper import SimulationSettings, StepFailure, Stepper
-from fesd_robot.fesd.trajectory import Element, interval_elements
+from fesd_robot.fesd.trajectory import Element, element_integrals, interval_elements
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 def simulate(
     system: ComplementaritySystem,
     initial: np.ndarray,
-    controls: np.ndarray | int,
-    duration: float,
+    controls: np.ndarray | int | tuple[float, float],
+    duration: float | None = None,
     *,
     parameters: np.ndarray | None = None,
     options: FesdOptions | None = None,
     settings: SimulationSettings | None = None,
     progress: Callable[[StepReport], None] | None = None,
+    **choice: Unpack[StepChoice],
 ) -> Simulation:
-    """Integrate E x' = f(x, u, z) over `duration` in equal simulation steps.
+    """Integrate E x' = f(x, u, z) over a span of time, in steps of its own choice or in equal ones.
 
-    Each step is one control interval of finite elements whose lengths are free. Its modes are first looked for from
-    those of the step before, each trial a square system that Newton's method solves to round-off (`ModeSearch`); the
-    complementarity products then vanish exactly. Where that finds nothing, and for systems with vanishing constraints,
-    the step is solved as an MPCC by homotopy, from several starts, and its result is then solved exactly if possible.
+    ``simulate(system, x0, (t0, t1), rtol=1e-6)`` goes from switch to switch. Steps are as long as an error estimate
+    with one more node allows, and end at a switch where there is one; the mode that follows is chosen among all that
+    fit the point. `Simulation.notes` says where there are several.
+
+    ``simulate(system, x0, N, duration)`` takes N equal steps. Each is one control interval of finite elements whose
+    lengths are free. Its modes are first looked for from those of the step before, each trial a square system that
+    Newton's method solves to round-off (`ModeSearch`); the complementarity products then vanish exactly. Where that
+    finds nothing, and for systems with vanishing constraints, the step is solved as an MPCC by homotopy, from several
+    starts, and its result is then solved exactly if possible.
 
     Args:
         system: the dynamics.
-        initial: x(0), (n_x).
-        controls: u of every step, (n_u, steps); or the number of steps if the system has no control.
-        duration: numerical time of all steps.
+        initial: x at the start, (n_x).
+        controls: (t0, t1) for steps of its own choice; for equal steps u of every step, (n_u, steps), or the number of
+            steps if the system has no control.
+        duration: numerical time of all equal steps.
         parameters: values of the system's parameters, (n_p).
-        options: elements per step, scheme, form, equilibration; 2 elements of Radau IIA with 2 stages if omitted. Left
-            out, the form is the differential one, whose round-off is the smallest.
-        settings: tolerances, bounds of the state, homotopy of a step, and whether to compute sensitivities.
+        options: of equal steps: elements per step, scheme, form, equilibration; 2 elements of Radau IIA with 2 stages
+            if omitted. Left out, the form is the differential one, whose round-off is the smallest.
+        settings: bounds of the state; of equal steps also tolerances, homotopy, and whether to compute sensitivities.
         progress: called after every step.
+        choice: with (t0, t1), all of `StepChoice`: rtol, atol, max_step, tableau, control.
 
     Raises:
         DimensionError: an argument of the wrong shape.
+        OptionError: an argument of another type, outside its range, or for the other kind of steps.
         ModelError: an empty horizon, values that are not finite, or sensitivities of a system with vanishing
             constraints.
         SimulationError: a step was not solved; the message names its time, state and residual, the exception keeps
@@ -56,9 +70,51 @@ def simulate(
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.
     """
+    arguments: list[tuple[str, Any, type, str]] = [
+        ("system", system, ComplementaritySystem, "as stewart, heaviside and heaviside_from_regions return it"),
+        ("options", options, FesdOptions, "such as FesdOptions(make_tableau('radau_iia', 3), elements=2)"),
+        ("settings", settings, SimulationSettings, "such as SimulationSettings(tolerance=1e-10)"),
+    ]
+    for name, value, kind, example in arguments:
+        if not isinstance(value, kind) and (value is not None or name == "system"):
+            raise OptionError(f"{name} is a {type(value).__name__}, must be {kind.__name__}, {example}")
     settings = settings or SimulationSettings()
+    if isinstance(controls, tuple):
+        _refuse_together(controls, duration, options, settings)
+        span, u, x, p = _checked_span(system, initial, controls, choice.get("control"), parameters)
+        step_control = StepControl.of(system, choice)
+        bounds = settings.state_bounds(system.state.numel())
+        return simulate_span(system, x, span, u, p, step_control, bounds=bounds, progress=progress)
+    for name in choice:
+        hint = "belongs to a span of time (t0, t1) in place of a number of steps"
+        raise OptionError(f"{name} {hint}" if name in StepChoice.__annotations__ else unknown_choice(name))
+    if duration is None:
+        raise OptionError("duration is missing: give a number of steps and a duration, or a span of time (t0, t1)")
+    u, x, p = _checked(system, initial, controls, duration, parameters)
+    return _equal_steps(system, x, u, duration, p, options, settings, progress)
+
+
+def _refuse_together(
+    span: tuple[float, float], duration: float | None, options: FesdOptions | None, settings: SimulationSettings
+) -> None:
+    """Refuse what is about equal steps."""
+    given = {"duration": duration is not None, "options": options is not None, "sensitivities": settings.sensitivities}
+    for name, is_given in given.items():
+        if is_given:
+            raise OptionError(f"{name} belongs to a number of equal steps, found the span of time {span} in its place")
+
+
+def _equal_steps(
+    system: ComplementaritySystem,
+    x: np.ndarray,
+    controls: np.ndarray,
+    duration: float,
+    p: np.ndarray,
+    options: FesdOptions | None,
+    settings: SimulationSettings,
+    progress: Callable[[StepReport], None] | None,
+) -> Simulation:
     options = (options or FesdOptions(elements=2)).with_form("integral" if system.vanishing else "differential")
-    controls, x, p = _checked(system, initial, controls, duration, parameters)
     if not isinstance(options.elements, int):
         raise DimensionError(f"a simulation needs one number of elements for all steps, found {options.elements}")
     if options.step_freedom is None:
@@ -74,13 +130,14 @@ def simulate(
     modes: list[np.ndarray] = []
     states, totals = [x], [np.zeros(len(system.quadratures))]
     reports: list[StepReport] = []
+    notes: list[Note] = []
     derivatives = []
 
     def result(sensitivity: Sensitivity | None = None) -> Simulation:
         quadratures = dict(zip(system.quadratures, np.array(totals).T, strict=True))
         ends = times[: len(states)]
         return Simulation(
-            system, options.tableau, elements, modes, ends, np.array(states), quadratures, reports, sensitivity
+            system, options.tableau, elements, modes, ends, np.array(states), quadratures, reports, sensitivity, notes
         )
 
     for k in range(steps):
@@ -100,7 +157,8 @@ def simulate(
         )  # fmt: skip
         elements += new
         modes += list(stepper.last_of_elements(solved.modes))
-        totals.append(totals[-1] + _integrals(integrals, options, new, p))
+        notes += stepper.ambiguities(new, modes[-len(new) - 1 :], p)
+        totals.append(totals[-1] + element_integrals(integrals, options.tableau, new, p))
         end = solved.own[stepper.equations.layout.end(stepper.equations.elements - 1)]
         x, z = end[: len(x)], end[len(x) :]
         states.append(x)
@@ -112,13 +170,26 @@ def simulate(
     return result(chain(derivatives, len(p)) if settings.sensitivities else None)
 
 
-def _integrals(function: ca.Function, options: FesdOptions, elements: list[Element], p: np.ndarray) -> np.ndarray:
-    total = np.zeros(function.size1_out(0))
-    if total.size:
-        for element in elements:
-            for weight, x, z in zip(options.tableau.b, element.x, element.z, strict=False):
-                total += element.step * weight * np.asarray(function(x, element.u, z, p)).ravel()
-    return total
+def _checked_span(
+    system: ComplementaritySystem,
+    initial: np.ndarray,
+    span: tuple[float, float],
+    control: np.ndarray | None,
+    parameters: np.ndarray | None,
+) -> tuple[tuple[float, float], np.ndarray, np.ndarray, np.ndarray]:
+    """Return t_0 and t_1, u on the parts of the span (n_u, parts), x and p."""
+    if len(span) != 2 or not np.isfinite(span).all() or not span[0] < span[1]:
+        raise ModelError(f"the span of time is {span}, must be (t0, t1) with t0 < t1")
+    n_u = system.control.numel()
+    u = np.zeros((0, 1)) if control is None and not n_u else np.asarray(control, dtype=float)
+    if u.ndim == 1:
+        u = u[:, None]
+    if u.ndim != 2 or u.shape[0] != n_u or not u.shape[1]:
+        shape = "None" if control is None else np.shape(control)
+        raise DimensionError(f"control has shape {shape}, expected ({n_u},) or ({n_u}, parts)")
+    begin, end = (float(time) for time in span)
+    u, x, p = _checked(system, initial, u, end - begin, parameters)
+    return (begin, end), u, x, p
 
 
 def _checked(

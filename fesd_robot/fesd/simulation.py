@@ -18,7 +18,7 @@ class StepReport:
     """How one simulation step was solved.
 
     Attributes:
-        step, steps: number of the step, from 0, and of all steps.
+        step, steps: number of the step, from 0, and of all steps; of those so far where their number is not given.
         time: numerical time at its end.
         method: ``modes`` where the modes were found directly, ``homotopy`` where relaxed NLPs were needed,
             ``homotopy, modes`` where their result was then solved exactly.
@@ -36,6 +36,19 @@ class StepReport:
     iterations: int
     residual: float
     switches: int
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something about a motion that its user should know.
+
+    Attributes:
+        time: numerical time.
+        text: what: several motions go on from a point, or switches accumulate.
+    """
+
+    time: float
+    text: str
 
 
 @dataclass(frozen=True)
@@ -77,10 +90,11 @@ class Simulation:
         system, tableau: what was simulated and by which scheme.
         elements: finite elements in time order.
         modes: the mode of every element, (n_pairs) each; without switch detection that of its last stage.
-        times, states: ends of the steps and the states there, (steps + 1), (steps + 1, n_x).
-        quadratures: name -> integral from 0 to `times`, (steps + 1).
+        times, states: start, ends of the steps, and the states there, (steps + 1), (steps + 1, n_x).
+        quadratures: name -> integral from the start to `times`, (steps + 1).
         reports: how every step was solved.
         sensitivity: derivatives of the end state, if they were asked for.
+        notes: where several motions go on, and where switches accumulate.
     """
 
     system: ComplementaritySystem
@@ -92,6 +106,12 @@ class Simulation:
     quadratures: Mapping[str, np.ndarray]
     reports: list[StepReport]
     sensitivity: Sensitivity | None = None
+    notes: Sequence[Note] = ()
+
+    @property
+    def unique(self) -> bool:
+        """Whether no note says that several motions go on from a point."""
+        return not any(note.text.startswith("not ") for note in self.notes)
 
     @property
     def phases(self) -> list[Phase]:
@@ -110,7 +130,7 @@ class Simulation:
         return np.array([phase.start for phase in self.phases[1:]])
 
     def at(self, times: np.ndarray | Sequence[float]) -> np.ndarray:
-        """Return the states at any times between 0 and the end by the scheme's dense output, (m, n_x).
+        """Return the states at any times between start and end by the scheme's dense output, (m, n_x).
 
         Raises:
             ModelError: a time outside the simulation.

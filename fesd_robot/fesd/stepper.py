@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -9,10 +10,15 @@ import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.adaptive.ambiguity import repelling
+from fesd_robot.fesd.adaptive.point_modes import PointModes
+from fesd_robot.fesd.mode_sequence import FoundModes, StepInput
 from fesd_robot.fesd.modes import ModeEquations, Modes
 from fesd_robot.fesd.ocp import initial_value_problem
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.search import ModeSearch, StepInput
+from fesd_robot.fesd.search import ACTIVE_G, ModeSearch
+from fesd_robot.fesd.simulation import Note
+from fesd_robot.fesd.trajectory import Element, interval_elements
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
@@ -108,6 +114,42 @@ class Stepper:
         alike = self.options.step_equilibration != "difference" or self.equations.elements <= 2
         return not self.system.vanishing and (alike or not self.options.switch_detection)
 
+    def _leavable(self, step: StepInput, found: FoundModes) -> bool:
+        """Whether the modes of a solved step are not the only ones where they begin."""
+        left = np.concatenate([step.x, step.z])
+        elements = interval_elements(
+            self.equations.layout, self.search.states, found.own, left, interval=0, start=0.0
+        )  # fmt: skip
+        return bool(self.ambiguities(elements, list(self.last_of_elements(found.modes)), step.p))
+
+    def ambiguities(self, elements: Sequence[Element], modes: Sequence[np.ndarray], p: np.ndarray) -> list[Note]:
+        """Return where other motions go on from the beginning of a mode, too.
+
+        Args:
+            elements: of a step.
+            modes: theirs, behind that of the element before if there is one.
+            p: parameters.
+        """
+        if not self.direct or not self.options.switch_detection:
+            return []
+        before = modes[-len(elements) - 1] if len(modes) > len(elements) else None
+        notes = []
+        for element, mode in zip(elements, modes[-len(elements) :], strict=True):
+            if (before is None or (mode != before).any()) and element.step > 0.0:
+                point = (element.x_left, element.u, element.z_left, p)
+                closed = np.asarray(self.points.sides(*point)[0] <= ACTIVE_G)
+                own = self.points.solve(*point, mode)
+                right = own.right(closed)
+                text = repelling(self.points, point, mode, closed, own.rate, begins=True) if right else None
+                notes += [Note(element.start, text)] if text else []
+            before = mode
+        return notes
+
+    @cached_property
+    def points(self) -> PointModes:
+        """The modes of single points."""
+        return self.system.compiled.setdefault("points", PointModes(self.system))
+
     def last_of_elements(self, modes: Modes) -> Modes:
         """The mode of every element."""
         stages = self.equations.layout.stages
@@ -117,8 +159,13 @@ class Stepper:
         """Solve one step; ``likely`` are modes it probably starts in."""
         if self.direct:
             direct = self.search.solve(step, likely)
+            if direct and self.search.out_of_elements and self._leavable(step, direct):
+                reason = f"{self.search.reason}; what fits in them is a mode that can be left at once"
+                return StepFailure(reason, direct.residual)
             if direct:
                 return SolvedStep(direct.own, direct.modes, "modes", direct.trials, direct.iterations, direct.residual)
+            if self.search.passed_bound:
+                return StepFailure(self.search.reason, self.search.passed_bound)
         return self._homotopy(step)
 
     def _problem(self, step: StepInput) -> Transcription:

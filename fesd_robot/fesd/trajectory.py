@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -85,3 +86,15 @@ def interval_elements(
         start += step
         left = own[layout.end(n)]
     return elements
+
+
+def element_integrals(
+    function: ca.Function, tableau: Tableau, elements: Sequence[Element], p: np.ndarray
+) -> np.ndarray:
+    """Return the integrals over elements of a function of (x, u, z, p), by the scheme's own quadrature."""
+    total = np.zeros(function.size1_out(0))
+    if total.size:
+        for element in elements:
+            for weight, x, z in zip(tableau.b, element.x, element.z, strict=False):
+                total += element.step * weight * np.asarray(function(x, element.u, z, p)).ravel()
+    return total

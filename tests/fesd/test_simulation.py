@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
-from fesd_robot.errors import DimensionError, ModelError
+from fesd_robot.errors import DimensionError, ModelError, OptionError
 from fesd_robot.fesd import FesdOptions, SimulationError, SimulationSettings, StepReport, make_tableau, simulate
 from fesd_robot.fesd.tableau import Scheme
 
@@ -93,7 +93,8 @@ def test_a_failing_step_keeps_what_was_computed() -> None:
         simulate(scalar("sliding"), np.array([1.0]), 2, 1.0, settings=SimulationSettings(state_lower=np.array([0.25])))
     error = caught.value
     assert (error.step, error.time, error.state.tolist()) == (1, 0.5, [0.5])
-    assert error.residual > 1e-3
+    assert error.residual == pytest.approx(0.25)
+    assert "its motion takes x to 0, beyond state_lower 0.25" in str(error)
     assert error.simulation.states.ravel().tolist() == [1.0, 0.5] and error.simulation.times.tolist() == [0.0, 0.5]
     assert len(error.simulation.elements) == 2 and len(error.simulation.reports) == 1
     assert "simulation step 1 at time 0.5 was not solved" in str(error) and "state [0.5]" in str(error)
@@ -131,6 +132,42 @@ def _simulate(system: ComplementaritySystem, **changes: Any) -> None:
 def test_bad_input_is_named(changes: dict[str, Any], kind: type[Exception], message: str) -> None:
     """Every bad argument ends in our own exception with its name and what would be valid."""
     with pytest.raises(kind, match=message):
+        _simulate(driven(), **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"step_equilibration": "bogus"}, r"step_equilibration is 'bogus' \(valid: .*direct.*mean"),
+        ({"step_equilibration": "diference"}, r"step_equilibration is 'diference' \(did you mean 'difference'"),
+        ({"cross_complementarity": "sum"}, r"cross_complementarity is 'sum' \((valid|did)"),
+        ({"form": "diff"}, r"form is 'diff' \(valid: differential, integral, lifted\)"),
+        ({"tableau": "radau_iia"}, r"tableau is 'radau_iia', must be a Tableau, such as make_tableau"),
+    ],
+)
+def test_values_that_are_no_option_are_named(changes: dict[str, Any], message: str) -> None:
+    """A name or number that does not exist is refused when options are made, with what would be valid."""
+    with pytest.raises(OptionError, match=message):
+        _options(**changes)
+
+
+@pytest.mark.parametrize("elements", [0, 2.5, (), (2, 0), True])
+def test_a_number_of_elements_is_at_least_one(elements: Any) -> None:
+    """Elements are counted: no number below one, no fraction, no empty list."""
+    with pytest.raises(DimensionError, match="one positive number per interval, or one for all, found"):
+        _options(elements=elements)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"options": make_tableau("radau_iia", 2)}, "options is a Tableau, must be FesdOptions, such as"),
+        ({"settings": FesdOptions()}, "settings is a FesdOptions, must be SimulationSettings, such as"),
+    ],
+)
+def test_arguments_of_another_type_are_named(changes: dict[str, Any], message: str) -> None:
+    """What is passed in place of something else is named with what belongs there."""
+    with pytest.raises(OptionError, match=message):
         _simulate(driven(), **changes)
 
 

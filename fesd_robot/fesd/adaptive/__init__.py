@@ -1,0 +1,1 @@
+"""Simulation with steps of its own choice, from switch to switch."""
