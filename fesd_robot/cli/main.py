@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
+
+INTERRUPTED = 130
+"""Exit status after an interrupt."""
 
 
 def main() -> None:
-    """Run the program with the arguments of the process."""
+    """Run the program with the arguments of the process.
+
+    After an interrupt the process is left at once: where the interrupt came while Python executed a string, as it does
+    for every dataclass that it imports, it would end itself by the signal, although the exception was caught.
+    """
     try:
         from fesd_robot.cli.app import app
 
         app(prog_name="fesd-robot")
-    except KeyboardInterrupt:
-        sys.exit(130)
+    except (KeyboardInterrupt, SystemExit) as ended:
+        if isinstance(ended, SystemExit) and ended.code != INTERRUPTED:
+            raise
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(INTERRUPTED)

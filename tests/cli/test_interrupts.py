@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -74,6 +76,18 @@ def test_an_interrupt_while_drawing_keeps_the_plan(
     assert plan.status.solved and plan.task["solver"]["seed"] == 2
     assert (tmp_path / "out" / "plan.html").is_file() and not (tmp_path / "out" / "figures").exists()
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
+
+
+def test_an_interrupt_in_an_import_has_its_exit_status(tmp_path: Path) -> None:
+    """Python would end itself by the signal after an exception that came out of a string, as those of dataclasses."""
+    (tmp_path / "program.py").write_text(
+        "import fesd_robot.cli.app as app\n"
+        "from fesd_robot.cli.main import main\n"
+        "app.app = lambda prog_name: exec('raise KeyboardInterrupt')\n"
+        "main()",
+        encoding="utf-8",
+    )
+    assert subprocess.run([sys.executable, "-m", "program"], cwd=tmp_path, timeout=60).returncode == 130
 
 
 @pytest.fixture
