@@ -1,7 +1,7 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
 from fesd_robot.fesd.constraints import TrajectoryConstraint
-from fesd_robot.fesd.ocp import OptimalControlProblem, initial_value_problem
+from fesd_robot.fesd.ocp import OptimalControlProblem, RelaxedCost, initial_value_problem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
 from fesd_robot.fesd.refinement import with_stages
 from fesd_robot.fesd.sensitivity import end_sensitivity
@@ -20,6 +20,7 @@ __all__ = [
     "Note",
     "OptimalControlProblem",
     "Phase",
+    "RelaxedCost",
     "Scheme",
     "Sensitivity",
     "Simulation",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -31,6 +31,7 @@ class Interval:
         variables, parameters: w and p, SX symbols.
         cost: name -> term of the cost, SX scalar.
         while_relaxed: what is added to their sum while the velocity level is relaxed by `sigma`, SX scalar.
+        if_exploited: what is added instead where a relaxed cost is negative all the same.
         sigma: SX symbol.
         rows: SX (n_g); `lower`, `upper`, `labels`: their bounds and what they are.
         complementarities: the conditions.
@@ -42,6 +43,7 @@ class Interval:
     parameters: ca.SX
     cost: dict[str, ca.SX]
     while_relaxed: ca.SX
+    if_exploited: ca.SX
     sigma: ca.SX
     rows: ca.SX
     lower: np.ndarray
@@ -81,6 +83,7 @@ class Interval:
             values=values,
             complementarities=self.complementarities,
             while_relaxed=self.while_relaxed,
+            if_exploited=self.if_exploited,
             sigma=self.sigma,
         )
 
@@ -137,12 +140,14 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
     w, held = ca.vertcat(left, own), sum(one.expression.numel() for one in rows)
     costs, sigma = _cost_terms(ocp, options, parts, own[: layout.n_u], p), ca.SX.sym("sigma")
+    added, relaxed = partial(_added, ocp, options, parts, own[: layout.n_u], p, sigma), ocp.relaxed_costs.values()
     return Interval(
         layout=layout,
         variables=w,
         parameters=p,
         cost=costs | _equilibration_cost(equal),
-        while_relaxed=_while_relaxed(ocp, options, parts, own[: layout.n_u], p, sigma),
+        while_relaxed=added(*(one.always for one in relaxed)),
+        if_exploited=added(*(one.if_exploited for one in relaxed)),
         sigma=sigma,
         rows=ca.vertcat(*[one.expression for one in rows], bounded.rows),
         lower=np.concatenate([np.zeros(held), bounded.lower]),
@@ -177,16 +182,17 @@ def _cost_terms(
     return terms if system.regularisation.is_zero() else {**terms, system.regularisation_name: regularised}
 
 
-def _while_relaxed(
+def _added(
     ocp: OptimalControlProblem,
     options: FesdOptions,
     parts: Sequence[ElementPoints],
     u: ca.SX,
     p: ca.SX,
     sigma: ca.SX,
+    *relaxed: Callable[[ca.SX], ca.SX],
 ) -> ca.SX:
-    """Return by how much the running costs are larger while the velocity level is relaxed by sigma, integrated."""
-    differences = [relaxed(sigma) - ocp.running_cost[name] for name, relaxed in ocp.relaxed_costs.items()]
+    """Return by how much relaxed costs, in the problem's order, are larger than the costs, integrated."""
+    differences = [one(sigma) - ocp.running_cost[name] for name, one in zip(ocp.relaxed_costs, relaxed, strict=True)]
     if not differences:
         return ca.SX(0)
     difference = ca.Function("difference", [*ocp.system.arguments, sigma], [sum(differences[1:], differences[0])])

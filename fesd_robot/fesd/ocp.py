@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -12,6 +13,21 @@ from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.dcs.model import OMITTED
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
+
+
+class RelaxedCost(NamedTuple):
+    """What stands in the place of a running cost while the velocity level is relaxed by sigma.
+
+    Both are functions sigma -> integrand, SX in (x, u, z, p, sigma), that tend to the cost with sigma where
+    complementarity holds.
+
+    Attributes:
+        always: in every homotopy.
+        if_exploited: where the first relaxed NLP ends with a negative cost all the same; never negative.
+    """
+
+    always: Callable[[ca.SX], ca.SX]
+    if_exploited: Callable[[ca.SX], ca.SX]
 
 
 @dataclass(frozen=True)
@@ -35,9 +51,8 @@ class OptimalControlProblem:
             nearest to zero where one of them is infinite, at all times.
         control_guess: start of the controls, (n_u, N); if omitted what is nearest to zero.
         running_cost: name -> integrand in (x, u, z, p).
-        relaxed_costs: name of a running cost -> sigma -> integrand in its place while a homotopy relaxes the velocity
-            level by sigma, SX in (x, u, z, p, sigma). It tends to the cost with sigma where complementarity holds, and
-            does not fall where only that keeps the cost from falling without limit.
+        relaxed_costs: name of a running cost that only complementarity keeps from falling without limit -> what stands
+            in its place while a homotopy relaxes the velocity level.
         terminal_cost: name -> SX in x.
         interval_end: SX in (x, p) that is zero at the end of every interval.
         interval_end_names: one name per row of `interval_end`; numbers if omitted.
@@ -64,7 +79,7 @@ class OptimalControlProblem:
     state_guess: Callable[[float], np.ndarray] = OMITTED
     control_guess: np.ndarray = OMITTED
     running_cost: Mapping[str, ca.SX] = field(default_factory=dict)
-    relaxed_costs: Mapping[str, Callable[[ca.SX], ca.SX]] = field(default_factory=dict)
+    relaxed_costs: Mapping[str, RelaxedCost] = field(default_factory=dict)
     terminal_cost: Mapping[str, ca.SX] = field(default_factory=dict)
     interval_end: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     interval_end_names: tuple[str, ...] = ()

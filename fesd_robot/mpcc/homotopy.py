@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -87,7 +88,17 @@ def solve(
         problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
     )
     branch_nlp = BranchNlp.of(polisher, options.compile) if polisher and options.polish else None
-    return _Homotopy(problem, options, nlp, branch_nlp, progress, stop, otherwise).solution(time.perf_counter() - begin)
+    exploited = partial(_where_exploited, problem, nlp, options)
+    homotopy = _Homotopy(problem, options, nlp, exploited, branch_nlp, progress, stop, otherwise)
+    return homotopy.solution(time.perf_counter() - begin)
+
+
+def _where_exploited(problem: Mpcc, nlp: RelaxedNlp, options: HomotopyOptions) -> RelaxedNlp | None:
+    """Return the relaxed problem with what its blocks add to the cost where that is exploited; None if none does."""
+    if all(block.if_exploited.is_zero() for block in problem.blocks):
+        return None
+    blocks = [replace(block, while_relaxed=block.if_exploited) for block in problem.blocks]
+    return assemble(replace(problem, blocks=blocks), nlp.relaxation, options.compile, nlp.steering)
 
 
 @dataclass(frozen=True)
@@ -106,12 +117,14 @@ class _Homotopy:
         problem: Mpcc,
         options: HomotopyOptions,
         nlp: RelaxedNlp,
+        exploited: Callable[[], RelaxedNlp | None],
         branch_nlp: BranchNlp | None,
         progress: Callable[[NlpReport], None] | None,
         stop: Callable[[int, float], bool] | None,
         otherwise: Callable[[np.ndarray], float | None] | None,
     ) -> None:
         self._problem, self._options, self._nlp, self._branch_nlp = problem, options, nlp, branch_nlp
+        self._exploited = exploited
         self._progress, self._stop, self._otherwise = progress, stop, otherwise
         self._elastic = nlp.slacks.count > 0
         sigma_start = options.sigma_start or max(chosen_start(problem, options.velocity_level_ratio), options.tolerance)
@@ -176,11 +189,14 @@ class _Homotopy:
     def _search(self, sigmas: Sigmas) -> Sigmas | None:
         """Follow the loose homotopy to where it is polished; return its last sigmas, None if it failed before.
 
-        An NLP that is lost is left out: the step from the one before is halved.
+        An NLP that is lost is left out: the step from the one before is halved. If the first ends with a negative cost,
+        its relaxation is exploited, and the blocks' costs for that stand in its place from there on.
         """
         reached, step, lost = None, 1.0, 0
+        result = self._nlp_at(sigmas, loose=True)
+        if self._reports and self._reports[-1].residuals.objective < 0 and (other := self._exploited()):
+            self._nlp, result = other, None if self._status.ended_early else self._nlp_at(sigmas, loose=True)
         while True:
-            result = self._nlp_at(sigmas, loose=True)
             if result is None or result.status.ended_early:
                 return None
             if reached and self._is_lost(result) and step > SHORTEST_STEP and lost < MOST_LOST:
@@ -195,6 +211,7 @@ class _Homotopy:
             if self._steps.is_last(following):
                 return sigmas
             sigmas = following
+            result = self._nlp_at(sigmas, loose=True)
 
     def _converge(self, sigmas: Sigmas) -> bool:
         """Follow the homotopy with NLPs that converge; a polisher is asked again at every sigma of the position level.

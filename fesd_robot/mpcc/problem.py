@@ -28,7 +28,8 @@ class Block:
         complementarities: conditions whose factors G and H are SX scalars in w and p.
         while_relaxed: what a homotopy adds to the cost while pairs of the velocity level are relaxed, SX scalar in w, p
             and sigma; nothing where complementarity holds and sigma is zero.
-        sigma: the SX symbol of the relaxation in it.
+        if_exploited: what it adds instead where the first relaxed NLP ends with a negative cost.
+        sigma: the SX symbol of the relaxation in both.
         index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
         values: values of p, shape (n_p, K).
 
@@ -50,6 +51,7 @@ class Block:
     values: np.ndarray
     complementarities: Sequence[Complementarity] = ()
     while_relaxed: ca.SX = field(default_factory=lambda: ca.SX(0))
+    if_exploited: ca.SX = field(default_factory=lambda: ca.SX(0))
     sigma: ca.SX = field(default_factory=lambda: ca.SX.sym("sigma"))
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd import TrajectoryConstraint
+from fesd_robot.fesd import RelaxedCost, TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES
 from fesd_robot.ocp.vectors import vector
@@ -22,7 +22,8 @@ Terms = dict[str, ca.SX]
 
 
 SMOOTHED_SPEED = 0.1
-"""m/s; slower slipping costs less than its work while pairs are relaxed by more than this."""
+"""m/s; slower slipping costs less than its work while pairs are relaxed by more than this, where it may not be
+negative."""
 
 FULL_WEIGHT_SIGMA = 0.03
 """Sigma of the velocity level above which the weight of friction's work falls as 1 / sigma."""
@@ -37,9 +38,11 @@ def running_costs(parts: ProblemParts) -> Terms:
     return _united(term(parts) for term in INTEGRANDS.values())
 
 
-def relaxed_costs(parts: ProblemParts) -> dict[str, Callable[[ca.SX], ca.SX]]:
-    """Return name -> sigma -> integrand in the place of a running cost while the velocity level is relaxed by sigma."""
-    return {"slipping": partial(_relaxed_slipping, parts)} if parts.task.costs.used("slipping") else {}
+def relaxed_costs(parts: ProblemParts) -> dict[str, RelaxedCost]:
+    """Return name -> what stands in the place of a running cost while the velocity level is relaxed."""
+    if not parts.task.costs.used("slipping"):
+        return {}
+    return {"slipping": RelaxedCost(partial(_weighed_slipping, parts), partial(_opposed_slipping, parts))}
 
 
 def terminal_costs(parts: ProblemParts) -> Terms:
@@ -95,22 +98,39 @@ def _slipping(parts: ProblemParts) -> Terms:
     Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
     takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero.
     """
-    return _friction_work(parts, lambda speed: speed)
+    return _friction_work(parts, None)
 
 
-def _relaxed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
-    """Weight times sum of w_c a_n mu (theta_+ psi(J_t v) + theta_- psi(-J_t v)), psi(s) = max(s, 0)^3 / (s^2 + e^2).
+def _weighed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
+    """Its work times min(1, `FULL_WEIGHT_SIGMA` / sigma).
 
-    While friction need not oppose slipping, the work that it takes may be negative; this is not. Where it does oppose,
-    psi(s) tends to max(s, 0) and the sum to that work with e = min(sigma, `SMOOTHED_SPEED`). The weight is one, and
-    `FULL_WEIGHT_SIGMA` / sigma above that.
+    While friction need not oppose slipping, the work that it takes may be negative: products of force and velocity may
+    be as large as sigma. So they gain no more than they would at that sigma.
     """
-    square, weight = ca.fmin(sigma, SMOOTHED_SPEED) ** 2, FULL_WEIGHT_SIGMA / ca.fmax(sigma, FULL_WEIGHT_SIGMA)
-    return weight * _friction_work(parts, lambda speed: ca.fmax(speed, 0) ** 3 / (speed**2 + square))["slipping"]
+    return _relaxed_weight(sigma) * _slipping(parts)["slipping"]
 
 
-def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX]) -> Terms:
-    """Return the weighted sum of a_n mu (theta_+ paid(J_t v) + theta_- paid(-J_t v)), nothing if it has no weight."""
+def _opposed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
+    """The same of a work that is never negative, with psi(J_t v) and -psi(-J_t v) for J_t v beside theta_+ and theta_-.
+
+        psi(s) = max(s, 0)^3 / (s^2 + epsilon^2),   epsilon = min(sigma, `SMOOTHED_SPEED`)
+
+    Where friction opposes slipping, psi(s) tends to max(s, 0) and the sum to its work.
+    """
+    square = ca.fmin(sigma, SMOOTHED_SPEED) ** 2
+    work = _friction_work(parts, lambda speed: ca.fmax(speed, 0) ** 3 / (speed**2 + square))["slipping"]
+    return _relaxed_weight(sigma) * work
+
+
+def _relaxed_weight(sigma: ca.SX) -> ca.SX:
+    return FULL_WEIGHT_SIGMA / ca.fmax(sigma, FULL_WEIGHT_SIGMA)
+
+
+def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX] | None) -> Terms:
+    """Return the weighted sum of a_n mu (theta_+ paid(J_t v) + theta_- paid(-J_t v)), nothing if it has no weight.
+
+    Without `paid` it is that of a_n mu (theta_+ - theta_-) J_t v.
+    """
     weights = parts.task.costs.slipping or {}
     if not parts.task.costs.used("slipping"):
         return {}
@@ -118,8 +138,8 @@ def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX]) -> Terms
     for contact, (plus, minus) in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
         if weights.get(contact.name):
             speed = ca.dot(contact.tangent, parts.dynamics.velocity)
-            power = contact.friction * (plus * paid(speed) + minus * paid(-speed))
-            total = total + weights[contact.name] * parts.auxiliary_force * power
+            taken = plus * paid(speed) + minus * paid(-speed) if paid else (plus - minus) * speed
+            total = total + weights[contact.name] * parts.auxiliary_force * (contact.friction * taken)
     return {"slipping": total}
 
 
