@@ -194,8 +194,9 @@ class _Homotopy:
         """
         reached, step, lost = None, 1.0, 0
         result = self._nlp_at(sigmas, loose=True)
-        if self._reports and self._reports[-1].residuals.objective < 0 and (other := self._exploited()):
-            self._nlp, result = other, None if self._status.ended_early else self._nlp_at(sigmas, loose=True)
+        if result and self._reports[-1].residuals.objective < 0 and (other := self._exploited()):
+            self._nlp = other
+            result = result if result.status.ended_early else self._nlp_at(sigmas, loose=True)
         while True:
             if result is None or result.status.ended_early:
                 return None

@@ -120,3 +120,18 @@ def test_an_interrupt_is_no_lost_nlp(monkeypatch: pytest.MonkeyPatch) -> None:
     solver = Interrupted(smallest=0.2)
     solution = _solved(monkeypatch, solver)
     assert (solution.solved, solution.status, len(solver.calls)) == (False, "interrupted", 2)
+
+
+@pytest.mark.parametrize("gain", [0.1, 100.0])
+def test_a_cost_that_is_exploited_gives_way(gain: float) -> None:
+    """One and the distance from (1, 0) minus gain x y, which is zero where one of both is: if products that are only
+    relaxed make it negative, the first NLP is solved again with what stands in its place, else everything stays as it is."""
+    distance = 1 + (X - 1) ** 2 + Y**2
+    problem = mpcc(distance - gain * X * Y, X, Y, [0.5, 0.5])
+    (block,) = problem.blocks
+    problem = replace(problem, blocks=[replace(block, if_exploited=gain * X * Y)])
+    end = solve(problem, OPTIONS, polisher=PairPolisher(problem))
+    exploited = end.reports[0].residuals.objective < 0
+    assert exploited is (gain > 1)
+    assert (end.reports[1].sigma == end.reports[0].sigma) is exploited
+    assert end.solved and end.w == pytest.approx([1, 0], abs=1e-7)
