@@ -125,7 +125,7 @@ def test_an_interrupt_is_no_lost_nlp(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("gain", [0.1, 100.0])
 def test_a_cost_that_is_exploited_gives_way(gain: float) -> None:
     """One and the distance from (1, 0) minus gain x y, which is zero where one of both is: if products that are only
-    relaxed make it negative, the first NLP is solved again with what stands in its place, else everything stays as it is."""
+    relaxed make it negative, the first NLP is solved again with what stands in its place, else nothing changes."""
     distance = 1 + (X - 1) ** 2 + Y**2
     problem = mpcc(distance - gain * X * Y, X, Y, [0.5, 0.5])
     (block,) = problem.blocks
