@@ -3,9 +3,9 @@
     python scripts/legged_robots.py                          # all
     python scripts/legged_robots.py go2 bolt --keep FOLDER   # these only; their tasks and plans stay in a folder
 
-A task has some ten lines. What is locked and coupled is what `fesd-robot robots MODEL --sagittal` proposes, the posture is
-that of the robot's SRDF file; a user adds the feet, and how far the legs are bent where there is no such file. Exit
-code 1 if fewer than 8 of 10 are solved.
+A task has some ten lines. What is locked and coupled is what `fesd-robot robots MODEL --sagittal` proposes, the posture
+is that of the robot's SRDF file; a user adds the feet, how far the legs are bent where there is no such file, and that
+it should be a jump. Exit code 1 if fewer than 8 of 10 are solved.
 """
 
 from __future__ import annotations
