@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from fesd_robot.errors import FesdRobotError, PlanFileError
@@ -12,6 +13,7 @@ from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.outputs import write_page
+from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
@@ -55,18 +57,38 @@ def draw_task(task: Task, page: Path | str) -> Path:
     from fesd_robot.ocp import formulate  # the rooms that formulate take longest to import
     from fesd_robot.render.still import write_task_page
 
-    path = page_path(page, "task.html")
     motion = formulate(task)
+    return _drawn(partial(write_task_page, motion), page, "task.html")
+
+
+def draw_robot(robot: Robot, page: Path | str) -> Path:
+    """Draw what is in a model: a web page with its frames, bodies, joints and collision shapes, every joint at zero.
+
+    Args:
+        robot: from `fesd_robot.robot.load_robot`.
+        page: the HTML file to write, or the folder for ``robot.html``.
+
+    Returns:
+        the file.
+
+    Raises:
+        RobotError: the shapes of the robot cannot be read.
+        PlanFileError: the file cannot be written.
+    """
+    from fesd_robot.render.still import write_robot_page
+
+    return _drawn(partial(write_robot_page, robot), page, "robot.html")
+
+
+def _drawn(write: Callable[[Path], Path], page: Path | str, name: str) -> Path:
+    """Write a page to the file that is named, or to the one of this name in a folder."""
+    path = Path(page)
+    if path.suffix.lower() not in (".html", ".htm") or path.is_dir():
+        path = path / name
     try:
-        return write_task_page(motion, path)
+        return write(path)
     except OSError as error:
         raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
-
-
-def page_path(page: Path | str, name: str) -> Path:
-    """Return the file of a page: the one that is named, or the one of this name in a folder."""
-    path = Path(page)
-    return path if path.suffix.lower() in (".html", ".htm") and not path.is_dir() else path / name
 
 
 def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = None) -> list[Path]:

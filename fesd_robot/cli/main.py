@@ -6,8 +6,7 @@ import contextlib
 import os
 import sys
 
-INTERRUPTED = 130
-"""Exit status after an interrupt."""
+from fesd_robot.cli.exits import ExitCode
 
 
 def main() -> None:
@@ -21,9 +20,9 @@ def main() -> None:
 
         app(prog_name="fesd-robot")
     except (KeyboardInterrupt, SystemExit) as ended:
-        if isinstance(ended, SystemExit) and ended.code != INTERRUPTED:
+        if isinstance(ended, SystemExit) and ended.code != ExitCode.INTERRUPTED:
             raise
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()
-        os._exit(INTERRUPTED)
+        os._exit(ExitCode.INTERRUPTED)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import threading
 import time
 from collections.abc import Mapping
@@ -75,17 +73,21 @@ def start_line(seed: int, result: Plan) -> str:
 
 
 class Progress:
-    """Shows nothing; base of the kinds that do, which are told what happens.
+    """Says nothing; base of the kinds that do, which are told what happens.
 
     What is shown has to come by itself, for a solver that is busy tells nothing: the kinds that show something have a
     thread for that.
+
+    Args:
+        table: whether every NLP has a line of its own.
 
     Attributes:
         time_limit: seconds for the whole solve, None for no limit.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, table: bool = False) -> None:
         self.time_limit: float | None = None
+        self._table, self._begun = table, False
         self._begin = time.monotonic()
         self._station = Station.READING
         self._iterations = 0
@@ -97,9 +99,15 @@ class Progress:
         self._station = station
 
     def nlp(self, report: NlpReport) -> None:
-        """Show a finished NLP."""
-        if not report.sigma and report.status.converged:
+        """Say how an NLP ended, if there is a table, and keep the cost of an exact motion."""
+        converged = report.status.converged
+        if not report.sigma and converged:
             self._cost = report.residuals.objective
+        if self._table:
+            if not self._begun:
+                self._begun = True
+                self._say(aligned(list(COLUMNS)), "bold")
+            self._say(aligned(cells(report)), "none" if converged else "yellow")
 
     def iteration(self, iteration: int, objective: float) -> None:
         """Count an iteration of the solver."""
@@ -108,9 +116,11 @@ class Progress:
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why fallback settings are tried, and which."""
         self._cost = None
+        self._say(retry_line(changes, failed), "yellow")
 
     def start(self, seed: int, result: Plan) -> None:
         """Say what came of one of several initial guesses."""
+        self._say(start_line(seed, result), "none")
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
@@ -132,6 +142,9 @@ class Progress:
             words.append(f"{max(self.time_limit - spent, 0.0):.0f} s left")
         return ", ".join(words)
 
+    def _say(self, line: str, style: str) -> None:
+        """Show a line that stays, in one of rich's styles."""
+
     def __enter__(self) -> Progress:
         return self
 
@@ -142,15 +155,10 @@ class Progress:
 
 
 class PlainProgress(Progress):
-    """A line for everything new, and one as often as `SILENCE`, for files and pipes.
-
-    Args:
-        table: whether every NLP has a line of its own, too.
-    """
+    """A line for everything new, and one as often as `SILENCE`, for files and pipes."""
 
     def __init__(self, table: bool = False) -> None:
-        super().__init__()
-        self._table, self._begun = table, False
+        super().__init__(table)
         self._ended, self._printing = threading.Event(), threading.Lock()
         self._printed = self._begin - SILENCE + FIRST_LINE
         self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
@@ -163,25 +171,7 @@ class PlainProgress(Progress):
         """Print what is done from now on, if it is something else."""
         if station is not self._station:
             super().station(station)
-            self._print(self.line())
-
-    def nlp(self, report: NlpReport) -> None:
-        """Print a row of the table of NLPs."""
-        super().nlp(report)
-        if self._table:
-            if not self._begun:
-                self._begun = True
-                self._print(aligned(list(COLUMNS)))
-            self._print(aligned(cells(report)))
-
-    def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Print why fallback settings are tried, and which."""
-        super().retry(changes, failed)
-        self._print(retry_line(changes, failed))
-
-    def start(self, seed: int, result: Plan) -> None:
-        """Print what came of one of several initial guesses."""
-        self._print(start_line(seed, result))
+            self._say(self.line(), "none")
 
     def close(self) -> None:
         """Print no more."""
@@ -192,9 +182,9 @@ class PlainProgress(Progress):
     def _tick(self) -> None:
         while not self._ended.wait(max(self._printed + SILENCE - time.monotonic(), LEAST_WAIT)):
             if time.monotonic() >= self._printed + SILENCE:
-                self._print(self.line())
+                self._say(self.line(), "none")
 
-    def _print(self, line: str) -> None:
+    def _say(self, line: str, style: str) -> None:
         """Print a line; typer.echo flushes."""
         with self._printing:
             self._printed = time.monotonic()
@@ -202,19 +192,13 @@ class PlainProgress(Progress):
 
 
 class LiveProgress(Progress):
-    """A line that changes, for terminals.
-
-    Args:
-        console: of the terminal.
-        table: whether every NLP has a line of its own above it.
-    """
+    """A line that changes, for terminals; those that stay are above it."""
 
     def __init__(self, console: Console, table: bool = False) -> None:
         from rich.live import Live
         from rich.text import Text
 
-        super().__init__()
-        self._table, self._begun = table, False
+        super().__init__(table)
         self._live = Live(
             get_renderable=lambda: Text(self.line(), style="yellow" if self._stopping else "dim", overflow="ellipsis"),
             console=console,
@@ -226,34 +210,16 @@ class LiveProgress(Progress):
         self._live.start(refresh=True)
         return self
 
-    def nlp(self, report: NlpReport) -> None:
-        """Print a row of the table of NLPs."""
-        super().nlp(report)
-        if self._table:
-            if not self._begun:
-                self._begun = True
-                self._above(aligned(list(COLUMNS)), "bold")
-            self._above(aligned(cells(report)), "none" if report.status.converged else "yellow")
-
-    def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
-        """Print why fallback settings are tried, and which."""
-        super().retry(changes, failed)
-        self._above(retry_line(changes, failed), "yellow")
-
-    def start(self, seed: int, result: Plan) -> None:
-        """Print what came of one of several initial guesses."""
-        self._above(start_line(seed, result), "none")
-
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
         self._stopping = True
-        self._above(STOPPING, "yellow")
+        self._say(STOPPING, "yellow")
 
     def close(self) -> None:
         """Remove the line."""
         self._live.stop()
 
-    def _above(self, line: str, style: str) -> None:
+    def _say(self, line: str, style: str) -> None:
         self._live.console.print(line, style=style, highlight=False, markup=False)
 
 
@@ -271,11 +237,8 @@ def progress_for(quiet: bool, table: bool = False) -> Progress:
     """
     if quiet:
         return Progress()
-    if not sys.stdout.isatty() and not os.environ.get("FORCE_COLOR"):
-        return PlainProgress(table)
     from rich.console import Console
 
     console = Console()
-    return (
-        LiveProgress(console, table) if console.is_terminal and not console.is_dumb_terminal else PlainProgress(table)
-    )
+    is_live = console.is_terminal and not console.is_dumb_terminal
+    return LiveProgress(console, table) if is_live else PlainProgress(table)

@@ -14,6 +14,7 @@ from fesd_robot.cli.arguments import Page
 from fesd_robot.explanation.table import aligned
 
 if TYPE_CHECKING:
+    from fesd_robot.robot import Robot
     from fesd_robot.robot.catalogue import Entry
 
 
@@ -57,10 +58,19 @@ def robots(
     if pattern is not None and _is_model(pattern):
         if sagittal:
             _propose_sagittal(pattern, as_json=as_json)
-        else:
-            _show_model(pattern, frames=frames, shapes=shapes, as_json=as_json)
+        if page is None and sagittal:
+            return
+        from fesd_robot.robot import load_robot
+
+        robot = load_robot(pattern)
+        if not sagittal:
+            _show_model(robot, frames=frames, shapes=shapes, as_json=as_json)
         if page is not None:
-            _draw_model(pattern, page, quiet=as_json or sagittal)
+            from fesd_robot.actions import draw_robot
+
+            written = draw_robot(robot, page)
+            if not (as_json or sagittal):
+                typer.echo(f"\nwritten to {written}")
         return
     if frames or shapes or sagittal or page:
         raise typer.BadParameter(
@@ -100,11 +110,9 @@ def _is_model(text: str) -> bool:
     return text.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)) or suffix in _SUFFIXES or Path(text).is_file()
 
 
-def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> None:
-    from fesd_robot.robot import load_robot
+def _show_model(robot: Robot, *, frames: bool, shapes: bool, as_json: bool) -> None:
     from fesd_robot.robot.inventory import inventory
 
-    robot = load_robot(source)
     asked = [name for name, yes in (("frames", frames), ("shapes", shapes)) if yes]
     tables = inventory(robot, asked or ["coordinates", "motors", "postures"])
     if as_json:
@@ -120,21 +128,6 @@ def _show_model(source: str, *, frames: bool, shapes: bool, as_json: bool) -> No
     if robot.notes:
         typer.echo("\nLeft out:")
         typer.echo("\n".join(f"  {note}" for note in robot.notes))
-
-
-def _draw_model(source: str, page: Path, *, quiet: bool) -> None:
-    from fesd_robot.actions import page_path
-    from fesd_robot.errors import PlanFileError
-    from fesd_robot.render.still import write_robot_page
-    from fesd_robot.robot import load_robot
-
-    path = page_path(page, "robot.html")
-    try:
-        write_robot_page(load_robot(source), path)
-    except OSError as error:
-        raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
-    if not quiet:
-        typer.echo(f"\nwritten to {path}")
 
 
 def _propose_sagittal(source: str, *, as_json: bool) -> None:

@@ -64,8 +64,9 @@ def with_dry_friction(contact_system: ContactSystem, dynamics: MultibodyDynamics
 
     def guess(x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         z = system.guess(x, u, p)
-        along = 0.5 * (1 + np.sign(x[first + np.array(rows)])) * float(free_flow(z))
-        return np.concatenate([z, along, float(free_flow(z)) - along])
+        rate = float(free_flow(z))
+        along = 0.5 * (1 + np.sign(x[first + np.array(rows)])) * rate
+        return np.concatenate([z, along, rate - along])
 
     return replace(
         contact_system,

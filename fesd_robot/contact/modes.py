@@ -73,9 +73,9 @@ def joint_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
 def _joint_mode(active: Active) -> ContactMode:
     if active[FRICTION_ALONG_MOTION, FORWARDS] is ActiveFactor.H:
         return ContactMode.SLIP_FORWARDS
-    return (
-        ContactMode.SLIP_BACKWARDS if active[FRICTION_ALONG_MOTION, BACKWARDS] is ActiveFactor.H else ContactMode.STICK
-    )
+    if active[FRICTION_ALONG_MOTION, BACKWARDS] is ActiveFactor.H:
+        return ContactMode.SLIP_BACKWARDS
+    return ContactMode.STICK
 
 
 def _mode(active: Active) -> ContactMode:

@@ -84,6 +84,12 @@ class ComplementaritySystem:
         """What was made of this system once, to be used again."""
         return {}
 
+    def in_words(self, mode: np.ndarray) -> str:
+        """Return the regions or step values of a mode, (n_pairs) booleans where H may be positive."""
+        if self.describe:
+            return self.describe(mode)
+        return ", ".join(str(pair.label) for pair, active in zip(self.pairs, mode, strict=True) if active)
+
     @property
     def arguments(self) -> list[ca.SX]:
         """[x, u, z, p], the arguments of every function of this system."""

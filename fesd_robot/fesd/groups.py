@@ -32,23 +32,9 @@ class PairGroups:
     @cached_property
     def groups(self) -> list[np.ndarray]:
         """Indices of the pairs of every group."""
-        H, z = self.system.H, self.system.algebraic
-        used = _dependence(H, z)
-        linking = self._linking_rows
-        links = [*used, *_dependence(linking, z)]
-        pairs, found = len(used), list[set[int]]()
-        variables = [set(np.flatnonzero(link).tolist()) for link in links]
-        for number, own in enumerate(variables):
-            member = {number} if number < pairs else set()
-            touching = [g for g in found if any(own & variables[i] for i in g) or g & member]
-            if number >= pairs:
-                merged = set().union(*touching)
-                if not merged:
-                    continue
-            else:
-                merged = member.union(*touching)
-            found = [g for g in found if g not in touching] + [merged]
-        return sorted((np.array(sorted(g)) for g in found), key=lambda g: int(g[0]))
+        z = self.system.algebraic
+        together = _together(list(_dependence(self.system.H, z)), list(_dependence(self._linking_rows, z)))
+        return sorted((np.array(one) for one in together), key=lambda one: int(one[0]))
 
     @cached_property
     def components(self) -> list[list[int]]:
@@ -62,16 +48,12 @@ class PairGroups:
         of_groups = [of_G[group].any(axis=0) for group in self.groups]
         multiplier = of_G.any(axis=0)
         # Sets of variables that are not G: those of one group's H, of one equation, of what moves one group's G.
-        linked = [of_H[group].any(axis=0) for group in self.groups]
-        linked += [row & ~multiplier for row in in_rows]
+        of_own = [of_H[group].any(axis=0) for group in self.groups]
+        linked = [row & ~multiplier for row in in_rows]
         for group, own in zip(self.groups, of_groups, strict=True):
             moving = in_rates[(in_rows & own).any(axis=1)]
             linked.append((moving.any(axis=0) & ~multiplier) | of_H[group].any(axis=0))
-        merged = _merged(linked)
-        home = [
-            next(i for i, part in enumerate(merged) if (part & of_H[group].any(axis=0)).any()) for group in self.groups
-        ]
-        return [[g for g, own in enumerate(home) if own == i] for i in sorted(set(home))]
+        return _together(of_own, linked)
 
     @cached_property
     def _linking_rows(self) -> ca.SX:
@@ -137,6 +119,13 @@ def _dependence(rows: ca.SX, variables: ca.SX) -> np.ndarray:
         return np.zeros((rows.numel(), variables.numel()), dtype=bool)
     pattern = ca.jacobian_sparsity(rows, variables)
     return np.asarray(ca.DM(pattern, 1).full(), dtype=bool)
+
+
+def _together(own: Sequence[np.ndarray], links: Sequence[np.ndarray]) -> list[list[int]]:
+    """Return the numbers of sets of variables that share some, directly or over links; an empty set stays alone."""
+    merged = _merged([*own, *links])
+    home = [next((i for i, one in enumerate(merged) if (one & each).any()), -1 - n) for n, each in enumerate(own)]
+    return [[n for n, at in enumerate(home) if at == i] for i in sorted(set(home))]
 
 
 def _merged(sets: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -14,6 +14,7 @@ from fesd_robot.fesd.mode_sequence import FoundModes, ModeSequence, StepInput, V
 from fesd_robot.fesd.modes import ModeEquations, Modes
 from fesd_robot.fesd.point import PointFunctions
 from fesd_robot.fesd.schemes import lagrange
+from fesd_robot.fesd.simulation import passed_bound
 
 MAX_TRIALS = 400
 """Newton solves after which a search gives up."""
@@ -345,25 +346,14 @@ class ModeSearch:
             if h.min() < -1e-9 or h.max() > longest + 1e-9:
                 return False
         states = np.asarray(self.states(step.x, own)[0]).T
-        if self._passes_bound(states):
+        passed = passed_bound(system, states, (self.state_lower, self.state_upper), self.tolerance)
+        if passed:
+            self.reason, self.passed_bound = passed
             return False
         sign_checked = np.flatnonzero(self.equations.sign_checked[: layout.stages])
         z = np.array([own[layout.algebraic(n, j)] for n in range(layout.elements) for j in sign_checked.tolist()])
         z = z.reshape(-1, layout.n_z)
         return not ((z < system.algebraic_lower - slack).any() or (z > system.algebraic_upper + slack).any())
-
-    def _passes_bound(self, states: np.ndarray) -> bool:
-        """Whether states (points, n_x) are outside their bounds; the worst of them is the reason then."""
-        below, above = self.state_lower - states, states - self.state_upper
-        beyond = np.maximum(below, above)
-        point, i = divmod(int(np.argmax(beyond)), beyond.shape[1])
-        if beyond[point, i] <= self.tolerance:
-            return False
-        side, bounds = ("lower", self.state_lower) if below[point, i] > 0.0 else ("upper", self.state_upper)
-        name = self.equations.system.state_names[i]
-        self.passed_bound = float(beyond[point, i])
-        self.reason = f"its motion takes {name} to {states[point, i]:.6g}, beyond state_{side} {bounds[i]:.6g}"
-        return True
 
 
 def _zero(t_before: float, before: float, time: float, after: float) -> float:

@@ -121,7 +121,7 @@ class Simulation:
             if phases and (mode == phases[-1].mode).all():
                 phases[-1] = replace(phases[-1], end=element.end)
             elif element.step > 0:
-                phases.append(Phase(element.start, element.end, mode, self._regions(mode)))
+                phases.append(Phase(element.start, element.end, mode, self.system.in_words(mode)))
         return phases
 
     @property
@@ -148,11 +148,6 @@ class Simulation:
             result[chosen] = self.elements[index].at(self.tableau, wanted[chosen])
         return result
 
-    def _regions(self, mode: np.ndarray) -> str:
-        if self.system.describe:
-            return self.system.describe(mode)
-        return ", ".join(str(pair.label) for pair, active in zip(self.system.pairs, mode, strict=True) if active)
-
 
 class SimulationError(FesdRobotError):
     """A step that could not be solved.
@@ -174,3 +169,24 @@ class SimulationError(FesdRobotError):
         self.time = time
         self.state = state
         self.residual = residual
+
+
+def passed_bound(
+    system: ComplementaritySystem, states: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], tolerance: float
+) -> tuple[str, float] | None:
+    """Return in words which bound a motion passes most, and by how much; None if none by more than a tolerance.
+
+    Args:
+        system: whose states they are.
+        states: of the motion, (points, n_x).
+        bounds: lower and upper, (n_x) each.
+        tolerance: in the units of the states.
+    """
+    below, above = bounds[0] - states, states - bounds[1]
+    beyond = np.maximum(below, above)
+    point, i = divmod(int(np.argmax(beyond)), beyond.shape[1])
+    if beyond[point, i] <= tolerance:
+        return None
+    side, bound = ("lower", bounds[0][i]) if below[point, i] > 0.0 else ("upper", bounds[1][i])
+    words = f"its motion takes {system.state_names[i]} to {states[point, i]:.6g}, beyond state_{side} {bound:.6g}"
+    return words, float(beyond[point, i])

@@ -148,7 +148,7 @@ class Stepper:
     @cached_property
     def points(self) -> PointModes:
         """The modes of single points."""
-        return self.system.compiled.setdefault("points", PointModes(self.system))
+        return PointModes.of(self.system)
 
     def last_of_elements(self, modes: Modes) -> Modes:
         """The mode of every element."""

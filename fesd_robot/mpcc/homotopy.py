@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -88,9 +87,7 @@ def solve(
         problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
     )
     branch_nlp = BranchNlp.of(polisher, options.compile) if polisher and options.polish else None
-    exploited = partial(_where_exploited, problem, nlp, options)
-    homotopy = _Homotopy(problem, options, nlp, exploited, branch_nlp, progress, stop, otherwise)
-    return homotopy.solution(time.perf_counter() - begin)
+    return _Homotopy(problem, options, nlp, branch_nlp, progress, stop, otherwise).solution(time.perf_counter() - begin)
 
 
 def _where_exploited(problem: Mpcc, nlp: RelaxedNlp, options: HomotopyOptions) -> RelaxedNlp | None:
@@ -117,14 +114,12 @@ class _Homotopy:
         problem: Mpcc,
         options: HomotopyOptions,
         nlp: RelaxedNlp,
-        exploited: Callable[[], RelaxedNlp | None],
         branch_nlp: BranchNlp | None,
         progress: Callable[[NlpReport], None] | None,
         stop: Callable[[int, float], bool] | None,
         otherwise: Callable[[np.ndarray], float | None] | None,
     ) -> None:
         self._problem, self._options, self._nlp, self._branch_nlp = problem, options, nlp, branch_nlp
-        self._exploited = exploited
         self._progress, self._stop, self._otherwise = progress, stop, otherwise
         self._elastic = nlp.slacks.count > 0
         sigma_start = options.sigma_start or max(chosen_start(problem, options.velocity_level_ratio), options.tolerance)
@@ -194,9 +189,11 @@ class _Homotopy:
         """
         reached, step, lost = None, 1.0, 0
         result = self._nlp_at(sigmas, loose=True)
-        if result and self._reports[-1].residuals.objective < 0 and (other := self._exploited()):
-            self._nlp = other
-            result = result if result.status.ended_early else self._nlp_at(sigmas, loose=True)
+        if result and not result.status.ended_early and self._reports[-1].residuals.objective < 0:
+            other = _where_exploited(self._problem, self._nlp, self._options)
+            if other:
+                self._nlp = other
+                result = self._nlp_at(sigmas, loose=True)
         while True:
             if result is None or result.status.ended_early:
                 return None

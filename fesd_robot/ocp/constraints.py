@@ -108,16 +108,9 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
     everywhere: list[BoundedRow] = []
     others: list[TrajectoryConstraint] = []
     for name, constraint in parts.task.constraints.items():
-        if isinstance(constraint, BodyPoint):
-            rows = point_rows(constraint, parts.points.fixed_to(constraint), parts.ground)
+        if isinstance(constraint, BodyPoint | DistanceConstraint):
+            rows = _configuration_rows(parts, name, constraint)
             rows = [(f"constraint '{name}', {what}", row, low, high) for what, row, low, high in rows]
-            _check_start(parts, name, rows)
-            everywhere += [row for row in rows if not row[1].is_constant()]
-        elif isinstance(constraint, DistanceConstraint):
-            rows = [
-                (f"constraint '{name}', distance of {what}", row - constraint.minimum, 0.0, np.inf)
-                for what, row in distances_of(name, constraint, parts.points)
-            ]
             _check_start(parts, name, rows)
             everywhere += [row for row in rows if not row[1].is_constant()]
         elif isinstance(constraint, ContactWindow):
@@ -127,6 +120,16 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
     if not everywhere:
         return others
     return [*others, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
+
+
+def _configuration_rows(
+    parts: ProblemParts, name: str, constraint: BodyPoint | DistanceConstraint
+) -> Sequence[BoundedRow]:
+    """Return the rows of a constraint that is one of the configuration alone."""
+    if isinstance(constraint, BodyPoint):
+        return point_rows(constraint, parts.points.fixed_to(constraint), parts.ground)
+    found = distances_of(name, constraint, parts.points)
+    return [(f"distance of {what}", row - constraint.minimum, 0.0, np.inf) for what, row in found]
 
 
 def with_swing_speeds(task: Task, scales: RobotScales) -> Task:

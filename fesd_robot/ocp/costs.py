@@ -98,7 +98,7 @@ def _slipping(parts: ProblemParts) -> Terms:
     Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
     takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero.
     """
-    return _friction_work(parts, None)
+    return _friction_work(parts, lambda plus, minus, speed: (plus - minus) * speed)
 
 
 def _weighed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
@@ -118,19 +118,20 @@ def _opposed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
     Where friction opposes slipping, psi(s) tends to max(s, 0) and the sum to its work.
     """
     square = ca.fmin(sigma, SMOOTHED_SPEED) ** 2
-    work = _friction_work(parts, lambda speed: ca.fmax(speed, 0) ** 3 / (speed**2 + square))["slipping"]
-    return _relaxed_weight(sigma) * work
+
+    def psi(speed: ca.SX) -> ca.SX:
+        return ca.fmax(speed, 0) ** 3 / (speed**2 + square)
+
+    work = _friction_work(parts, lambda plus, minus, speed: plus * psi(speed) + minus * psi(-speed))
+    return _relaxed_weight(sigma) * work["slipping"]
 
 
 def _relaxed_weight(sigma: ca.SX) -> ca.SX:
     return FULL_WEIGHT_SIGMA / ca.fmax(sigma, FULL_WEIGHT_SIGMA)
 
 
-def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX] | None) -> Terms:
-    """Return the weighted sum of a_n mu (theta_+ paid(J_t v) + theta_- paid(-J_t v)), nothing if it has no weight.
-
-    Without `paid` it is that of a_n mu (theta_+ - theta_-) J_t v.
-    """
+def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> Terms:
+    """Return the sum of w_c a_n mu paid(theta_+, theta_-, J_t v) over the contacts, nothing if it has no weight."""
     weights = parts.task.costs.slipping or {}
     if not parts.task.costs.used("slipping"):
         return {}
@@ -138,8 +139,8 @@ def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX], ca.SX] | None) -
     for contact, (plus, minus) in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
         if weights.get(contact.name):
             speed = ca.dot(contact.tangent, parts.dynamics.velocity)
-            taken = plus * paid(speed) + minus * paid(-speed) if paid else (plus - minus) * speed
-            total = total + weights[contact.name] * parts.auxiliary_force * (contact.friction * taken)
+            power = contact.friction * paid(plus, minus, speed)
+            total = total + weights[contact.name] * parts.auxiliary_force * power
     return {"slipping": total}
 
 

@@ -102,10 +102,10 @@ def _of_body(at: KeyPath, key: KeyPath, body: str, constraint: DistanceConstrain
 
 def _of_obstacle(obstacle: Obstacle) -> _Part:
     words = f"the obstacle, a {obstacle.type}"
-    return _Part(words, obstacle.type, "the obstacle", obstacle_shape(obstacle), ca.SX(ca.DM.eye(3)), ca.SX(3, 1))
+    return _Part(words, obstacle.type, "the obstacle", _obstacle_shape(obstacle), ca.SX(ca.DM.eye(3)), ca.SX(3, 1))
 
 
-def obstacle_shape(obstacle: Obstacle) -> SimpleShape:
+def _obstacle_shape(obstacle: Obstacle) -> SimpleShape:
     """Return an obstacle as a shape in the world."""
     if isinstance(obstacle, BoxObstacle):
         cosine, sine = np.cos(obstacle.pitch), np.sin(obstacle.pitch)

@@ -270,17 +270,12 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
             "found no coordinates to adjust for a robot without root_z, expected stand_on.contacts and stand_on.adjust "
             f"with some of {', '.join(robot.configuration_names)}",
         )
-    for i, name in enumerate(adjust):
+    asked = [("adjust", str(i), name) for i, name in enumerate(adjust)]
+    asked += [("prefer", name, name) for name in wanted.prefer]
+    for section_key, key, name in asked:
         if name not in robot.velocity_names:
             raise task.error(
-                (*path, "stand_on", "adjust", str(i)),
-                f"found '{name}', which changes together with others, expected a length or an angle that one joint "
-                "changes alone",
-            )
-    for name in wanted.prefer:
-        if name not in robot.velocity_names:
-            raise task.error(
-                (*path, "stand_on", "prefer", name),
+                (*path, "stand_on", section_key, key),
                 f"found '{name}', which changes together with others, expected a length or an angle that one joint "
                 "changes alone",
             )

@@ -30,7 +30,7 @@ class BodyDistances:
             for body in constraint.body_names.values()
         ]
         if isinstance(constraint, ObstacleDistance):
-            self._sides.append([(0, *_obstacle(constraint.obstacle))])
+            self._sides.append([(0, *obstacle_geometry(constraint.obstacle))])
 
     def least(self, q: np.ndarray) -> float:
         """Return the smallest distance of any two shapes, m, negative where they overlap; NaN where q is none.
@@ -52,7 +52,8 @@ class BodyDistances:
         return float(least)
 
 
-def _obstacle(obstacle: Obstacle) -> tuple[pin.SE3, coal.CollisionGeometry]:
+def obstacle_geometry(obstacle: Obstacle) -> tuple[pin.SE3, coal.CollisionGeometry]:
+    """Return an obstacle as a shape of coal, and where it is in the world."""
     if isinstance(obstacle, BoxObstacle):
         turn = pin.utils.rpyToMatrix(0.0, obstacle.pitch, 0.0)
         return pin.SE3(turn, np.array(obstacle.center)), coal.Box(*obstacle.size)

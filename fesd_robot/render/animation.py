@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import umsgpack
 
-from fesd_robot.render.geometry import file_unit
+from fesd_robot.render.geometry import box_corners, file_unit
 from fesd_robot.robot.rotations import continuous_quaternions
 
 STILL = 1e-9
@@ -81,7 +81,7 @@ def sample_motion(
     keys = key_samples(time)
     data, visual_data = model.createData(), visual_model.createData()
     placement = np.empty((len(keys), model.njoints, 7))
-    corners = _local_corners(visual_model)
+    corners = local_corners(visual_model)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     size = 0.0
     for row, key in enumerate(keys):
@@ -112,13 +112,10 @@ def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:
     return tracks
 
 
-def _local_corners(visual_model: pin.GeometryModel) -> dict[int, np.ndarray]:
+def local_corners(visual_model: pin.GeometryModel) -> dict[int, np.ndarray]:
     """Return the corners of each geometry's own box, m, shape (8, 3), without unbounded geometries."""
-    corners = {}
-    for index, geometry_object in enumerate(visual_model.geometryObjects):
-        geometry_object.geometry.computeLocalAABB()
-        box = geometry_object.geometry.aabb_local
-        bounds = np.array([np.ravel(box.min_), np.ravel(box.max_)]) * file_unit(geometry_object)
-        if np.abs(bounds).max() < 1e6:
-            corners[index] = np.array([[bounds[i, 0], bounds[j, 1], bounds[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
-    return corners
+    corners = {
+        index: box_corners(geometry_object.geometry) * file_unit(geometry_object)
+        for index, geometry_object in enumerate(visual_model.geometryObjects)
+    }
+    return {index: points for index, points in corners.items() if np.abs(points).max() < 1e6}

@@ -139,6 +139,14 @@ def _capsule(radius: float, half_length: float) -> mg.Geometry:
     return Shape("LatheGeometry", points=points, segments=36, phiStart=0.0, phiLength=2.0 * np.pi)
 
 
+def box_corners(shape: Any) -> np.ndarray:
+    """Return the corners of the box around a shape of coal, in its own axes and its file's unit, (8, 3)."""
+    shape.computeLocalAABB()
+    box = shape.aabb_local
+    ends = np.array([np.ravel(box.min_), np.ravel(box.max_)])
+    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+
+
 def file_unit(geometry_object: pin.GeometryObject) -> float:
     """Return the length of the unit of a mesh file, m; Collada files name it, but Pinocchio ignores it."""
     path = Path(geometry_object.meshPath)

@@ -13,7 +13,7 @@ import pinocchio as pin
 from meshcat.commands import SetObject, SetTransform
 from meshcat.path import Path
 
-from fesd_robot.render.geometry import make_visual, mesh
+from fesd_robot.render.geometry import box_corners, make_visual, mesh
 from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import color_number
 from fesd_robot.render.scene import tube
@@ -78,10 +78,7 @@ def corners(marks: Sequence[Mark]) -> np.ndarray:
     points = [mark.pose.translation for mark in marks]
     for mark in marks:
         if mark.shape is not None:
-            mark.shape.computeLocalAABB()
-            box = mark.shape.aabb_local
-            ends = np.array([np.ravel(box.min_), np.ravel(box.max_)])
-            points += [mark.pose.act(np.array([ends[i, 0], ends[j, 1], ends[k, 2]])) for i, j, k in np.ndindex(2, 2, 2)]
+            points += [mark.pose.act(corner) for corner in box_corners(mark.shape)]
     return np.array(points).reshape(-1, 3)
 
 

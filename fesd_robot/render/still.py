@@ -12,14 +12,14 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.distances import obstacle_shape
+from fesd_robot.plans.body_distances import obstacle_geometry
+from fesd_robot.render.animation import local_corners
 from fesd_robot.render.marks import Mark, dot
 from fesd_robot.render.outputs import circle_visuals, ground_visual
 from fesd_robot.render.page import PageContent, render_page
 from fesd_robot.render.palette import GREEN, ORANGE, PURPLE, VERMILION, series_color
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.robot import Robot
-from fesd_robot.robot.round_shapes import BoxShape
 from fesd_robot.task import AvoidBox, AvoidEllipse, AvoidSphere, CircleContact, Constraint, ForbiddenZone
 from fesd_robot.task.distances import ObstacleDistance
 
@@ -176,14 +176,7 @@ def _box(constraint: AvoidBox, size: float) -> tuple[pin.SE3, coal.CollisionGeom
 
 @drawn.register
 def _obstacle(constraint: ObstacleDistance, size: float) -> tuple[pin.SE3, coal.CollisionGeometry]:
-    shape = obstacle_shape(constraint.obstacle)
-    if isinstance(shape, BoxShape):
-        return shape.placement, coal.Box(*(2 * shape.half))
-    along, middle = shape.ends[1] - shape.ends[0], shape.ends.mean(axis=0)
-    if not shape.length:
-        return pin.SE3(np.eye(3), middle), coal.Sphere(shape.radius)
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along).matrix()
-    return pin.SE3(turn, middle), coal.Capsule(shape.radius, shape.length)
+    return obstacle_geometry(constraint.obstacle)
 
 
 def _round(
@@ -234,12 +227,6 @@ def _lowest(robot: Robot, q: np.ndarray) -> float:
     heights = [float(pose.translation[2]) for pose in data.oMf]
     placed = pin.GeometryData(shapes)
     pin.updateGeometryPlacements(robot.model, data, shapes, placed)
-    for one, pose in zip(shapes.geometryObjects, placed.oMg, strict=True):
-        one.geometry.computeLocalAABB()
-        box = one.geometry.aabb_local
-        ends = np.array([np.ravel(box.min_), np.ravel(box.max_)])
-        if np.abs(ends).max() < 1e6:
-            heights += [
-                float(pose.act(np.array([ends[i, 0], ends[j, 1], ends[k, 2]]))[2]) for i, j, k in np.ndindex(2, 2, 2)
-            ]
+    for index, points in local_corners(shapes).items():
+        heights += [float(placed.oMg[index].act(corner)[2]) for corner in points]
     return min(heights)

@@ -25,16 +25,12 @@ class ModeSpan(NamedTuple):
     end: float
 
 
-def mode_spans(plan: Plan, contact: str) -> list[ModeSpan]:
+def mode_spans(time: np.ndarray, modes: Sequence[str]) -> list[ModeSpan]:
     """Return the stretches of one contact with one mode each, in order and without gaps between them.
 
     The stretch between two samples has the mode of the second one, because a sample where the mode changes still
     belongs to the one that ends there. An impact has no duration and takes the mode of its neighbour.
     """
-    return _spans(plan.trajectory.time, plan.contacts[contact].mode)
-
-
-def _spans(time: np.ndarray, modes: Sequence[str]) -> list[ModeSpan]:
     spans: list[ModeSpan] = []
     for index in np.flatnonzero(np.diff(time) > 0).tolist():
         start, end = float(time[index]), float(time[index + 1])
@@ -58,7 +54,7 @@ def timeline_figure(plan: Plan, title: str) -> Figure:
     panel = axes[0, 0]
     start, end = float(plan.trajectory.time[0]), float(plan.trajectory.time[-1])
     for row, name in enumerate(names):
-        for span in _spans(plan.trajectory.time, modes[name]):
+        for span in mode_spans(plan.trajectory.time, modes[name]):
             panel.broken_barh([(span.start, span.end - span.start)], (row - BAR / 2, BAR), facecolors=MODES[span.mode])
         labelled = -np.inf
         for impulse in sorted(

@@ -122,7 +122,7 @@ class ContactLaw:
         if not contacts.closed.any() and not contacts.joints:
             return replace(contacts, modes=(Mode.FLIGHT,) * len(contacts.modes)), v
         v = self._settled(contacts.closed, q, v)
-        choices = self._rated(contacts, q, v)
+        choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed)
         choices = [choice for choice in choices if choice.modes != left] or choices
         self._judge(choices)
         stays = (c for c in choices if c.modes == contacts.modes and c.admissible and c.proper)
@@ -134,16 +134,12 @@ class ContactLaw:
         """Note whether other modes than those that go on have become possible: only where some slip is improper."""
         if not contacts.closed.any() or Note.NOT_UNIQUE in self.notes:
             return
-        dynamics = contact_dynamics(self._physics, q, v, self._control).in_joint_modes(contacts.joints)
-        if slips_are_proper(dynamics, contacts.closed):
+        dynamics = contact_dynamics(self._physics, q, v, self._control)
+        if slips_are_proper(dynamics.in_joint_modes(contacts.joints), contacts.closed):
             return
-        choices = self._rated(contacts, q, v)
+        choices = rated_modes(dynamics, contacts.closed)
         going_on = [choice for choice in choices if choice.modes == contacts.modes]
         self._judge([*going_on, *(choice for choice in choices if choice.modes != contacts.modes)])
-
-    def _rated(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> list[ModeMotion]:
-        dynamics = contact_dynamics(self._physics, q, v, self._control)
-        return rated_modes(dynamics, contacts.closed)
 
     def _settled(self, closed: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the velocity, nearest in kinetic energy, at which closed contacts neither part nor creep.

@@ -95,3 +95,14 @@ def planar_oscillator(form: str) -> ComplementaritySystem:
     inside, outside = ca.DM([[1, -OMEGA], [OMEGA, 1]]), ca.DM([[1, OMEGA], [-OMEGA, 1]])
     fields = ca.horzcat(ca.mtimes(inside, x), ca.mtimes(outside, x))
     return by_regions(form, Model(x), [Subsystem(fields=fields, switching=ca.sumsqr(x) - 1, sign_matrix=SIGNS)])
+
+
+def relays(form: str, count: int, below: float, above: float) -> ComplementaritySystem:
+    """Independent x_i' = below where x_i < 0, above where x_i > 0."""
+    x = ca.SX.sym("x", count)
+    subsystems = []
+    for i in range(count):
+        fields = ca.SX.zeros(count, 2)
+        fields[i, :] = ca.DM([[below, above]])
+        subsystems.append(Subsystem(fields=fields, switching=x[i], sign_matrix=SIGNS, name=f"relay {i + 1}"))
+    return by_regions(form, Model(x), subsystems)

@@ -11,7 +11,7 @@ from fesd_robot.fesd import FesdOptions, SimulationError, make_tableau, simulate
 from fesd_robot.fesd.groups import PairGroups
 from fesd_robot.fesd.tableau import Scheme
 
-from .systems import SIGNS, TIME, by_regions, driven, oscillator, relay
+from .systems import SIGNS, TIME, by_regions, driven, oscillator, relay, relays
 
 ROOT = np.sqrt(2) - 1
 HORIZONS = np.linspace(1.6, 2.6, 81)
@@ -65,22 +65,11 @@ def test_leaving_shortly_after_the_start(form: str) -> None:
         assert motion.states[-1, 0] == pytest.approx((1 - d) ** 2 / 2, abs=1e-12)
 
 
-def _relays(form: str, count: int, below: float, above: float) -> ComplementaritySystem:
-    """Independent x_i' = below where x_i < 0, above where x_i > 0."""
-    x = ca.SX.sym("x", count)
-    subsystems = []
-    for i in range(count):
-        fields = ca.SX.zeros(count, 2)
-        fields[i, :] = ca.DM([[below, above]])
-        subsystems.append(Subsystem(fields=fields, switching=x[i], sign_matrix=SIGNS, name=f"relay {i + 1}"))
-    return by_regions(form, Model(x), subsystems)
-
-
 @each_form
 @pytest.mark.parametrize("count", [1, 4, 8, 20])
 def test_trials_are_linear_in_the_number_of_switches(form: str, count: int) -> None:
     """One crossing among n relays, and n at once, take 2 trials; n relays that begin to slide at once 2 n + 1."""
-    crossing = _relays(form, count, 2.0, 1.0)
+    crossing = relays(form, count, 2.0, 1.0)
     one = np.full(count, -5.0)
     one[0] = -0.5
     motion = simulate(crossing, one, 1, 1.0)
@@ -88,7 +77,7 @@ def test_trials_are_linear_in_the_number_of_switches(form: str, count: int) -> N
     motion = simulate(crossing, np.full(count, -0.5), 1, 1.0)
     assert motion.reports[0].trials == 2 and motion.states[-1] == pytest.approx(0.75, abs=1e-12)
     if count <= 8:
-        motion = simulate(_relays(form, count, 1.0, -1.0), np.full(count, -0.5), 1, 1.0)
+        motion = simulate(relays(form, count, 1.0, -1.0), np.full(count, -0.5), 1, 1.0)
         assert motion.reports[0].trials <= 2 * count + 1 and np.abs(motion.states[-1]).max() <= 1e-12
 
 
@@ -96,7 +85,7 @@ def test_trials_are_linear_in_the_number_of_switches(form: str, count: int) -> N
 def test_crossings_one_after_the_other_take_a_trial_each(form: str) -> None:
     """Six relays that cross at six times in one step take 7 trials."""
     starts = -2 * (np.arange(6) + 1) / 8
-    motion = simulate(_relays(form, 6, 2.0, 1.0), starts, 1, 1.0, options=FesdOptions(elements=7))
+    motion = simulate(relays(form, 6, 2.0, 1.0), starts, 1, 1.0, options=FesdOptions(elements=7))
     assert motion.reports[0].trials == 7
     assert motion.switch_times == pytest.approx(-starts / 2, abs=1e-12)
 
@@ -125,7 +114,7 @@ def test_groups_are_what_decides_together() -> None:
     steps = PairGroups(driven())
     assert [group.tolist() for group in steps.groups] == [[0, 2], [1, 3]] and steps.needs_one == [True, True]
     assert [group.tolist() for group in PairGroups(oscillator()).groups] == [[0, 1]]
-    regions = PairGroups(_relays("stewart", 3, 2.0, 1.0))
+    regions = PairGroups(relays("stewart", 3, 2.0, 1.0))
     assert [group.tolist() for group in regions.groups] == [[0, 1], [2, 3], [4, 5]]
     assert regions.needs_one == [True] * 3
     assert regions.components == [[0], [1], [2]] and steps.components == [[0, 1]]

@@ -15,7 +15,7 @@ from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError, OptionError
 from fesd_robot.fesd import FesdOptions, SimulationError, SimulationSettings, make_tableau, simulate
 
-from .systems import SIGNS, TIME, by_regions, driven, oscillator, planar_oscillator, pressed, relay, scalar
+from .systems import SIGNS, TIME, by_regions, driven, oscillator, planar_oscillator, pressed, relay, relays, scalar
 
 ROOT = np.sqrt(2) - 1
 EXACT = np.array([-1.5974603774506981221, 0.76149362060601145276])
@@ -139,13 +139,7 @@ def test_a_stick_slip_motion_is_that_of_an_event_driven_integrator(form: str) ->
 def test_many_independent_switches_take_one_element_each(form: str) -> None:
     """20 relays that cross at 20 times: one element more for each; and so for 8 that begin to slide."""
     for below, above, count in ((2.0, 1.0, 20), (1.0, -1.0, 8)):
-        x = ca.SX.sym("x", count)
-        subsystems = []
-        for i in range(count):
-            fields = ca.SX.zeros(count, 2)
-            fields[i, :] = ca.DM([[below, above]])
-            subsystems.append(Subsystem(fields=fields, switching=x[i], sign_matrix=SIGNS, name=f"relay {i + 1}"))
-        system = by_regions(form, Model(x), subsystems)
+        system = relays(form, count, below, above)
         starts = -below * (np.arange(count) + 1) / (count + 2)
         motion = simulate(system, starts, (0.0, 1.0))
         assert motion.switch_times == pytest.approx(-starts / below, abs=1e-9)

@@ -108,8 +108,7 @@ def test_spans_of_one_mode_tile_the_time(plan: Plan) -> None:
     modes = list(plan.contacts["foot"].mode)
     modes[40] = "impact"
     for mode in (plan.contacts["foot"].mode, modes):
-        contact = plan.contacts["foot"].model_copy(update={"mode": mode})
-        spans = mode_spans(plan.model_copy(update={"contacts": {"foot": contact}}), "foot")
+        spans = mode_spans(plan.trajectory.time, mode)
         assert [span.mode for span in spans] == [mode for mode, _, _ in expected]
         np.testing.assert_allclose([span[1:] for span in spans], [entry[1:] for entry in expected])
 

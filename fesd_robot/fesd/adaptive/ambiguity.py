@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.adaptive.point_modes import Point, PointMode, PointModes
 
 SHOWN = 4
@@ -14,13 +13,6 @@ SHOWN = 4
 
 SAME_RATE = 1e-2
 """Relative difference of rates up to which a mode that has been taken is one that is found again."""
-
-
-def mode_name(system: ComplementaritySystem) -> Callable[[np.ndarray], str]:
-    """Return what puts a mode of the system in words."""
-    if system.describe:
-        return system.describe
-    return lambda mode: ", ".join(str(pair.label) for pair, active in zip(system.pairs, mode, strict=True) if active)
 
 
 def different(found: Sequence[PointMode]) -> list[PointMode]:
@@ -38,7 +30,7 @@ def several(points: PointModes, found: Sequence[PointMode]) -> str | None:
     motions = different(found)
     if len(motions) < 2:
         return None
-    taken, others = mode_name(points.system)(motions[0].mode), _some_names(points, motions[1:])
+    taken, others = points.system.in_words(motions[0].mode), _some_names(points, motions[1:])
     return f"not unique: {taken} is taken, but other motions go on from here, too ({others})"
 
 
@@ -60,14 +52,13 @@ def repelling(
     others = [one for one in different(found) if np.abs(one.rate - rate).max() > limit]
     if not others:
         return None
-    taken = mode_name(points.system)(mode)
+    taken = points.system.in_words(mode)
     return f"not unique: {taken} goes on, but other motions do from here, too ({_some_names(points, others)})"
 
 
 def _some_names(points: PointModes, modes: Sequence[PointMode]) -> str:
-    name = mode_name(points.system)
     more = f"; {len(modes) - SHOWN} more" if len(modes) > SHOWN else ""
-    return "; ".join(name(one.mode) for one in modes[:SHOWN]) + more
+    return "; ".join(points.system.in_words(one.mode) for one in modes[:SHOWN]) + more
 
 
 def _undecided(points: PointModes, mode: np.ndarray, closed: np.ndarray) -> np.ndarray:

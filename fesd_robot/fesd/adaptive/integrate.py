@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fesd_robot.fesd.adaptive.ambiguity import mode_name, repelling, several
+from fesd_robot.fesd.adaptive.ambiguity import repelling, several
 from fesd_robot.fesd.adaptive.one_element import OneElement, SolvedElement
 from fesd_robot.fesd.adaptive.point_modes import PointMode, PointModes
 from fesd_robot.fesd.adaptive.zeno import ZenoWatch
@@ -108,7 +108,7 @@ class Integration:
         self._new, self._last = closed & ~chosen.mode, None
 
     def _name(self, mode: np.ndarray) -> str:
-        return mode_name(self.points.system)(mode)
+        return self.points.system.in_words(mode)
 
     @property
     def _sliding(self) -> int:

@@ -64,6 +64,11 @@ class OneElement:
     system: ComplementaritySystem
     tableau: Tableau
 
+    @classmethod
+    def of(cls, system: ComplementaritySystem, tableau: Tableau) -> OneElement:
+        """Return the equations of a system, whose functions are compiled once."""
+        return system.compiled.setdefault((cls, tableau.stages), cls(system, tableau))
+
     @property
     def stages(self) -> int:
         """n_s."""

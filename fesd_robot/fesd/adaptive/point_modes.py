@@ -76,6 +76,11 @@ class PointModes:
 
     system: ComplementaritySystem
 
+    @classmethod
+    def of(cls, system: ComplementaritySystem) -> PointModes:
+        """Return the modes of a system, whose functions are compiled once."""
+        return system.compiled.setdefault(cls, cls(system))
+
     @cached_property
     def groups(self) -> PairGroups:
         """The pairs in groups that decide together."""

@@ -16,12 +16,16 @@ from fesd_robot.errors import ModelError, OptionError, nearest
 from fesd_robot.fesd.adaptive.integrate import Accepted, Integration, IntegrationFailure
 from fesd_robot.fesd.adaptive.one_element import OneElement
 from fesd_robot.fesd.adaptive.point_modes import PointModes
-from fesd_robot.fesd.simulation import Simulation, SimulationError, StepReport
+from fesd_robot.fesd.simulation import Simulation, SimulationError, StepReport, passed_bound
 from fesd_robot.fesd.tableau import Tableau, make_tableau
-from fesd_robot.fesd.trajectory import Element
+from fesd_robot.fesd.trajectory import Element, element_integrals
 
 LARGE = 60
 """Variables of a stage from which on three stages cost less than five."""
+
+
+BEYOND = 1e-10
+"""By how much a state may pass its bound."""
 
 
 class StepChoice(TypedDict, total=False):
@@ -138,7 +142,7 @@ def simulate_span(
             "a span of time needs pairs 0 <= G _|_ H >= 0 only, this system has vanishing constraints; give a number "
             "of steps"
         )
-    equations, points = _functions(system, control.tableau)
+    equations, points = OneElement.of(system, control.tableau), PointModes.of(system)
     borders = np.linspace(span[0], span[1], controls.shape[1] + 1)
     z = np.asarray(system.guess(initial, controls[:, 0], parameters), dtype=float)
     integration = Integration(
@@ -175,18 +179,12 @@ def simulate_span(
             integration.begin(float(begin), controls[:, k])
             while integration.time < end:
                 accepted = integration.step(float(end))
-                if passed := _passed_bound(system, accepted, bounds):
+                if passed := passed_bound(system, accepted.solved.x, bounds, BEYOND):
                     raise refused(passed[0], accepted.start, accepted.x_left, passed[1])
                 element = _element(accepted, k, controls[:, k])
                 elements.append(element)
                 modes.append(accepted.mode)
-                total = totals[-1]
-                if len(total):
-                    for weight, x, z in zip(control.tableau.b, element.x, element.z, strict=True):
-                        total = (
-                            total + element.step * weight * np.asarray(integrals(x, element.u, z, parameters)).ravel()
-                        )
-                totals.append(total)
+                totals.append(totals[-1] + element_integrals(integrals, control.tableau, [element], parameters))
                 solved = accepted.solved
                 reports.append(
                     StepReport(
@@ -202,28 +200,8 @@ def simulate_span(
     return result()
 
 
-def _functions(system: ComplementaritySystem, tableau: Tableau) -> tuple[OneElement, PointModes]:
-    """Return the compiled functions of a system, made at its first simulation."""
-    points = system.compiled.setdefault("points", PointModes(system))
-    return system.compiled.setdefault(("element", tableau.stages), OneElement(system, tableau)), points
-
-
 def _element(accepted: Accepted, interval: int, u: np.ndarray) -> Element:
     solved = accepted.solved
     return Element(
         interval, accepted.start, solved.h, accepted.x_left, accepted.z_left, solved.x, solved.z, u, solved.slopes
     )
-
-
-def _passed_bound(
-    system: ComplementaritySystem, accepted: Accepted, bounds: tuple[np.ndarray, np.ndarray]
-) -> tuple[str, float] | None:
-    """Return which bound the states of an element pass, in words, and by how much."""
-    x = accepted.solved.x
-    for side, bound, beyond in (("lower", bounds[0], bounds[0] - x), ("upper", bounds[1], x - bounds[1])):
-        point, i = divmod(int(np.argmax(beyond)), beyond.shape[1])
-        if beyond[point, i] > 1e-10:
-            name = system.state_names[i]
-            words = f"its motion takes {name} to {x[point, i]:.6g}, beyond state_{side} {bound[i]:.6g}"
-            return words, float(beyond[point, i])
-    return None

@@ -33,9 +33,9 @@ public:
     Factorization(int order, int entries, const int* row, const int* column);
 
     // Factorizes values in the order of the pattern's entries.
-    // Returns the rank found; less than the order if singular, and 0 if it would take far too long to tell. With `stop` it may end as soon as the number of negative
-    // eigenvalues is known to be larger than that of the constraints; negative() then is the smallest such number, and
-    // solve() begins with the whole factorization.
+    // Returns the rank found; less than the order if singular, and 0 if it would take far too long to tell. With `stop`
+    // it may end as soon as the number of negative eigenvalues is known to be larger than that of the constraints;
+    // negative() then is the smallest such number, and solve() begins with the whole factorization.
     int factorize(const double* value, double threshold, bool stop = false);
 
     // Solves A x = b in place; `value` is what was factorized last.
