@@ -15,6 +15,9 @@ from fesd_robot.solved_motion import SolvedMotion
 FOLLOWED = 1e-3
 """m/s or rad/s; a control interval whose replay ends this close to the plan is the plan's motion."""
 
+NEGLIGIBLE = 1e-6
+"""By how much a posture may miss them; rows that are held leave less."""
+
 HALF = 0.5
 """Of what is missing: the step towards such postures if they are too far."""
 
@@ -55,5 +58,5 @@ def _missing(solved: SolvedMotion) -> Iterator[tuple[tuple[int, int], float]]:
             stages = range(len(element.slopes))
             points = np.array([np.concatenate([element.x[j], element.u, element.z[j]]) for j in stages])
             violation = float(np.max(constraint.lower[:, None] - rows(points.T).full()))
-            if violation > 0:
+            if violation > NEGLIGIBLE:
                 yield (number, e), violation

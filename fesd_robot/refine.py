@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from fesd_robot.fesd.refinement import (
 )
 from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport, continue_on_branch
+from fesd_robot.repair import repaired
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
@@ -39,11 +41,20 @@ MOST_FAILURES = 6
 """How many finer transcriptions may be found without solution, in all rounds together; each costs hundreds of IPOPT
 iterations."""
 
+MOST_REPAIRS = 4
+"""How often other branches are looked for."""
+
+COST_LOSS = 0.2
+"""Of the cost: where a round costs more, a branch is looked for that costs less."""
+
 MOST_PARTS = 4
 """Most parts into which an element is divided at once."""
 
 RAISES_ORDER = 0.2
 """Share of the elements with an error too large above which all get one more stage instead of these parts."""
+
+GROSS = 1e-4
+"""Local error of an element that is made smaller before others: its motion may be none."""
 
 GAIN_OF_A_STAGE = 100.0
 """Factor by which one more stage of all elements reduces their errors, roughly."""
@@ -54,8 +65,19 @@ MOST_STAGES = 2
 MULTIPLIER_ACCURACY = 100.0
 """Error of multipliers near their bounds, relative to the accuracy; one of 1e-5 is a force of 1e-4 robot weights."""
 
-Finer = tuple[Transcription, BranchPoint]
-"""A finer transcription, and a point of it to start from."""
+
+class Finer(NamedTuple):
+    """A finer transcription, and where to start.
+
+    Attributes:
+        transcription: the transcription.
+        start: a point of it, and its branch.
+        repair: whether other branches near it are looked for, too.
+    """
+
+    transcription: Transcription
+    start: BranchPoint
+    repair: bool = False
 
 
 def refined(
@@ -74,7 +96,9 @@ def refined(
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
     else holds the bounds that are violated between stages, all of them or those that are violated least, else holds
     contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
-    branch NLP again from the interpolated point. A round that finds no solution ends it, and so do `MOST_FAILURES`.
+    branch NLP again from the interpolated point. A coarse motion may do what no finer one does: where there is no
+    solution, or one that costs much more, branches near by are looked for (`repair`). A round that finds none ends it,
+    and so do `MOST_FAILURES`.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact.
@@ -105,12 +129,18 @@ def _to_accuracy(
         accuracy: largest local error of an element.
         continued: solves a finer transcription.
     """
-    begin, failures, last = time.perf_counter(), 0, solved.rounds + ROUNDS
+    begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
     while solved.rounds < last:
         following = None
         for finer in _finer(solved, accuracy):
+            if finer.repair and repairs == MOST_REPAIRS:
+                continue
             following = continued(solved, finer)
-            failures += following is None
+            failures += following is None and not finer.repair
+            repairs += finer.repair
+            if following and repairs < MOST_REPAIRS and _cost(following) > (1 + COST_LOSS) * _cost(solved):
+                other, repairs = continued(solved, finer._replace(repair=True)), repairs + 1
+                following = min((one for one in (following, other) if one), key=_cost)
             if following is not None or failures >= MOST_FAILURES:
                 break
         if following is None:
@@ -119,12 +149,16 @@ def _to_accuracy(
     return replace(solved, seconds=solved.seconds + time.perf_counter() - begin)
 
 
+def _cost(solved: SolvedMotion) -> float:
+    return solved.solution.residuals.objective
+
+
 def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     """Yield finer transcriptions, the one to try first first; none if there is nothing to refine."""
     asking = solved.local_errors > accuracy
-    many = asking.sum() > RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
-    if asking.any() and not many:  # many elements in parts make a large problem, which is slow to solve
-        yield _with_elements_in_parts(solved, np.maximum(solved.local_errors / accuracy, 1.0))
+    for most in dict.fromkeys((max(GROSS, accuracy), accuracy)):
+        if 0 < (solved.local_errors > most).sum() <= _many(solved):
+            yield _with_elements_in_parts(solved, np.maximum(solved.local_errors / most, 1.0))
     if asking.any():
         yield from _with_more_stages(solved, accuracy)
     if not asking.any() and solved.stages < MAX_STAGES:
@@ -136,18 +170,24 @@ def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     if not asking.any():
         for paths in determined(solved):
             finer = with_bounds_between(solved.transcription, paths)
-            yield finer, BranchPoint(solved.solution.w, solved.branch, freer=True)
+            yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
+
+
+def _many(solved: SolvedMotion) -> float:
+    """Return the number of elements above which all get one more stage; their parts would make a large problem."""
+    return RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
 
 
 def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
-    """Yield it with as many stages more as the larger errors ask for, with fewer, and with one from a freer start."""
+    """Yield it with as many stages more as the larger errors ask for, with fewer, and with one on another branch."""
     excess = np.minimum(solved.local_errors, 1.0) / accuracy
     wanted = round(math.log(np.median(excess[excess > 1])) / math.log(GAIN_OF_A_STAGE))
     for more in range(min(max(wanted, 1), MOST_STAGES, MAX_STAGES - 1 - solved.stages), 0, -1):
         finer, w = with_stages(solved.transcription, solved.solution.w, solved.stages + more)
-        yield finer, BranchPoint(w, solved.branch)
+        start = BranchPoint(w, solved.branch)
+        yield Finer(finer, start)
         if more == 1:
-            yield finer, BranchPoint(w, solved.branch, freer=True)
+            yield Finer(finer, start, repair=True)
 
 
 def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
@@ -163,15 +203,19 @@ def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
     most = [own.max() for own in np.split(parts, np.cumsum(counts)[:-1])]
     divided = np.repeat(most, counts).tolist()
     finer, w, branch = with_parts(solved.transcription, solved.solution.w, solved.branch, divided)
-    return finer, BranchPoint(w, branch)
+    return Finer(finer, BranchPoint(w, branch))
 
 
 def _with_more_bounds(solved: SolvedMotion) -> Iterator[Finer]:
     """Yield it with all bounds that are violated between stages, and with those of them that are violated least."""
     transcription, w, branch = solved.transcription, solved.solution.w, solved.branch
     bounds = violated_between_stages(transcription, solved.polisher.conditions, w, branch)
+    every = len(bounds)
     while bounds:
-        yield with_bounds_between(transcription, bounds), BranchPoint(w, branch, freer=True)
+        finer = with_bounds_between(transcription, bounds)
+        yield Finer(finer, BranchPoint(w, branch, freer=True))
+        if len(bounds) == every:
+            yield Finer(finer, BranchPoint(w, branch), repair=True)
         bounds = bounds[: len(bounds) // 2]
 
 
@@ -184,7 +228,10 @@ def _continued(
     stop: Stop | None,
 ) -> SolvedMotion | None:
     """Return the solution of a finer transcription on its branch, None if there is none."""
-    transcription, start = finer
+    transcription, start, repair = finer
+    if repair:
+        found = repaired(transcription, start, solved.solution, options, deadline, progress, stop)
+        return replace(solved.continued(*found), rounds=solved.rounds + 1) if found else None
     polisher = BranchTranscription(transcription)
     solution = continue_on_branch(
         transcription.problem,

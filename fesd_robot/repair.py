@@ -81,6 +81,32 @@ class Repair:
         return around.without_room(end, solution, self._deadline, self._progress)
 
 
+def repaired(
+    transcription: Transcription,
+    start: BranchPoint,
+    earlier: MpccSolution,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return an exact motion near a point of a refined transcription, None if none is found.
+
+    Args:
+        transcription: of a collocation scheme; the rows that refinement has added are held in all of their intervals.
+        start: a point of it, and its branch, which leads to none.
+        earlier: the solution that it continues.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends it.
+    """
+    share = deadline.share(SHARE_OF_TIME)
+    around = Neighbourhood.of(transcription, start.w, start.branch, options, share, stop, progress=progress)
+    end = exact_end(around)
+    return around.without_room(end, earlier, deadline, progress) if end else None
+
+
 def exact_end(around: Neighbourhood) -> PolishingReport | None:
     """Return the exact end of a neighbour, None if none is found."""
     solver = around.solver

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import comb
 
 import casadi as ca
@@ -67,6 +68,30 @@ class AddedRows:
         bounds = [part for one in self.bounds for part in one.in_parts(parts, first)]
         paths = [part for one in self.paths for part in one.in_parts(parts, first)]
         return AddedRows(tuple(bounds), tuple(paths))
+
+    def in_intervals(self, old: Sequence[int], new: Sequence[int]) -> AddedRows:
+        """Return the rows for other elements: what was held in one element is held in all of its interval.
+
+        What holds at the end of a contact only is left out, for that may be elsewhere.
+
+        Args:
+            old, new: numbers of elements of the intervals, (N).
+        """
+        interval = np.repeat(np.arange(len(old)), old).tolist()
+        first = np.concatenate([[0], np.cumsum(new)]).astype(int).tolist()
+        own = [range(*ends) for ends in pairwise(first)]
+        bounds = [
+            replace(one, element=element)
+            for one in self.bounds
+            if not one.end_only
+            for element in own[interval[one.element]]
+        ]
+        paths = {
+            (one.constraint, element): replace(one, element=element)
+            for one in sorted(self.paths, key=lambda one: one.margin)
+            for element in own[interval[one.element]]
+        }
+        return AddedRows(tuple(dict.fromkeys(bounds)), tuple(paths.values()))
 
     def blocks(
         self, indices: TrajectoryIndices, tableau: Tableau, constraints: Sequence[TrajectoryConstraint]

@@ -79,15 +79,18 @@ class ContactLaw:
         self._control = control
         self.notes: set[Note] = set()
 
-    def begin(self, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, np.ndarray, Drift]:
+    def begin(self, q: np.ndarray, v: np.ndarray, flying: np.ndarray) -> tuple[Contacts, np.ndarray, Drift]:
         """Return the contacts in a state, its velocity after impacts and without drift, and the drift.
 
         A contact within `CLOSED_GAP` whose normal velocity is within `CLOSED_VELOCITY` is closed, and its ground is
         where it is. Others that approach with their gap closed have an impact at once; those that rise from below the
         ground land where they started.
+
+        Args:
+            flying: contacts that are open however near the ground they are, if they are above it, (n_c) of bool.
         """
         gaps, normal = self._physics.gaps(q), normal_rows(self._physics.contact_jacobian(q) @ v)
-        closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY)
+        closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY) & ~(flying & (gaps > 0))
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
         ground, joints = np.where(closed, gaps, np.minimum(gaps, 0.0)), (Mode.STICK,) * len(self._physics.rubbing)
         contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints)

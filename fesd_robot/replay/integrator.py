@@ -53,7 +53,13 @@ class Replay:
 
 
 def replay_motion(
-    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray, duration: float, start: float = 0.0
+    physics: NumericPhysics,
+    q: np.ndarray,
+    v: np.ndarray,
+    u: np.ndarray,
+    duration: float,
+    start: float = 0.0,
+    flying: np.ndarray | None = None,
 ) -> Replay:
     """Return where rigid bodies with inelastic, unilateral contacts and Coulomb friction are led by constant controls.
 
@@ -70,6 +76,8 @@ def replay_motion(
         q, v, u: configuration (n_q), velocity (n_v), controls (n_u), SI units.
         duration: s.
         start: time of the start, s, to which the times of events are added.
+        flying: contacts that are open at the start if they are above the ground by however little, (n_c) of bool; none
+            if omitted.
 
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5 (DOP853);
     Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996).
@@ -79,7 +87,7 @@ def replay_motion(
         return Replay(np.full_like(q, np.nan), np.full_like(v, np.nan), (), nowhere, frozenset({Note.FAILED}))
     law, n_v = ContactLaw(physics, u), len(v)
     segments = _Segments(physics, q, u, law)
-    contacts, v, drift = law.begin(q, v)
+    contacts, v, drift = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
     time, y, count = 0.0, np.concatenate([np.zeros(n_v), v]), 0
     events, joint_events = list[SwitchRecord](), list[SwitchRecord]()
     while time < duration:

@@ -79,7 +79,8 @@ def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionR
     """Return every control interval of a motion driven again from its own state at the interval's beginning.
 
     An interval begins after an impact at its left end, which is compared by itself. Where an impact falls on its right
-    end, the nearer of the states before and after counts.
+    end, the nearer of the states before and after counts. A foot that the motion says is in the air is released however
+    near the ground it is; if it has to stay, it falls back at once.
 
     Args:
         motion: in physical time, with controls that are constant on every interval.
@@ -102,7 +103,8 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
             impact_error, start = _impact_error(motion, physics, hit.before, hit.after), hit.after
     begin, finish = float(motion.time[start]), float(motion.time[end])
     control = motion.control[end]
-    result = replay_motion(physics, motion.configuration[start], motion.velocity[start], control, finish - begin, begin)
+    q, v, flying = motion.configuration[start], motion.velocity[start], motion.mode[min(start + 1, end)] == "flight"
+    result = replay_motion(physics, q, v, control, finish - begin, begin, flying)
     sides = [end]
     for hit in motion.impacts:
         sides += [hit.after] if hit.before == end else [hit.before] if hit.after == end else []

@@ -23,7 +23,7 @@ def with_room(transcription: Transcription, w: np.ndarray, branch: Branch) -> tu
     """Return the transcription with one element more in every interval, any of which may fill it, and the same point.
 
     Args:
-        transcription: of a collocation scheme, without added rows.
+        transcription: of a collocation scheme; its added rows are held in all elements of their intervals.
         w: a point of it, (n).
         branch: on which it lies.
     """
@@ -50,7 +50,7 @@ def without_room(
     """Return the transcription with as many elements as its modes need, at least given numbers, and the same point.
 
     Args:
-        transcription: of a collocation scheme, without added rows.
+        transcription: of a collocation scheme; its added rows are held in all elements of their intervals.
         w: a point of it, (n).
         branch: on which it lies.
         least: numbers of elements of the intervals, (N).
@@ -89,6 +89,7 @@ def _with_elements(
         for run, (_, parts) in zip(runs, groupby(modes), strict=True):
             elements += in_equal_parts(run, len(list(parts)), tableau)
     changed = with_counts(transcription, counts)
+    changed = replace(changed, added=transcription.added.in_intervals(transcription.elements, counts))
     return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
 
 

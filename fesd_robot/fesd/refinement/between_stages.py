@@ -11,7 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.added_rows import BoundBetween
-from fesd_robot.fesd.path_between import PathBetween
+from fesd_robot.fesd.path_between import PLACES, PathBetween
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.trajectory import Element
@@ -23,12 +23,23 @@ BETWEEN = 24
 VIOLATION = 1e-7
 """Violation of a bound between stages above which it is held there too, in the unit of the variable."""
 
-PENETRATION = 4e-6
-"""Twice what a gap may be negative between stages, m: a foot that lands without acceleration has a flat gap, all of
-which a stricter bound would touch."""
+PENETRATION = 2e-6
+"""What a gap may be negative between stages, m: a foot that lands without acceleration has a flat gap, all of which a
+stricter bound would touch."""
+
+GAPS_BETWEEN = 8 * BETWEEN
+"""Equal parts of an element at whose ends gaps are looked at: a foot that grazes the ground does it in a moment."""
+
+CLEARANCE = 1e-6
+"""Gap, m, that is held in an element in the middle of a flight in which a foot has touched the ground: an impact there
+is none of the plan's, however small."""
+
+HELD = np.arange(1, PLACES) * BETWEEN // PLACES
+"""Which of their ends are places at which a path constraint is held between stages."""
 
 STRICTER = 1.5
-"""A path constraint that is held in an element and violated there becomes stricter by this times the violation."""
+"""A path constraint that is held in an element and violated there becomes stricter by this times the violation, and by
+what it has to spare at the places where it is held."""
 
 Found = tuple[float, BoundBetween | PathBetween]
 """By how much a bound is violated, and the bound."""
@@ -56,7 +67,7 @@ def violated_between_stages(
     of_states, of_stages = lagrange(tableau.nodes, fractions), lagrange(tableau.c, fractions)
     n_x = ocp.system.state.numel()
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
-    gaps = {member.invariant_state for member in conditions.members}
+    gaps = set(_gap_conditions(conditions))
     elements = transcription.unpack(w)
     paths = [
         _Path(transcription, i)
@@ -65,11 +76,13 @@ def violated_between_stages(
     ]
     whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
     found: list[Found] = list(_ends_of_contact(conditions, elements, branch, whole, n_x))
+    found += _gaps(transcription, conditions, elements, branch, whole)
     for e in whole:
         x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
         z = of_stages @ elements[e].z[: tableau.stages]
         for i, (lower, upper) in enumerate(zip(ocp.state_lower, ocp.state_upper, strict=True)):
-            found += _violated((e, i), x[1:, i], (lower - PENETRATION / 2 if i in gaps else lower, upper))
+            if i not in gaps:
+                found += _violated((e, i), x[1:, i], (lower, upper))
         for i in multipliers:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf))
         for path in paths:
@@ -99,6 +112,7 @@ class _Path:
         self._rows = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])
         self._held = {one.element: one.margin for one in transcription.added.paths if one.constraint == number}
         self._excess: dict[int, dict[int, float]] = {}
+        self._room: dict[int, float] = {}
 
     def look(self, element: Element, e: int, x: np.ndarray, z: np.ndarray) -> None:
         """Note by how much an element violates the constraint.
@@ -114,7 +128,9 @@ class _Path:
         u = np.tile(element.u, (len(x), 1))
         values = np.asarray(self._rows(np.hstack([x, u, z]).T, p).full())
         excess = np.maximum(constraint.lower[:, None] - values, values - constraint.upper[:, None])
-        self._excess.setdefault(element.interval, {})[e] = float(excess.max())
+        worst = excess[excess.max(axis=1).argmax()]
+        self._excess.setdefault(element.interval, {})[e] = float(worst.max())
+        self._room[e] = float(-worst[HELD].max())
 
     def found(self) -> Iterator[Found]:
         """Yield where the constraint is to be held."""
@@ -122,8 +138,47 @@ class _Path:
             worst = max(excess.values())
             if worst > max(VIOLATION, self._constraint.spare):
                 for e in excess:
-                    margin = self._held[e] + STRICTER * worst if e in self._held else 0.0
-                    yield worst, PathBetween(self._number, e, margin)
+                    yield worst, PathBetween(self._number, e, self._margin(e, excess[e], worst))
+
+    def _margin(self, e: int, own: float, worst: float) -> float:
+        """Return by how much the constraint is to be stricter in an element, where it is held.
+
+        Args:
+            e: number of the element.
+            own, worst: largest violation in the element, and in its interval.
+        """
+        if e not in self._held:
+            return 0.0
+        return max(self._held[e], self._room[e] if own > VIOLATION else 0.0) + STRICTER * worst
+
+
+def _gap_conditions(conditions: ElementConditions) -> dict[int, int]:
+    """Return state -> number of the condition that holds it at zero."""
+    return {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
+
+
+def _gaps(
+    transcription: Transcription,
+    conditions: ElementConditions,
+    elements: Sequence[Element],
+    branch: Branch,
+    whole: Sequence[int],
+) -> Iterator[Found]:
+    """Yield by how much gaps are negative, and their bound: a little below zero, a little above it within a flight.
+
+    Args:
+        whole: numbers of the elements with a length.
+    """
+    tableau = transcription.options.tableau
+    of_states = lagrange(tableau.nodes, np.linspace(0, 1, GAPS_BETWEEN + 1))
+    for n, e in enumerate(whole):
+        x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
+        around = whole[max(n - 1, 0) : n + 2]
+        for state, at in _gap_conditions(conditions).items():
+            in_flight = all(branch.factors[one][at] is ActiveFactor.H for one in around)
+            excess = float(-x[1:, state].min()) - (0.0 if in_flight else PENETRATION)
+            if excess > VIOLATION:
+                yield excess, BoundBetween(e, state, -1, CLEARANCE if in_flight else -PENETRATION)
 
 
 def _ends_of_contact(
