@@ -16,7 +16,7 @@ from fesd_robot.fesd import (
     initial_value_problem,
     make_tableau,
 )
-from fesd_robot.fesd.added_rows import PARTS, SLACK, BoundBetween, bernstein_coefficients
+from fesd_robot.fesd.added_rows import PARTS, SLACK, AddedRows, BoundBetween, bernstein_coefficients
 from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages, with_bounds_between, with_parts, with_stages
@@ -154,3 +154,18 @@ def _highest(transcription: Transcription, w: np.ndarray) -> float:
         element.at(tableau, np.linspace(element.start, element.end, 201))[:, 0].max()
         for element in transcription.unpack(w)
     )
+
+
+def test_rows_stay_in_their_intervals() -> None:
+    """With other numbers of elements a row holds in all of its interval, the strictest of several; ends are left."""
+    rows = AddedRows(
+        (BoundBetween(1, 4, 1, 2.0), BoundBetween(2, 4, 1, 2.0), BoundBetween(0, 5, 1, 0.0, end_only=True)),
+        (PathBetween(0, 1, 1e-3), PathBetween(0, 2), PathBetween(1, 0, -0.5)),
+    )
+    moved = rows.in_intervals([2, 1], [3, 2])
+    assert moved.bounds == tuple(BoundBetween(e, 4, 1, 2.0) for e in range(5))
+    assert set(moved.paths) == {
+        *(PathBetween(0, e, 1e-3) for e in range(3)),
+        *(PathBetween(0, e) for e in (3, 4)),
+        *(PathBetween(1, e, -0.5) for e in range(3)),
+    }

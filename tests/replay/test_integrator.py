@@ -118,6 +118,23 @@ def test_drift_is_taken_out_and_reported() -> None:
     assert result.events == ()
 
 
+@pytest.mark.parametrize("flying", [True, False])
+def test_a_point_that_flies_a_little_above_the_ground_lands(flying: bool) -> None:
+    """9 micrometres high and rising at 0.4 mm/s it comes down after (v + sqrt(v^2 + 2 g h)) / g; else that is drift."""
+    q, v = np.array([0, 9e-6]), np.array([0, 4e-4])
+    result = replay_motion(point(0.4), q, v, np.zeros(2), 0.01, flying=np.array([flying]))
+    landing = (4e-4 + math.sqrt(16e-8 + 2 * GRAVITY * 9e-6)) / GRAVITY
+    assert [event.time for event in result.events] == ([pytest.approx(landing, abs=1e-9)] if flying else [])
+    assert result.configuration[1] == pytest.approx(0.0 if flying else 9e-6, abs=1e-9)
+    assert result.drift.gap == (0.0 if flying else 9e-6)
+
+
+def test_a_point_on_the_ground_stays_there_whatever_flies() -> None:
+    """On the ground and at rest nothing is in the air."""
+    result = replay_motion(point(0.4), np.zeros(2), np.zeros(2), np.zeros(2), 0.1, flying=np.array([True]))
+    assert result.events == () and np.abs(result.configuration).max() <= 1e-12
+
+
 def test_a_contact_that_rises_from_below_the_ground_lands_where_it_started() -> None:
     """Pushed down by its weight it is back after 2 v / g, not sinking on."""
     result = replay_motion(point(0.4), np.array([0, -2e-3]), np.array([0, 0.05]), np.zeros(2), 0.05)

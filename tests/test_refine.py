@@ -1,0 +1,32 @@
+"""Refinement of a real motion from two stages on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fesd_robot.adapters import homotopy_options
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import solve
+from fesd_robot.ocp import formulate
+from fesd_robot.refine import SPARE, refined
+from fesd_robot.repair import Repair
+from fesd_robot.solved_motion import SolvedMotion
+from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.task import load_task
+
+TASKS = Path(__file__).parents[1] / "tasks"
+
+
+def test_a_motion_that_no_finer_grid_has_leads_to_one_that_is_true() -> None:
+    """The biped's step from two stages is none: it ends with every entry of the audit below a tenth of its limit."""
+    task = load_task(TASKS / "biped_step.yaml")
+    motion, options = formulate(task), homotopy_options(task)
+    transcription = Transcription(motion.ocp, motion.fesd)
+    repair = Repair(transcription, options, Deadline(), None, None)
+    solution = solve(transcription.problem, options, polisher=BranchTranscription(transcription), otherwise=repair)
+    before = SolvedMotion.of(motion, *repair.repaired(BranchTranscription(transcription), solution))
+    assert before.solution.exact and before.audit.violations
+    after = refined(before, options, 1e-7, Deadline(), None, None)
+    assert after.audit.worst[0] <= SPARE and after.local_errors.max() <= 1e-7
+    assert after.rounds > 0 and after.stages > before.stages
