@@ -13,11 +13,8 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from itertools import groupby
-from typing import Any
 from unittest import mock
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -25,15 +22,14 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import casadi
 import numpy as np
 from arguments import ROOT, task_parser
+from moved_start import MOVED, moved
 
 from fesd_robot import load_task, plan, planner
-from fesd_robot.mpcc import Mpcc, MpccSolution
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 
 PAGE = ROOT / "docs" / "results" / "repeatability.md"
 SPREAD = 0.02
-MOVED = 1e-12
 
 PROCESSORS: dict[str, list[str]] = {
     "as it is": [],
@@ -45,23 +41,11 @@ PROCESSORS: dict[str, list[str]] = {
 """Simulated processor -> what is changed; a start is moved where the name ends with the seed of a generator."""
 
 
-def moved(seed: int) -> Callable[..., MpccSolution]:
-    """Return the homotopy from a start that is moved by `MOVED`, relative to one plus each variable's size."""
-    homotopy = planner.solve
-
-    def solve(problem: Mpcc, *arguments: Any, **named: Any) -> MpccSolution:
-        noise = np.random.default_rng(seed).uniform(-1, 1, problem.size)
-        start = problem.start + MOVED * noise * (1 + np.abs(problem.start))
-        return homotopy(replace(problem, start=np.clip(start, problem.lower, problem.upper)), *arguments, **named)
-
-    return solve
-
-
 def planned(name: str, processor: str) -> tuple[Plan, float]:
     """Return the plan of a task on a processor, and the seconds that it took."""
     task, begin = load_task(ROOT / "tasks" / f"{name}.yaml", PROCESSORS[processor]), time.perf_counter()
     seed = processor.rpartition(", ")[2] if processor.startswith("moved") else None
-    with mock.patch.object(planner, "solve", moved(int(seed)) if seed else planner.solve):
+    with mock.patch.object(planner, "solve", moved(planner.solve, int(seed)) if seed else planner.solve):
         return plan(task), time.perf_counter() - begin
 
 

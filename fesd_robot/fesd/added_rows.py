@@ -36,6 +36,7 @@ class BoundBetween:
             algebraic variable that of the polynomial through its stages.
         sign, limit: +1 for an upper bound, -1 for a lower one, and the bound.
         end_only: whether it holds at the last stage only.
+        of_mode: whether another mode of the element need not keep it.
     """
 
     element: int
@@ -43,6 +44,7 @@ class BoundBetween:
     sign: int
     limit: float
     end_only: bool = False
+    of_mode: bool = False
 
     def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> list[BoundBetween]:
         """Return the same for elements that are in parts, of which the first have the numbers `first`."""
@@ -72,7 +74,7 @@ class AddedRows:
     def in_intervals(self, old: Sequence[int], new: Sequence[int]) -> AddedRows:
         """Return the rows for other elements: what was held in one element is held in all of its interval.
 
-        What holds at the end of a contact only is left out, for that may be elsewhere.
+        What holds in a mode only, or at its end, is left out, for that may be elsewhere.
 
         Args:
             old, new: numbers of elements of the intervals, (N).
@@ -83,7 +85,7 @@ class AddedRows:
         bounds = [
             replace(one, element=element)
             for one in self.bounds
-            if not one.end_only
+            if not (one.end_only or one.of_mode)
             for element in own[interval[one.element]]
         ]
         paths = {

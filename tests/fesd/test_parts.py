@@ -157,9 +157,13 @@ def _highest(transcription: Transcription, w: np.ndarray) -> float:
 
 
 def test_rows_stay_in_their_intervals() -> None:
-    """With other numbers of elements a row holds in all of its interval, the strictest of several; ends are left."""
+    """A row holds in all elements of its interval, the strictest of several, unless it is of a mode."""
     rows = AddedRows(
-        (BoundBetween(1, 4, 1, 2.0), BoundBetween(2, 4, 1, 2.0), BoundBetween(0, 5, 1, 0.0, end_only=True)),
+        (
+            *(BoundBetween(e, 4, 1, 2.0) for e in (1, 2)),
+            BoundBetween(0, 5, 1, 0.0, end_only=True),
+            BoundBetween(0, 6, -1, 1e-6, of_mode=True),
+        ),
         (PathBetween(0, 1, 1e-3), PathBetween(0, 2), PathBetween(1, 0, -0.5)),
     )
     moved = rows.in_intervals([2, 1], [3, 2])

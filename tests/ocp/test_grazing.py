@@ -45,4 +45,4 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
     branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
     found = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
     bounds = [one for one in found if isinstance(one, BoundBetween) and one.variable == gap and one.element == 4]
-    assert bounds == ([] if held is None else [BoundBetween(4, gap, -1, held)])
+    assert bounds == ([] if held is None else [BoundBetween(4, gap, -1, held, of_mode=held > 0)])

@@ -178,7 +178,7 @@ def _gaps(
             in_flight = all(branch.factors[one][at] is ActiveFactor.H for one in around)
             excess = float(-x[1:, state].min()) - (0.0 if in_flight else PENETRATION)
             if excess > VIOLATION:
-                yield excess, BoundBetween(e, state, -1, CLEARANCE if in_flight else -PENETRATION)
+                yield excess, BoundBetween(e, state, -1, CLEARANCE if in_flight else -PENETRATION, of_mode=in_flight)
 
 
 def _ends_of_contact(
