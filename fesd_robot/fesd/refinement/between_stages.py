@@ -37,7 +37,7 @@ is none of the plan's, however small."""
 HELD = np.arange(1, PLACES) * BETWEEN // PLACES
 """Which of their ends are places at which a path constraint is held between stages."""
 
-STRICTER = 1.5
+STRICTER = 4.0
 """A path constraint that is held in an element and violated there becomes stricter by this times the violation, and by
 what it has to spare at the places where it is held."""
 
