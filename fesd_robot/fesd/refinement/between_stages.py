@@ -37,9 +37,9 @@ is none of the plan's, however small."""
 HELD = np.arange(1, PLACES) * BETWEEN // PLACES
 """Which of their ends are places at which a path constraint is held between stages."""
 
-STRICTER = 4.0
+STRICTER, AGAIN_STRICTER = 1.5, 4.0
 """A path constraint that is held in an element and violated there becomes stricter by this times the violation, and by
-what it has to spare at the places where it is held."""
+what it has to spare at the places where it is held; the second is for one that has become stricter already."""
 
 Found = tuple[float, BoundBetween | PathBetween]
 """By how much a bound is violated, and the bound."""
@@ -149,7 +149,8 @@ class _Path:
         """
         if e not in self._held:
             return 0.0
-        return max(self._held[e], self._room[e] if own > VIOLATION else 0.0) + STRICTER * worst
+        room = self._room[e] if own > VIOLATION else 0.0
+        return max(self._held[e], room) + (AGAIN_STRICTER if self._held[e] > 0 else STRICTER) * worst
 
 
 def _gap_conditions(conditions: ElementConditions) -> dict[int, int]:
