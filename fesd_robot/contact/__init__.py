@@ -1,13 +1,16 @@
 """Contact between a robot and the ground or itself, with a clock that stops during impacts."""
 
+from fesd_robot.contact.boxes import circle_box_contact
 from fesd_robot.contact.build import contact_system
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
 from fesd_robot.contact.geometry import (
+    CircleOnBox,
     CircleOnCircle,
     CircleOnSurface,
     ContactGeometry,
     PointOnSurface,
     Scene,
+    TwoBodies,
     contact_of,
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
@@ -16,6 +19,7 @@ from fesd_robot.contact.modes import ContactMode, contact_modes, joint_modes
 from fesd_robot.contact.points import point_contact
 
 __all__ = [
+    "CircleOnBox",
     "CircleOnCircle",
     "CircleOnSurface",
     "ContactGeometry",
@@ -30,7 +34,9 @@ __all__ = [
     "Profile",
     "Scene",
     "Terrain",
+    "TwoBodies",
     "Wall",
+    "circle_box_contact",
     "circle_contact",
     "contact_modes",
     "contact_of",

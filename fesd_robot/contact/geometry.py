@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from fesd_robot.contact.boxes import circle_box_contact
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
 from fesd_robot.contact.ground import Ground
 from fesd_robot.contact.model import PlanarContact
@@ -45,7 +46,24 @@ class CircleOnCircle:
     other_radius: float
 
 
-ContactGeometry = PointOnSurface | CircleOnSurface | CircleOnCircle
+@dataclass(frozen=True)
+class CircleOnBox:
+    """A circle in the x-z plane about the origin of a frame, of a radius in m, and a box about that of another one.
+
+    Attributes:
+        other_size: of the box along the x and the z axis of its frame, m.
+    """
+
+    frame: str
+    radius: float
+    other_frame: str
+    other_size: tuple[float, float]
+
+
+TwoBodies = CircleOnCircle | CircleOnBox
+"""What touches another body of the robot, not a surface."""
+
+ContactGeometry = PointOnSurface | CircleOnSurface | TwoBodies
 
 
 @dataclass(frozen=True)
@@ -83,6 +101,16 @@ def contact_of(
             name=name,
             frame=geometry.frame,
             radius=geometry.radius,
+            friction=friction,
+        )
+    if isinstance(geometry, CircleOnBox):
+        return circle_box_contact(
+            robot,
+            configuration,
+            name=name,
+            frames=(geometry.frame, geometry.other_frame),
+            radius=geometry.radius,
+            size=geometry.other_size,
             friction=friction,
         )
     return two_circles_contact(

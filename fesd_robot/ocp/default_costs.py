@@ -11,7 +11,7 @@ import pinocchio as pin
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import CircleCircleContact, CircleContact, Task
+from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, Task
 from fesd_robot.task.contacts import SingleContact
 
 CONFIGURATION, VELOCITY, CONTROL, SLIPPING = 10.0, 0.1, 1.0, 10.0
@@ -89,6 +89,8 @@ def _points(contact: SingleContact) -> Sequence[tuple[str, float]]:
     """Return the frames that a contact belongs to, and how far its surface is from each, m."""
     if isinstance(contact, CircleCircleContact):
         return [(contact.frame, contact.radius), (contact.other_frame, contact.other_radius)]
+    if isinstance(contact, CircleBoxContact):
+        return [(contact.frame, contact.radius), (contact.other_frame, float(np.linalg.norm(contact.other_size)) / 2)]
     return [(contact.touching_frame, contact.radius if isinstance(contact, CircleContact) else 0.0)]
 
 

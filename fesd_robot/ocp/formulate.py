@@ -45,7 +45,7 @@ from fesd_robot.robot import (
     spring_force,
 )
 from fesd_robot.robot.root import ROOT_HEIGHT
-from fesd_robot.task import GROUND, CircleCircleContact, Task
+from fesd_robot.task import GROUND, CircleCircleContact, Task, TwoBodyContact
 from fesd_robot.task.costs import COST_TERMS
 
 AUTOMATIC_AUXILIARY_FORCE = 10.0
@@ -295,8 +295,9 @@ def _check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> N
 
 def _overlap(task: Task, name: str, depth: float) -> str:
     contact = task.contacts[name]
-    if isinstance(contact, CircleCircleContact):
-        return f"found the circles of contact '{name}' overlapping by {depth:.6g} m, expected them apart or touching"
+    if isinstance(contact, TwoBodyContact):
+        what = "circles" if isinstance(contact, CircleCircleContact) else "circle and the box"
+        return f"found the {what} of contact '{name}' overlapping by {depth:.6g} m, expected them apart or touching"
     wall = task.ground.walls.get(contact.surface)
     if wall is None:
         return f"found contact '{name}' {depth:.6g} m below the ground, expected it on or above the ground"

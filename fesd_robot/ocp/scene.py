@@ -5,11 +5,19 @@ from __future__ import annotations
 from functools import singledispatch
 from pathlib import Path
 
-from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, Ground, PointOnSurface, Scene
+from fesd_robot.contact import (
+    CircleOnBox,
+    CircleOnCircle,
+    CircleOnSurface,
+    ContactGeometry,
+    Ground,
+    PointOnSurface,
+    Scene,
+)
 from fesd_robot.contact import ground as surfaces
 from fesd_robot.contact.ground import profiles
 from fesd_robot.errors import GroundError, ModelError
-from fesd_robot.task import GROUND, CircleCircleContact, PointContact, Task
+from fesd_robot.task import GROUND, CircleBoxContact, CircleCircleContact, PointContact, Task, TwoBodyContact
 from fesd_robot.task.ground import HeightMap, Plane, Shape, Steps
 
 
@@ -41,7 +49,7 @@ def friction_of(task: Task, name: str) -> float:
     contact, ground = task.contacts[name], task.ground
     if contact.friction is not None:
         return contact.friction
-    if isinstance(contact, CircleCircleContact) or contact.surface == GROUND:
+    if isinstance(contact, TwoBodyContact) or contact.surface == GROUND:
         return ground.friction
     return ground.walls[contact.surface].friction
 
@@ -83,6 +91,8 @@ def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeome
     contact = task.single_contacts[name]
     if isinstance(contact, CircleCircleContact):
         return CircleOnCircle(contact.frame, contact.radius, contact.other_frame, contact.other_radius)
+    if isinstance(contact, CircleBoxContact):
+        return CircleOnBox(contact.frame, contact.radius, contact.other_frame, contact.other_size)
     surface = by_name[contact.surface]
     if isinstance(contact, PointContact):
         return PointOnSurface(contact.touching_frame, surface)

@@ -12,7 +12,7 @@ from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units
-from fesd_robot.task import CircleCircleContact, Task, check_names, check_values
+from fesd_robot.task import Task, TwoBodyContact, check_names, check_values
 
 _SAME_PLACE = 1e-9
 """m; contacts that stay closer than this in the x-z plane are one."""
@@ -65,7 +65,7 @@ def _check_distinct_contacts(task: Task, robot: Robot) -> None:
     """Refuse two contacts that touch together wherever the robot is: their forces would be undetermined."""
     model = robot.model
     data, paths = model.createData(), []
-    points = {name: one for name, one in task.single_contacts.items() if not isinstance(one, CircleCircleContact)}
+    points = {name: one for name, one in task.single_contacts.items() if not isinstance(one, TwoBodyContact)}
     frames = {name: robot.frame_id(contact.touching_frame) for name, contact in points.items()}
     for first_step in (0.0, 0.3, -0.7):
         q = pin.integrate(model, robot.neutral, np.linspace(first_step, 1, model.nv))

@@ -12,7 +12,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import Robot
 from fesd_robot.robot.body_shapes import BodyShapes, Depth
-from fesd_robot.task import GROUND, CircleCircleContact, CircleContact, PointContact, Task
+from fesd_robot.task import GROUND, CircleContact, PointContact, Task, TwoBodyContact
 
 LEAST_DEPTH = 1e-3
 """m; shapes are seldom truer than this."""
@@ -71,7 +71,7 @@ class _Overlaps:
         self._pairs = {
             frozenset((first, second))
             for one in contacts
-            if isinstance(one, CircleCircleContact)
+            if isinstance(one, TwoBodyContact)
             for first in self._bodies(one.frame)
             for second in self._bodies(one.other_frame)
         }

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import CircleOnCircle, ContactGeometry, Scene
+from fesd_robot.contact import ContactGeometry, Scene, TwoBodies
 from fesd_robot.errors import RobotError
 from fesd_robot.recovery.contact_rows import stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics
@@ -86,7 +86,7 @@ class FullModel:
             for link in full.tree.links
             if len(link.joint.velocity_suffixes) == 1 and not root & set(full.velocity_names[link.v_indices])
         ]
-        self._add_twins([one.frame for one in scene.geometries.values() if not isinstance(one, CircleOnCircle)])
+        self._add_twins([one.frame for one in scene.geometries.values() if not isinstance(one, TwoBodies)])
         feet = {name: self._feet(geometry) for name, geometry in scene.geometries.items()}
         counts = np.array([len(each) for each in feet.values()], dtype=int)
         self._shares = np.repeat(1 / counts, counts)
@@ -240,7 +240,7 @@ class FullModel:
         These are the frames that are always at the same place in the x-z plane, at the ends of chains of joints that
         move in unison; of several frames at the end of one chain the first, if possible of the same type.
         """
-        if isinstance(geometry, CircleOnCircle) or not self._coupled:
+        if isinstance(geometry, TwoBodies) or not self._coupled:
             return [geometry]
         frames, own = self._full.model.frames, self._full.frame_id(geometry.frame)
         named = {index: name for name in self._full.frame_names if (index := self._frame(name)) is not None}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene
+from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies
+from fesd_robot.recovery.between_bodies import closest
 from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
 
@@ -132,8 +132,7 @@ class NumericPhysics:
             return float(geometry.surface.distance(self._position(geometry.frame)))
         if isinstance(geometry, CircleOnSurface):
             return float(geometry.path.distance(self._position(geometry.frame)))
-        apart = self._position(geometry.frame) - self._position(geometry.other_frame)
-        return math.hypot(apart[0], apart[2]) - geometry.radius - geometry.other_radius
+        return self._closest(geometry)[0]
 
     def _point(self, geometry: ContactGeometry) -> np.ndarray:
         position = self._position(geometry.frame)
@@ -142,8 +141,7 @@ class NumericPhysics:
         if isinstance(geometry, CircleOnSurface):
             tangent = geometry.path.tangent(position)
             return position - geometry.radius * np.array([-tangent[2], 0.0, tangent[0]])
-        apart = position - self._position(geometry.other_frame)
-        return position - geometry.radius * np.array([apart[0], 0.0, apart[2]]) / math.hypot(apart[0], apart[2])
+        return position - geometry.radius * self._closest(geometry)[1]
 
     def _rows(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""
@@ -154,11 +152,16 @@ class NumericPhysics:
             tangent = geometry.path.tangent(position)
             arm = geometry.radius * np.array([tangent[2], 0.0, -tangent[0]])
             return geometry.path.normal(position) @ jacobian[:3], tangent @ self._at_rim(jacobian, arm)
-        other, apart = self._jacobian(geometry.other_frame), position - self._position(geometry.other_frame)
-        normal = np.array([apart[0], 0.0, apart[2]]) / math.hypot(apart[0], apart[2])
-        tangent = np.array([normal[2], 0.0, -normal[0]])
-        moving = self._at_rim(jacobian, -geometry.radius * normal) - self._at_rim(other, geometry.other_radius * normal)
-        return normal @ (jacobian[:3] - other[:3]), tangent @ moving
+        gap, normal = self._closest(geometry)
+        nearest = position - (gap + geometry.radius) * normal - self._position(geometry.other_frame)
+        moving = self._at_rim(jacobian, -geometry.radius * normal)
+        moving -= self._at_rim(self._jacobian(geometry.other_frame), nearest)
+        return normal @ moving, np.array([normal[2], 0.0, -normal[0]]) @ moving
+
+    def _closest(self, geometry: TwoBodies) -> tuple[float, np.ndarray]:
+        """Gap and direction from the other body to the circle's centre, (3)."""
+        other = self._data.oMf[self._frames[geometry.other_frame]]
+        return closest(geometry, self._position(geometry.frame), np.array(other.translation), np.array(other.rotation))
 
     @staticmethod
     def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
@@ -167,7 +170,7 @@ class NumericPhysics:
 
 
 def _frames(geometry: ContactGeometry) -> list[str]:
-    return [geometry.frame, *([geometry.other_frame] if isinstance(geometry, CircleOnCircle) else [])]
+    return [geometry.frame, *([geometry.other_frame] if isinstance(geometry, TwoBodies) else [])]
 
 
 def split_contact_force(

@@ -14,7 +14,7 @@ from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
-    from fesd_robot.render import CircleVisual, GroundVisual
+    from fesd_robot.render import BoxVisual, CircleVisual, GroundVisual
     from fesd_robot.robot import Robot
     from fesd_robot.task import Task
 
@@ -118,12 +118,12 @@ def ground_visual(task: Task) -> GroundVisual:
     return GroundVisual(height=-ground.distance(origin) / z, slope=float(np.arctan2(-x, z)), walls=walls)
 
 
-def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual]:
-    """Return the circles of a task's contacts, each in the colour of its contact's path."""
-    from fesd_robot.render import CircleVisual
-    from fesd_robot.task import CircleCircleContact, PointContact
+def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual | BoxVisual]:
+    """Return the circles and boxes of a task's contacts, each in the colour of its contact's path."""
+    from fesd_robot.render import BoxVisual, CircleVisual
+    from fesd_robot.task import CircleBoxContact, CircleCircleContact, PointContact
 
-    circles = {}
+    circles: dict[str, CircleVisual | BoxVisual] = {}
     for color, (name, contact) in enumerate(task.single_contacts.items()):
         if isinstance(contact, PointContact):
             continue
@@ -131,6 +131,8 @@ def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual]:
         if isinstance(contact, CircleCircleContact):
             other = CircleVisual(robot.frame_id(contact.other_frame), contact.other_radius, color)
             circles[f"{name}, other"] = other
+        if isinstance(contact, CircleBoxContact):
+            circles[f"{name}, other"] = BoxVisual(robot.frame_id(contact.other_frame), contact.other_size, color)
     return circles
 
 

@@ -21,7 +21,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import DimensionError, FesdRobotError
 from fesd_robot.render.animation import sample_motion
-from fesd_robot.render.circles import CircleVisual, add_circles
+from fesd_robot.render.circles import BoxVisual, CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
 from fesd_robot.render.marks import Mark, add_marks, corners
@@ -71,7 +71,7 @@ class PageContent:
     configuration: np.ndarray
     ground: GroundVisual
     traces: Mapping[str, np.ndarray]
-    circles: Mapping[str, CircleVisual] = field(default_factory=dict)
+    circles: Mapping[str, CircleVisual | BoxVisual] = field(default_factory=dict)
     subtitle: str = ""
     facts: Sequence[tuple[str, str]] = ()
     ghost: np.ndarray | None = None

@@ -20,10 +20,12 @@ from fesd_robot.task.constraints import (
 )
 from fesd_robot.task.contacts import (
     BodyContact,
+    CircleBoxContact,
     CircleCircleContact,
     CircleContact,
     Contact,
     PointContact,
+    TwoBodyContact,
 )
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import FreeDuration, Horizon, Initial
@@ -49,6 +51,7 @@ __all__ = [
     "AvoidSphere",
     "BodyContact",
     "BodyPoint",
+    "CircleBoxContact",
     "CircleCircleContact",
     "CircleContact",
     "Clearance",
@@ -89,6 +92,7 @@ __all__ = [
     "Task",
     "ThroughWaypoints",
     "Tolerance",
+    "TwoBodyContact",
     "Wall",
     "Waypoint",
     "check_names",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
 
 from fesd_robot.errors import nearest
 from fesd_robot.task.fields import Name, NonNegative, Offset, Positive, Section, conflict, expected, is_number, kind_of
@@ -41,6 +41,21 @@ Slipping = Annotated[
 
 
 _OFFSET = "Where it is from the frame's origin, in the frame's axes, m; default: at the origin."
+
+
+def _read_size(value: Any) -> tuple[float, float]:
+    lengths = isinstance(value, list | tuple) and all(is_number(one) and 0 < one < math.inf for one in value)
+    if not lengths or len(value) != 2:
+        raise expected("two lengths greater than 0, along x and z of the frame, m")
+    return float(value[0]), float(value[1])
+
+
+Size = Annotated[
+    tuple[float, float],
+    BeforeValidator(_read_size),
+    WithJsonSchema({"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 2, "maxItems": 2}),
+]
+"""Lengths of a box in the x-z plane, m."""
 
 
 class PlacedContact(Section):
@@ -96,14 +111,12 @@ class BodyContact(Section):
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
 
 
-class CircleCircleContact(Section):
-    """Two circles in the x-z plane on two bodies that may touch each other, and roll or slide."""
+class TwoBodyContact(Section):
+    """A circle in the x-z plane and something on another body that may touch each other, and roll or slide."""
 
-    type: Literal["circle_circle"] = Field(description="Shape of the contact.")
     frame: Name = Field(description="Name of the frame about whose origin the first circle lies; it turns with it.")
     radius: Positive = Field(description="Radius of the first circle, m.")
-    other_frame: Name = Field(description="Name of the frame about whose origin the second circle lies.")
-    other_radius: Positive = Field(description="Radius of the second circle, m.")
+    other_frame: Name
     friction: NonNegative | None = Field(
         default=None,
         description="Coefficient of Coulomb friction of this contact, without unit; default: the ground's.",
@@ -116,13 +129,30 @@ class CircleCircleContact(Section):
         return self.frame
 
     @model_validator(mode="after")
-    def _distinct(self) -> CircleCircleContact:
+    def _distinct(self) -> TwoBodyContact:
         if self.frame == self.other_frame:
             raise conflict(("other_frame",), f"found '{self.frame}' twice, expected two frames that move apart")
         return self
 
 
-SingleContact = PointContact | CircleContact | CircleCircleContact
+class CircleCircleContact(TwoBodyContact):
+    """Two circles in the x-z plane on two bodies that may touch each other, and roll or slide."""
+
+    type: Literal["circle_circle"] = Field(description="Shape of the contact.")
+    other_frame: Name = Field(description="Name of the frame about whose origin the second circle lies.")
+    other_radius: Positive = Field(description="Radius of the second circle, m.")
+
+
+class CircleBoxContact(TwoBodyContact):
+    """A circle and a box in the x-z plane on two bodies that may touch each other, on the box's sides and corners."""
+
+    type: Literal["circle_box"] = Field(description="Shape of the contact.")
+    radius: Positive = Field(description="Radius of the circle, m.")
+    other_frame: Name = Field(description="Name of the frame about whose origin the box lies; it turns with it.")
+    other_size: Size = Field(strict=False, description="Lengths of the box along the x and the z axis of its frame, m.")
+
+
+SingleContact = PointContact | CircleContact | CircleCircleContact | CircleBoxContact
 """A contact that is one point or circle."""
 
 
@@ -136,6 +166,7 @@ Contact = Annotated[
     Annotated[PointContact, Tag("point")]
     | Annotated[CircleContact, Tag("circle")]
     | Annotated[BodyContact, Tag("body")]
-    | Annotated[CircleCircleContact, Tag("circle_circle")],
+    | Annotated[CircleCircleContact, Tag("circle_circle")]
+    | Annotated[CircleBoxContact, Tag("circle_box")],
     Discriminator(_kind),
 ]

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from fesd_robot.errors import nearest
 from fesd_robot.task.constraints import BodyPoint, SwingClearance
-from fesd_robot.task.contacts import BodyContact, CircleCircleContact
+from fesd_robot.task.contacts import BodyContact, TwoBodyContact
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.distances import DistanceConstraint
 from fesd_robot.task.endpoints import Initial
@@ -202,7 +202,7 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
     for name, contact in task.contacts.items():
         key = "body" if isinstance(contact, BodyContact) else "frame"
         yield ("contacts", name, key), "frame", getattr(contact, key)
-        if isinstance(contact, CircleCircleContact):
+        if isinstance(contact, TwoBodyContact):
             yield ("contacts", name, "other_frame"), "frame", contact.other_frame
     yield from _actuator_names(task)
 

@@ -12,7 +12,7 @@ from fesd_robot.errors import TaskError, nearest, nearest_file
 from fesd_robot.task.audit import AuditLimits
 from fesd_robot.task.consistency import consistency_errors
 from fesd_robot.task.constraints import Constraint
-from fesd_robot.task.contacts import BodyContact, CircleCircleContact, Contact, SingleContact
+from fesd_robot.task.contacts import BodyContact, Contact, SingleContact, TwoBodyContact
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import Horizon, Initial
 from fesd_robot.task.fields import Name, Section, Values, conflict
@@ -80,7 +80,7 @@ class Task(Section):
     def _surfaces_exist(self) -> Task:
         surfaces = [GROUND, *self.ground.walls]
         for name, contact in self.contacts.items():
-            if not isinstance(contact, CircleCircleContact) and contact.surface not in surfaces:
+            if not isinstance(contact, TwoBodyContact) and contact.surface not in surfaces:
                 raise conflict(
                     ("contacts", name, "surface"),
                     f"found '{contact.surface}', expected '{GROUND}' or the name of a wall in ground.walls"

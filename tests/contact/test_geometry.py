@@ -9,8 +9,18 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.contact import CircleOnCircle, CircleOnSurface, ContactGeometry, PointOnSurface, Scene, contact_of
+from fesd_robot.contact import (
+    CircleOnBox,
+    CircleOnCircle,
+    CircleOnSurface,
+    ContactGeometry,
+    PointOnSurface,
+    Scene,
+    TwoBodies,
+    contact_of,
+)
 from fesd_robot.errors import RobotError
+from fesd_robot.recovery.between_bodies import closest
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot, configuration_derivative, load_robot
 
@@ -30,6 +40,8 @@ CASES: dict[str, tuple[Path, ContactGeometry]] = {
     "wheel on a leg": (WALKER, CircleOnSurface("foot", 0.1, HILLS.raised(0.1))),
     "two discs": (DISCS, CircleOnCircle("first", 0.2, "second", 0.3)),
     "shank and foot": (HOPPER, CircleOnCircle("foot", 0.02, "body", 0.07)),
+    "disc and box": (DISCS, CircleOnBox("first", 0.2, "second", (0.5, 0.3))),
+    "foot and box": (HOPPER, CircleOnBox("foot", 0.02, "body", (0.3, 0.1))),
 }
 each_case = pytest.mark.parametrize(("source", "geometry"), CASES.values(), ids=CASES.keys())
 
@@ -93,6 +105,50 @@ def test_the_contact_point_of_a_closed_gap_lies_on_both_bodies() -> None:
     np.testing.assert_allclose(physics.contact_points(q), [[0.3 + 0.3 * 0.6, 0, 0.1 + 0.3 * 0.8]], atol=1e-15)
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.7, -2.0])
+@pytest.mark.parametrize(
+    ("center", "gap", "side"),
+    [
+        ((0.6, 0.1), 0.15, (1, 0)),
+        ((-0.6, -0.14), 0.15, (-1, 0)),
+        ((0.2, 0.5), 0.15, (0, 1)),
+        ((-0.1, -0.3), -0.05, (0, -1)),
+        ((0.25 + 0.3, 0.15 + 0.4), 0.3, (0.6, 0.8)),
+        ((0.2, 0.02), -0.25, (1, 0)),  # the centre is in the box
+    ],
+)
+def test_a_disc_meets_sides_and_corners_of_a_box(
+    turn: float, center: tuple[float, float], gap: float, side: tuple[float, float]
+) -> None:
+    """Gap and direction are those of the nearest point of the box, however it is turned, in both computations."""
+    robot, geometry = load_robot(DISCS), CircleOnBox("first", 0.2, "second", (0.5, 0.3))
+    turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])  # about +y, of x and z
+    q = np.array([*(turned @ center + [0.3, -0.1]), 0.4, 0.3, -0.1, -turn])  # the second joint turns about -y
+    values = [np.asarray(value.full()).ravel() for value in expressions(robot, geometry)(q, np.zeros(6))]
+    physics = NumericPhysics(robot, Scene({}, {"it": geometry}), {"it": 0.4}, lambda _: np.zeros((0, 0)))
+    direction = turned @ side
+    assert values[0] == pytest.approx([gap], abs=1e-12) and physics.gaps(q) == pytest.approx([gap], abs=1e-12)
+    assert values[2][:2] == pytest.approx(direction, abs=1e-9)
+    assert values[2][3:5] == pytest.approx(-direction, abs=1e-9)
+    (point,) = physics.contact_points(q)
+    assert point[[0, 2]] == pytest.approx(q[:2] - 0.2 * direction, abs=1e-9)
+
+
+def test_a_box_that_is_not_seen_from_the_side_is_refused(tmp_path: Path) -> None:
+    """The sides of a box lie in the x-z plane: the y axis of its frame has to be that of the world."""
+    file = tmp_path / "discs.urdf"
+    text = DISCS.read_text(encoding="utf-8")
+    lying = (
+        "<link name='lying'/><joint name='lying' type='fixed'><parent link='second'/><child link='lying'/>"
+        "<origin xyz='0 0 0' rpy='1.5708 0 0'/></joint></robot>"
+    )
+    file.write_text(text.replace("</robot>", lying), encoding="utf-8")
+    robot = load_robot(file)
+    q = ca.SX.sym("q", robot.model.nq)
+    with pytest.raises(RobotError, match="contact 'hand': the y axis of frame 'lying' points along"):
+        contact_of(robot, q, CircleOnBox("first", 0.2, "lying", (0.5, 0.3)), name="hand", friction=0.5)
+
+
 def frame_motion(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray, step: float) -> pin.SE3:
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, pin.integrate(robot.model, q, step * v))
@@ -107,19 +163,18 @@ def test_the_tangential_velocity_is_that_of_the_material_point(name: str) -> Non
     function, step = expressions(robot, geometry), 1e-6
     for q, v in states(robot):
         here = frame_motion(robot, geometry.frame, q, v, 0.0)
-        if isinstance(geometry, CircleOnCircle):
-            bodies = [(geometry.frame, geometry.radius), (geometry.other_frame, -geometry.other_radius)]
-            apart = here.translation - frame_motion(robot, geometry.other_frame, q, v, 0.0).translation
-            normal = apart * [1, 0, 1] / np.linalg.norm(apart[[0, 2]])
+        if isinstance(geometry, TwoBodies):
+            other = frame_motion(robot, geometry.other_frame, q, v, 0.0)
+            gap, normal = closest(geometry, here.translation, other.translation, other.rotation)
             tangent = np.array([normal[2], 0, -normal[0]])
+            bodies = [(geometry.frame, geometry.radius), (geometry.other_frame, geometry.radius + gap)]
         else:
             bodies = [(geometry.frame, geometry.radius)]
             tangent = np.asarray(geometry.path.tangent(here.translation))
             normal = np.array([-tangent[2], 0, tangent[0]])
         velocities = []
-        for frame, radius in bodies:
-            placement = frame_motion(robot, frame, q, v, 0.0)
-            fixed = placement.actInv(placement.translation - radius * normal)
+        for frame, reach in bodies:
+            fixed = frame_motion(robot, frame, q, v, 0.0).actInv(here.translation - reach * normal)
             ends = [frame_motion(robot, frame, q, v, h).act(fixed) for h in (-step, step)]
             velocities.append(tangent @ (ends[1] - ends[0]) / (2 * step))
         tangential = np.asarray(function(q, v)[3].full()).ravel() @ v

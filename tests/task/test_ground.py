@@ -10,7 +10,16 @@ import pytest
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.scene import surface_of
-from fesd_robot.task import CircleCircleContact, CircleContact, HeightMap, Plane, PointContact, Steps, load_task
+from fesd_robot.task import (
+    CircleBoxContact,
+    CircleCircleContact,
+    CircleContact,
+    HeightMap,
+    Plane,
+    PointContact,
+    Steps,
+    load_task,
+)
 from fesd_robot.task.ground import Shape
 
 from .conftest import BASE
@@ -36,6 +45,7 @@ contacts:
   hand: {frame: body, surface: end}
   wheel: {type: circle, frame: leg, radius: 0.05, friction: 0}
   bump: {type: circle_circle, frame: body, radius: 0.1, other_frame: foot, other_radius: 0.02}
+  push: {type: circle_box, frame: foot, radius: 0.02, other_frame: body, other_size: [0.2, 0.1]}
 """
 
 
@@ -53,7 +63,7 @@ def test_every_shape_is_read(write: Write) -> None:
     assert [(step.x, step.height) for step in ground.steps] == [(1, 0.2), (1.5, -0.4)]
     assert (ground.height, ground.smoothing, ground.friction, ground.walls["end"].side) == (0.1, 0.2, 0.8, "left")
     kinds = [type(contact) for contact in task.contacts.values()]
-    assert kinds == [PointContact, PointContact, CircleContact, CircleCircleContact]
+    assert kinds == [PointContact, PointContact, CircleContact, CircleCircleContact, CircleBoxContact]
     assert type(task).model_validate(task.model_dump(mode="json")) == task
     task = load_task(write(task_with("ground: {type: height_map, file: hills.csv}\n")))
     assert isinstance(task.ground, HeightMap)
@@ -136,6 +146,7 @@ STEP = "{type: steps, steps: [{x: 0.0, height: 0.3}]}"
 MANY = f"{{type: steps, steps: [{', '.join(f'{{x: {k}, height: {k % 2}}}' for k in range(601))}]}}"
 WALLS = "{walls: {end: {x: 0.2, side: left}}}"
 PAIR = "{type: circle_circle, frame: body, radius: 0.4, other_frame: foot, other_radius: 0.2}"
+BOX = "{type: circle_box, frame: foot, radius: 0.2, other_frame: body, other_size: [0.4, 0.8]}"
 
 # (ground, contact, height of the body, text of map.csv, line, key, fragments)
 ROBOT_MISTAKES: list[tuple[str, str, float, str | None, int, str, list[str]]] = [
@@ -157,6 +168,11 @@ ROBOT_MISTAKES: list[tuple[str, str, float, str | None, int, str, list[str]]] = 
         ["'foot' 0.2 m beyond the wall 'end'", "left side"],
     ),
     ("{}", PAIR, 0.7, None, 8, "initial.configuration", ["circles of contact 'foot' overlapping by 0.1 m"]),
+    ("{}", BOX, 0.7, None, 8, "initial.configuration", ["circle and the box of contact 'foot' overlapping by 0.1 m"]),
+    ("{}", BOX.replace("body", "toe"), 1, None, 5, "contacts.foot.other_frame", ["found 'toe', expected a frame"]),
+    ("{}", BOX.replace("body", "foot"), 1, None, 5, "contacts.foot.other_frame", ["found 'foot' twice"]),
+    ("{}", BOX.replace("0.8", "0"), 1, None, 5, "contacts.foot.other_size", ["[0.4, 0]", "two lengths"]),
+    ("{}", BOX.replace(", 0.8", ""), 1, None, 5, "contacts.foot.other_size", ["[0.4]", "two lengths"]),
 ]  # fmt: skip
 
 
