@@ -76,9 +76,9 @@ def _places(task: Task, robot: Robot, name: str, contact: BodyContact) -> dict[s
         shapes = [one for one in robot.collision_shapes if one.body == contact.body]
         if not shapes:
             known = sorted({one.body for one in robot.collision_shapes})
+            with_shapes = f"one of {', '.join(known)}, or " if known else ""
             raise RobotError(
-                f"found body '{contact.body}' without collision shapes, expected one of {', '.join(known) or 'none'}, "
-                "or 'frame' with 'offset'"
+                f"found body '{contact.body}' without collision shapes, expected {with_shapes}'frame' with 'offset'"
             )
         outlines = touching_outlines(shapes, _pose(task, robot, contact.body), _towards(task, contact.surface))
     except RobotError as error:
