@@ -57,6 +57,7 @@ class Neighbourhood:
         deadline: Deadline,
         stop: Stop | None,
         progress: Callable[[NlpReport], None] | None = None,
+        few_evaluations: bool = False,
     ) -> Neighbourhood:
         """Return the neighbourhood of a motion.
 
@@ -66,11 +67,18 @@ class Neighbourhood:
             deadline: of all NLPs.
             stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
             progress: called after every NLP of the solver.
+            few_evaluations: whether the functions of its NLPs are not worth compiling.
         """
         roomy, start, own = with_room(transcription, w, branch)
         polisher = BranchTranscription(roomy)
         solver = BranchSolver(
-            roomy.problem, polisher, options, deadline.remaining, few_evaluations=False, stop=stop, progress=progress
+            roomy.problem,
+            polisher,
+            options,
+            deadline.remaining,
+            few_evaluations=few_evaluations,
+            stop=stop,
+            progress=progress,
         )
         return cls(polisher, BranchPoint(start, own), solver, transcription.elements, options, stop)
 

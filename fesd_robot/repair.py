@@ -101,8 +101,18 @@ def repaired(
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends it.
     """
-    share = deadline.share(SHARE_OF_TIME)
-    around = Neighbourhood.of(transcription, start.w, start.branch, options, share, stop, progress=progress)
+    if deadline.left <= 0:
+        return None
+    around = Neighbourhood.of(
+        transcription,
+        start.w,
+        start.branch,
+        options,
+        deadline.share(SHARE_OF_TIME),
+        stop,
+        progress=progress,
+        few_evaluations=True,  # elements in parts make large functions: compiling them takes minutes
+    )
     end = exact_end(around)
     return around.without_room(end, earlier, deadline, progress) if end else None
 
