@@ -136,6 +136,9 @@ _NOTES = {
         "an impact does not end", "contacts go on approaching under their impulses", _POSTURE
     ),
     Note.MANY_EVENTS: _Words("contacts open and close too often", "the replay has stopped looking", _POSTURE),
+    Note.MANY_STEPS: _Words(
+        "rigid bodies have no motion that goes on", "forces grow beyond any bound in the replay", _POSTURE
+    ),
     Note.FAILED: _Words("the motion cannot be integrated", "its states or forces are no numbers", _SOLVED),
 }
 

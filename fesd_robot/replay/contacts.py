@@ -35,6 +35,7 @@ class Note(str, Enum):
     NO_MODE = "no mode is admissible"
     UNFINISHED_IMPACT = "an impact does not end"
     MANY_EVENTS = "too many events"
+    MANY_STEPS = "steps become too short"
     FAILED = "the motion cannot be integrated"
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -26,6 +26,10 @@ LONGEST_STEP = 0.025
 
 MOST_EVENTS = 50
 """Events of one replay after which it no longer looks for more."""
+
+MOST_STEPS = 2000
+"""Steps of one replay after which it ends: an interval takes 5 to 100, and thousands where rigid bodies have no motion
+that goes on (Painleve)."""
 
 _BEYOND_GAP, _BEYOND_SLIP, _BEYOND_MARGIN = 1e-11, 1e-9, 2.0 * ADMISSIBLE
 """How far below zero a gap, m, a velocity along the slip, m/s, and the margin of the forces are at their events."""
@@ -119,6 +123,7 @@ class _Segments:
     base: np.ndarray
     control: np.ndarray
     law: ContactLaw
+    steps: Iterator[int] = field(default_factory=lambda: iter(range(MOST_STEPS)))
 
     @property
     def forces(self) -> int:
@@ -144,6 +149,9 @@ class _Segments:
         watched = self._watched(contacts)
         before = watched(y)
         while stepper.status == "running":
+            if next(self.steps, None) is None:
+                self.law.notes.add(Note.MANY_STEPS)
+                return end, np.full_like(y, np.nan), None
             stepper.step()
             after = watched(stepper.y)
             crossing = (before >= 0) & (after < 0)

@@ -149,6 +149,13 @@ def test_the_cap_on_events_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     assert Note.MANY_EVENTS in result.notes
 
 
+def test_steps_that_become_too_short_end_a_replay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where steps run out the state is NaN, with a note, so that nothing passes by it, and nothing takes minutes."""
+    monkeypatch.setattr(integrator, "MOST_STEPS", 5)
+    result = replay_motion(point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 3.0)
+    assert np.isnan(result.velocity).all() and Note.MANY_STEPS in result.notes
+
+
 def test_a_state_that_is_no_number_is_reported() -> None:
     """The replay of a state that is not finite is NaN, with a note, so that nothing passes by it."""
     result = replay_motion(point(0.4), np.array([0.0, np.nan]), np.zeros(2), np.zeros(2), 0.1)
