@@ -71,6 +71,12 @@ FREE = (0.0, float("inf"))
 """Slips as far as it likes."""
 
 CLAIMS: dict[str, Claim] = {
+    "arm_push": Claim(
+        {
+            "tip": ContactClaim((2, 2), slides=(0.0, 0.05)),
+            **{name: ContactClaim(slides=(0.19, 0.21)) for name in ("floor_1", "floor_2")},
+        }
+    ),
     "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
     "biped_walk": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.5, highest=0.025)}),
     "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),

@@ -37,6 +37,7 @@ class Varied:
 
 
 VARIED = {
+    "arm_push": Varied("box_x"),
     "biped_step": Varied("root_x"),
     "block_push": Varied("root_x", efforts=("robot.actuators.push.upper",)),
     "cart_pole_friction": Varied("pole"),
