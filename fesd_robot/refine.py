@@ -138,7 +138,8 @@ def _to_accuracy(
             following = continued(solved, finer)
             failures += following is None and not finer.repair
             repairs += finer.repair
-            if following and repairs < MOST_REPAIRS and _cost(following) > (1 + COST_LOSS) * _cost(solved):
+            costly = following is not None and _cost(following) > (1 + COST_LOSS) * _cost(solved)
+            if costly and not finer.repair and repairs < MOST_REPAIRS:
                 other, repairs = continued(solved, finer._replace(repair=True)), repairs + 1
                 following = min((one for one in (following, other) if one), key=_cost)
             if following is not None or failures >= MOST_FAILURES:
