@@ -184,18 +184,17 @@ class _Homotopy:
     def _search(self, sigmas: Sigmas) -> Sigmas | None:
         """Follow the loose homotopy to where it is polished; return its last sigmas, None if it failed before.
 
-        An NLP that is lost is left out: the step from the one before is halved. If one ends with a negative cost, its
-        relaxation is exploited: the blocks' costs for that stand in its place from there on, and it is solved again.
+        An NLP that is lost is left out: the step from the one before is halved. If the first ends with a negative cost,
+        its relaxation is exploited, and the blocks' costs for that stand in its place from there on.
         """
-        reached, step, lost, exploited = None, 1.0, 0, False
+        reached, step, lost = None, 1.0, 0
         result = self._nlp_at(sigmas, loose=True)
+        if result and not result.status.ended_early and self._reports[-1].residuals.objective < 0:
+            other = _where_exploited(self._problem, self._nlp, self._options)
+            if other:
+                self._nlp = other
+                result = self._nlp_at(sigmas, loose=True)
         while True:
-            if result and not (result.status.ended_early or exploited) and self._reports[-1].residuals.objective < 0:
-                exploited = True
-                other = _where_exploited(self._problem, self._nlp, self._options)
-                if other:
-                    self._nlp = other
-                    result = self._nlp_at(sigmas, loose=True)
             if result is None or result.status.ended_early:
                 return None
             if reached and self._is_lost(result) and step > SHORTEST_STEP and lost < MOST_LOST:
