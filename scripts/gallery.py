@@ -52,6 +52,12 @@ LONG_SECONDS = 30.0
 """Seconds above which a task is marked as long."""
 
 SIZE, SHOT_SCALE = (320, 200), 3
+MOST_SHOTS = 6
+"""Times a picture is taken until the scene is in it; on a busy machine the browser may be too early."""
+
+DARK = 128
+"""Brightness, of 255, below which the last row of a picture is no ground."""
+
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
            "position missed by", "velocity missed by", "flights", "longest slide", "does what it says",
            "replay differs by", "refined to", "cost", "complementarity", "stationarity", "status")  # fmt: skip
@@ -268,12 +274,22 @@ def draw(entry: Entry) -> None:
             width, height = (SHOT_SCALE * pixels for pixels in SIZE)
             where = f"{bare.as_uri()}#t={telling_time(plan):.6f}"
             options = [f"--user-data-dir={folder}/profile", f"--window-size={width},{height}", f"--screenshot={shot}"]
-            subprocess.run([browser, *BROWSER, *options, where], capture_output=True, check=True, timeout=120)
+            for _ in range(MOST_SHOTS):
+                subprocess.run([browser, *BROWSER, *options, where], capture_output=True, check=True, timeout=120)
+                if not is_empty(shot):
+                    break
         with Image.open(shot) as image:
             small = image.convert("RGB")
             small.thumbnail(SIZE, Image.Resampling.LANCZOS)
         PICTURES.mkdir(parents=True, exist_ok=True)
         small.save(PICTURES / f"{entry.name}.png", optimize=True)
+
+
+def is_empty(shot: Path) -> bool:
+    """Return whether a picture was taken before the scene was there: below, the viewer is dark without it."""
+    with Image.open(shot) as image:
+        rows = np.asarray(image.convert("L"))
+    return bool(rows[-1].mean() < DARK)
 
 
 def parse(names: Sequence[str], words: Sequence[str] | None = None) -> argparse.Namespace:
