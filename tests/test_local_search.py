@@ -64,9 +64,12 @@ def test_search_can_be_left_out(searched: Plan) -> None:
 
 
 def test_a_time_limit_leaves_time_for_the_rest() -> None:
-    """When the search has to stop early, its motion so far is refined and audited all the same."""
+    """When the search has to stop early, its motion so far is refined and audited all the same. It may take half of the
+    time, and what the trial takes that is under way, which is more on a busy machine."""
     limited = plan(load_task(TASK, [*SHORT_JUMP, "solver.time_limit=60", "solver.retries=0"]))
     assert limited.status.solved and limited.statistics.search is not None
-    assert limited.statistics.search.seconds <= 30
+    assert limited.statistics.search.seconds < 60
+    refinement = limited.statistics.refinement
+    assert refinement is not None and refinement.largest_local_error <= 1e-7
     short = Deadline(10.0).share(0.5)
     assert 4.9 < short.left <= 5.0 and Deadline().share(0.5).remaining() is None

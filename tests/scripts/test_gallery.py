@@ -156,4 +156,4 @@ def test_what_is_not_a_task_is_refused(gallery: ModuleType, capsys: pytest.Captu
     """An unknown name ends with the names there are."""
     with pytest.raises(SystemExit):
         gallery.parse(TASKS, ["hopper_no_jump"])
-    assert "found 'hopper_no_jump', expected one of biped_step" in capsys.readouterr().err
+    assert "found 'hopper_no_jump', expected one of arm_push" in capsys.readouterr().err
