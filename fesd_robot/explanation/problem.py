@@ -24,7 +24,7 @@ from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.task import GROUND, CircleBoxContact, CircleCircleContact, CircleContact, Contact, Goal
+from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, TwoBodyContact
 from fesd_robot.task import Robot as RobotSection
 from fesd_robot.task.contacts import SingleContact
 from fesd_robot.task.words import along_axes, enumerated, listed
@@ -221,13 +221,13 @@ def _slipping(contact: Contact) -> str:
 
 def _touching(contact: SingleContact) -> tuple[str, str]:
     """Return what touches, and what a gap is counted from."""
-    if isinstance(contact, CircleCircleContact):
-        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}' against that of "
-        return f"{what}{contact.other_radius:g} m about frame '{contact.other_frame}'", "apart"
-    if isinstance(contact, CircleBoxContact):
-        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}' against the box of "
-        length, height = contact.other_size
-        return f"{what}{length:g} m x {height:g} m about frame '{contact.other_frame}'", "apart"
+    if isinstance(contact, TwoBodyContact):
+        if isinstance(contact, CircleBoxContact):
+            other = f"the box of {contact.other_size[0]:g} m x {contact.other_size[1]:g} m"
+        else:
+            other = f"that of {contact.other_radius:g} m"
+        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}'"
+        return f"{what} against {other} about frame '{contact.other_frame}'", "apart"
     place = f"frame '{contact.frame}'"
     if any(contact.offset):
         place = f"the point {along_axes(contact.offset)} m of {place}"

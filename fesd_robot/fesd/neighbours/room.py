@@ -63,12 +63,14 @@ def without_room(
 def with_counts(transcription: Transcription, counts: Sequence[int]) -> Transcription:
     """Return the transcription with given numbers of elements in its intervals, any of which may fill its interval.
 
-    A branch NLP makes elements of one mode equally long anyway, so that step equilibration has no weight.
+    A branch NLP makes elements of one mode equally long anyway, so that step equilibration has no weight. Added
+    rows are held in all elements of their intervals.
     """
     options = replace(
         transcription.options, elements=tuple(counts), step_freedom=max(counts) - 1.0, equilibration_weight=0.0
     )
-    return replace(transcription, options=options)
+    added = transcription.added.in_intervals(transcription.elements, counts)
+    return replace(transcription, options=options, added=added)
 
 
 def _with_elements(
@@ -89,7 +91,6 @@ def _with_elements(
         for run, (_, parts) in zip(runs, groupby(modes), strict=True):
             elements += in_equal_parts(run, len(list(parts)), tableau)
     changed = with_counts(transcription, counts)
-    changed = replace(changed, added=transcription.added.in_intervals(transcription.elements, counts))
     return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -67,7 +67,7 @@ def violated_between_stages(
     of_states, of_stages = lagrange(tableau.nodes, fractions), lagrange(tableau.c, fractions)
     n_x = ocp.system.state.numel()
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
-    gaps = set(_gap_conditions(conditions))
+    gaps = {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
     elements = transcription.unpack(w)
     paths = [
         _Path(transcription, i)
@@ -76,13 +76,12 @@ def violated_between_stages(
     ]
     whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
     found: list[Found] = list(_ends_of_contact(conditions, elements, branch, whole, n_x))
-    found += _gaps(transcription, conditions, elements, branch, whole)
+    found += _gaps(transcription, gaps, elements, branch, whole)
     for e in whole:
         x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
         z = of_stages @ elements[e].z[: tableau.stages]
         for i, (lower, upper) in enumerate(zip(ocp.state_lower, ocp.state_upper, strict=True)):
-            if i not in gaps:
-                found += _violated((e, i), x[1:, i], (lower, upper))
+            found += _violated((e, i), x[1:, i], (-np.inf if i in gaps else lower, upper))
         for i in multipliers:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf))
         for path in paths:
@@ -153,21 +152,17 @@ class _Path:
         return max(self._held[e], room) + (AGAIN_STRICTER if self._held[e] > 0 else STRICTER) * worst
 
 
-def _gap_conditions(conditions: ElementConditions) -> dict[int, int]:
-    """Return state -> number of the condition that holds it at zero."""
-    return {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
-
-
 def _gaps(
     transcription: Transcription,
-    conditions: ElementConditions,
+    gaps: Mapping[int, int],
     elements: Sequence[Element],
     branch: Branch,
     whole: Sequence[int],
 ) -> Iterator[Found]:
-    """Yield by how much gaps are negative, and their bound: a little below zero, a little above it within a flight.
+    """Yield by how much gaps pass their lower limits, and their bound: a little below, within a flight a little above.
 
     Args:
+        gaps: state -> number of the condition that holds it at zero.
         whole: numbers of the elements with a length.
     """
     tableau = transcription.options.tableau
@@ -175,11 +170,13 @@ def _gaps(
     for n, e in enumerate(whole):
         x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
         around = whole[max(n - 1, 0) : n + 2]
-        for state, at in _gap_conditions(conditions).items():
+        for state, at in gaps.items():
+            lower = float(transcription.ocp.state_lower[state])
             in_flight = all(branch.factors[one][at] is ActiveFactor.H for one in around)
-            excess = float(-x[1:, state].min()) - (0.0 if in_flight else PENETRATION)
+            excess = lower - float(x[1:, state].min()) - (0.0 if in_flight else PENETRATION)
             if excess > VIOLATION:
-                yield excess, BoundBetween(e, state, -1, CLEARANCE if in_flight else -PENETRATION, of_mode=in_flight)
+                limit = lower + (CLEARANCE if in_flight else -PENETRATION)
+                yield excess, BoundBetween(e, state, -1, limit, of_mode=in_flight)
 
 
 def _ends_of_contact(
