@@ -13,6 +13,7 @@ from fesd_robot.fesd.neighbours import Move, Surroundings, moves
 from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, NlpReport, PolishingReport
 from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.plans.plan import LocalSearch
+from fesd_robot.repair import exact_end
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
@@ -48,12 +49,15 @@ def searched(
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
     processes: int = 1,
+    *,
+    detours: bool = True,
 ) -> Iterator[SolvedMotion]:
     """Yield a motion none of whose neighbours is found to be cheaper, then ever earlier ones on the way to it.
 
-    First elements may have any length in their intervals. Then neighbours (`fesd.neighbours.moves`) are tried one after
-    the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower cost, the
-    branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the search
+    First elements may have any length in their intervals; where the motion has no exact one on its branch then, one is
+    looked for on the branches near by (`repair.exact_end`). Then neighbours (`fesd.neighbours.moves`) are tried one
+    after the other: a branch NLP of a few iterations in a window around the move, and if that ends with a lower cost,
+    the branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the search
     goes on from there with the same kind of move; a move that failed is tried again only if something has changed in
     its window. Where no neighbour is cheaper, the search goes on from the cheapest of them, one after the other, until
     one of these detours ends below the motion that it left.
@@ -65,11 +69,13 @@ def searched(
         progress: called after every branch NLP of a motion that is yielded; trials are too many.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
         processes: how many try neighbours at once; the result does not depend on it.
+        detours: whether the search goes on where no quick trial of a neighbour is cheaper; a motion that was searched
+            from before, on another grid, gains little by that.
     """
     if not solved.solution.exact:
         yield solved
         return
-    yield from _Search(solved, options, deadline, progress, stop, processes).run()
+    yield from _Search(solved, options, deadline, progress, stop, processes, detours).run()
 
 
 class _Untried(NamedTuple):
@@ -113,8 +119,9 @@ class _Search:
         progress: Callable[[NlpReport], None] | None,
         stop: Stop | None,
         processes: int,
+        detours: bool,
     ) -> None:
-        self._begin = time.perf_counter()
+        self._begin, self._detours = time.perf_counter(), detours
         self._solved, self._deadline, self._progress = solved, deadline, progress
         self._around = Neighbourhood.of(
             solved.transcription, solved.solution.w, solved.branch, options, deadline.share(SHARE_OF_TIME), stop
@@ -147,10 +154,11 @@ class _Search:
         yield replace(self._solved, search=self._summary([]))
 
     def _trail(self) -> list[PolishingReport]:
-        """Return the motions that were accepted one after the other; none if not even the first is found again."""
-        first = self._around.filled(self._solver.exact(self._around.start, updates=FIRST_UPDATES))
-        trail = [first, *self._descent(first, len(TRIALS))] if first else []
-        while trail and (further := self._detour(trail[-1])):
+        """Return the motions that were accepted one after the other; none if none is found near the first with room."""
+        found = self._solver.exact(self._around.start, updates=FIRST_UPDATES) or exact_end(self._around)
+        first = self._around.filled(found)
+        trail = [first, *self._descent(first, len(TRIALS) if self._detours else 1)] if first else []
+        while trail and self._detours and (further := self._detour(trail[-1])):
             trail += further
             trail += self._descent(trail[-1], len(TRIALS))
         return trail
@@ -182,7 +190,7 @@ class _Search:
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
             if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
-            start, moves = self._around.filled(self._solver.exact_after(trial)), len(self._moves)
+            start, moves = self._around.exact_after(trial), len(self._moves)
             if start is None:
                 continue
             self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
@@ -218,7 +226,7 @@ class _Search:
             if found and found.residuals.constraint_violation <= trial.violation:
                 if not found.residuals.objective < below:
                     self._rejected.append((move, found))
-                elif (end := self._around.filled(self._solver.exact_after(found))) and end.residuals.objective < below:
+                elif (end := self._around.exact_after(found)) and end.residuals.objective < below:
                     return move, end
             if self._solver.ended_early:
                 break

@@ -95,6 +95,20 @@ class Neighbourhood:
             end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, end.branch)))
         return end
 
+    def exact_after(self, trial: PolishingReport) -> PolishingReport | None:
+        """Return the exact motion on the branch of a trial's end, with all elements in use; None if none is nearby.
+
+        Elements that have shrunk to nothing leave multipliers undetermined, and IPOPT without an end although its point
+        does not change any more: then they are put to use before, not after.
+
+        Args:
+            trial: its end.
+        """
+        end = self.solver.exact_after(BranchPoint(trial.w, trial.branch))
+        if end is None and any(trial.branch.without_length):
+            end = self.solver.exact_after(BranchPoint(*filled(self.transcription, trial.w, trial.branch)))
+        return self.filled(end)
+
     def without_room(
         self,
         end: PolishingReport,

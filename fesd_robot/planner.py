@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 from fesd_robot.adapters import (
@@ -30,15 +29,19 @@ from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
-from fesd_robot.strategies.fallbacks import FALLBACKS, SOFT_GOAL, Overrides, promises_goal, with_overrides
+from fesd_robot.strategies.fallbacks import (
+    FALLBACKS,
+    SOFT_GOAL,
+    Overrides,
+    promises_goal,
+    time_left,
+    with_overrides,
+)
 from fesd_robot.strategies.multistart import attempt_seeds
 from fesd_robot.strategies.processes import processes_of
 from fesd_robot.strategies.stations import Station
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
-
-LEAST_SECONDS = 1e-3
-"""Time limit of an attempt for which no time is left; it ends at once."""
 
 
 def plan(
@@ -54,7 +57,7 @@ def plan(
 
     Args:
         task: from `load_task`; `task.solver.starts` is the number of initial guesses, each solved in a process of its
-            own if there are several, and `task.solver.retries` the number of fallback settings
+            own as far as cores are free, and `task.solver.retries` the number of fallback settings
             (`strategies.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
@@ -73,19 +76,30 @@ def plan(
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    deadline = Deadline(task.solver.time_limit)
-    attempts = attempt_seeds(task, attempt, stop, started)
+    deadline, reached = Deadline(task.solver.time_limit), station or _unseen
+
+    def attempted(one: Task) -> Plan:
+        return attempt(one, promised=not task.goal.soft, progress=progress, stop=stop, station=station)
+
+    attempts = attempt_seeds(
+        task,
+        attempted,
+        attempt,
+        deadline=deadline,
+        stop=stop,
+        started=started,
+        waiting=lambda: reached(Station.WAITING),
+    )
     for overrides in _further_settings(task, attempts, stop):
         if attempts and retrying:
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
-        changed = with_overrides(task, {**overrides, **_time_left(deadline)})
-        result = attempt(changed, promised=not task.goal.soft, progress=progress, stop=stop, station=station)
-        attempts.append(AttemptedPlan(overrides, result, deadline.spent - begin))
+        changed = with_overrides(task, {**overrides, **time_left(deadline)})
+        attempts.append(AttemptedPlan(overrides, attempted(changed), deadline.spent - begin))
         if attempts[-1].final or stop_requested(stop):
             break
     best = best_plan(attempts)
-    if best.status.solved or attempts[-1].final or stop_requested(stop) or not task.solver.retries:
+    if any(one.final for one in attempts) or stop_requested(stop) or not task.solver.retries:
         return best
     return _with_what_helps(best, task, deadline, progress, stop, retrying, station)
 
@@ -119,7 +133,7 @@ def attempt(
 
     reached(Station.SEARCHING)
     options, polisher = homotopy_options(task), BranchTranscription(transcription)
-    found = known_start(motion, transcription, options, deadline, report, stop)
+    found = known = known_start(motion, transcription, options, deadline, report, stop)
     if found is None:
         repair = Repair(transcription, options, deadline, report, stop)
         solution = solve(problem, options, polisher=polisher, progress=report, stop=stop, otherwise=repair)
@@ -130,7 +144,8 @@ def attempt(
     solved = SolvedMotion.of(motion, polisher, solution)
     if task.solver.local_search:
         reached(Station.IMPROVING)
-        searches = searched(solved, options, deadline, report, stop, processes_of(task))
+        processes = processes_of(task)
+        searches = searched(solved, options, deadline, report, stop, processes, detours=known is None)
     else:
         searches = iter([solved])
     for candidate in searches:  # the cheaper ones first; the first that is true is taken
@@ -174,7 +189,7 @@ def attempt(
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:
     """Return the settings to use after the attempts from several seeds: the task's own if there are none of these."""
     own: list[Overrides] = [] if attempts else [{}]
-    if any(attempt.solved for attempt in attempts) or (attempts and stop_requested(stop)):
+    if any(attempt.final for attempt in attempts) or (attempts and stop_requested(stop)):
         return own
     fallbacks = [fallback(task) for fallback in FALLBACKS[: task.solver.retries]]
     return own + fallbacks + ([SOFT_GOAL] if fallbacks and promises_goal(task) else [])
@@ -194,7 +209,7 @@ def _with_what_helps(
     for changes, changed in suggestions(task):
         if retrying:
             retrying(changes, last)
-        settings: Overrides = {"solver.local_search": False, **_time_left(deadline)}
+        settings: Overrides = {"solver.local_search": False, **time_left(deadline)}
         last = attempt(with_overrides(changed, settings), progress=progress, stop=stop, station=station)
         tried = AttemptedPlan(changes, last, 0.0)
         if tried.solved:
@@ -207,8 +222,3 @@ def _with_what_helps(
 
 def _unseen(station: Station) -> None:
     """Take note of nothing."""
-
-
-def _time_left(deadline: Deadline) -> Overrides:
-    """Return the time limit of an attempt that begins now; no override if the task has none."""
-    return {} if math.isinf(deadline.left) else {"solver.time_limit": max(deadline.left, LEAST_SECONDS)}

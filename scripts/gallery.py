@@ -133,8 +133,7 @@ def row(entry: Entry) -> list[str]:
         return [*start, *[""] * (len(COLUMNS) - 3), "not planned"]
     status, effort, attempts = plan.status, plan.statistics, plan.statistics.attempts
     seconds = seconds_of(plan)
-    kept = next((number for number, one in enumerate(attempts, 1) if one is effort.kept_attempt), 1)
-    many = f" with attempt {kept}" if len(attempts) > 1 else ""
+    many = f" with settings {effort.settings_tried}" if effort.settings_tried > 1 else ""
     kind = status.stationarity + {"certified": ", B", "refuted": ", not B"}.get(status.b_stationary, "")
     numbers = [len(plan.trajectory.velocity), len(plan.contacts), effort.variables, effort.pairs]
     return [

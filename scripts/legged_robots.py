@@ -79,7 +79,7 @@ HEADER = (
     "robot",
     "mass [kg]",
     "solved",
-    "attempts",
+    "settings tried",
     "flights",
     "slides [m]",
     "iterations",
@@ -137,7 +137,7 @@ def jumped(name: str, limit: float, overrides: list[str], keep: Path | None) -> 
     return [
         name,
         "yes" if result.status.solved else "no",
-        str(len(statistics.attempts)),
+        str(statistics.settings_tried),
         str(sum(len(contact.flights) for contact in contacts)),
         f"{max((flight.length for contact in contacts for flight in contact.flights), default=0.0):.3g}",
         str(sum(one.iterations for one in statistics.attempts)),

@@ -85,7 +85,7 @@ def planned(variation: Variation, overrides: list[str], made: str) -> Row:
         seed=variation.seed,
         variation=variation.what,
         solved=result.status.solved,
-        attempts=len(attempts),
+        attempts=result.statistics.settings_tried,
         flights=sum(len(contact.flights) for contact in contacts),
         slides=sum(contact.slide_distance for contact in contacts),
         iterations=sum(one.iterations for one in attempts),

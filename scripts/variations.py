@@ -37,7 +37,6 @@ class Varied:
 
 
 VARIED = {
-    "arm_push": Varied("box_x"),
     "biped_step": Varied("root_x"),
     "block_push": Varied("root_x", efforts=("robot.actuators.push.upper",)),
     "cart_pole_friction": Varied("pole"),
@@ -56,8 +55,11 @@ VARIED = {
     "pusher_slider": Varied("slider_x"),
     "solo12_jump": Varied("root_x"),
     "wheel_hills": Varied(None),
+    "arm_push": Varied("box_x", count=FEW),
+    "biped_walk": Varied(None, count=FEW),
+    "solo12_bound": Varied(None, count=FEW),
 }
-"""Name of a task -> what is varied in it."""
+"""Name of a task -> what is varied in it; new ones at the end, for their numbers seed the draws."""
 
 KINDS = ("weight", "ground", "goal", "duration", "grid", "limits", "robot", "guess")
 """In the order in which the variations of a task take them."""
@@ -105,6 +107,7 @@ def variations() -> list[Variation]:
         task = load_task(ROOT / "tasks" / f"{name}.yaml")
         impossible = {"robot"} if ":" in task.robot.model else set()
         impossible |= set() if varied.coordinate else {"goal"}
+        impossible |= set() if _weighed(task) else {"weight"}
         kinds = [kind for kind in KINDS if kind not in impossible]
         for seed in range(varied.count):
             draw = np.random.default_rng([number, seed])
@@ -116,8 +119,7 @@ def variations() -> list[Variation]:
 def _variation(name: str, seed: int, task: Task, varied: Varied, kind: str, draw: np.random.Generator) -> Variation:
     """Return one variation of a kind."""
     if kind == "weight":
-        terms = [term for term in ("configuration", "velocity", "control") if getattr(task.costs, term)]
-        term, factor = str(draw.choice(terms)), round(float(10 ** draw.uniform(-1, 1)), 3)
+        term, factor = str(draw.choice(_weighed(task))), round(float(10 ** draw.uniform(-1, 1)), 3)
         weights = getattr(task.costs, term)
         keys = tuple(f"costs.{term}.{key}={factor * weight:.6g}" for key, weight in weights.items())
         return Variation(name, seed, f"weights of {term} x {factor:g}", keys)
@@ -143,6 +145,11 @@ def _variation(name: str, seed: int, task: Task, varied: Varied, kind: str, draw
         return Variation(name, seed, f"duration {duration:g} s", _other_grid(task, duration, intervals))
     intervals = round(intervals * float(draw.choice([draw.uniform(0.6, 0.9), draw.uniform(1.1, 1.6)])))
     return Variation(name, seed, f"{intervals} intervals", _other_grid(task, duration, intervals))
+
+
+def _weighed(task: Task) -> list[str]:
+    """Return the terms of the cost that have weights by name."""
+    return [term for term in ("configuration", "velocity", "control") if getattr(task.costs, term)]
 
 
 def _other_grid(task: Task, duration: float, intervals: int) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from fesd_robot import local_search
+from fesd_robot.mpcc import BranchPoint, BranchSolver, PolishingReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.strategies.deadline import Deadline
@@ -53,6 +54,21 @@ def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.Mo
     assert costs[1] == sorted(costs[1], reverse=True)
     assert costs[0][: len(costs[1])] == costs[1] and costs[0][-1] == min(costs[0])
     assert ours.trials >= theirs.trials
+
+
+def test_a_motion_that_is_lost_with_room_is_searched_from_one_nearby(
+    searched: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the first branch NLP with room fails, a motion near by is found, searched from, and as cheap and true."""
+    exact = BranchSolver.exact
+
+    def fails_at_first(self: BranchSolver, start: BranchPoint, **limits: int) -> PolishingReport | None:
+        return None if limits.get("updates") == local_search.FIRST_UPDATES else exact(self, start, **limits)
+
+    monkeypatch.setattr(BranchSolver, "exact", fails_at_first)
+    result = plan(load_task(TASK, list(SHORT_JUMP)))
+    assert result.status.solved and result.statistics.search is not None and result.statistics.search.trials > 0
+    assert result.statistics.objective <= 1.02 * searched.statistics.objective
 
 
 def test_search_can_be_left_out(searched: Plan) -> None:

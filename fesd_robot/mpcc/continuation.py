@@ -27,10 +27,10 @@ FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
 """IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
 
-PROMISING_ITERATIONS = 60
+PROMISING_ITERATIONS = 120
 """IPOPT iterations of an exact solution after a trial before its branch is updated."""
 
-PROMISING_UPDATES = 2
+PROMISING_UPDATES = 1
 """How often that happens."""
 
 PROMISING_START = starting_at(1e-4, 1e-5)
@@ -139,19 +139,20 @@ class BranchSolver:
             end = end or self._solve(start, starting, iterations, updates)
         return end
 
-    def exact_after(self, trial: PolishingReport) -> PolishingReport | None:
+    def exact_after(self, promising: BranchPoint) -> PolishingReport | None:
         """Return the exact end on the branch of a trial's end, None if there is none nearby.
 
         Args:
-            trial: its end.
+            promising: the trial's end.
         """
-        promising = BranchPoint(trial.w, trial.branch)
         return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
 
     def tried(
         self, start: BranchPoint, trial: Trial, window: Window | None = None, reach: float = np.inf
     ) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
+
+        A trial that goes on and leaves its constraints ends where it held them before.
 
         Args:
             start: where it begins.
@@ -160,6 +161,7 @@ class BranchSolver:
             reach: objective above which a trial that violates little does not go on.
         """
         w, branch, found = start.w, start.branch, None
+        held: PolishingReport | None = None
         for _ in range(1 + TRIAL_UPDATES):
             found = self._nlp.solve_once(
                 branch,
@@ -169,10 +171,13 @@ class BranchSolver:
                 limits=self._limits(trial.iterations, 0),
                 window=window,
             )
-            if found is None or found.status.converged or not np.isfinite(found.w).all():
+            if found is None or (held and not found.residuals.constraint_violation <= trial.violation):
+                return held
+            if found.status.converged or not np.isfinite(found.w).all():
                 break
             violation, objective = found.residuals.constraint_violation, found.residuals.objective
-            if violation > HOPELESS_VIOLATION or (violation <= trial.violation and objective > reach):
+            held = found if violation <= trial.violation else None
+            if violation > HOPELESS_VIOLATION or (held and objective > reach):
                 break
             w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch
         return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +34,12 @@ SHORTEST_STEP = 0.125
 MOST_LOST = 12
 """NLPs that may be lost; after them steps are no longer shortened."""
 
+READABLE = 3e-3
+"""Sigma of the position level at and below which a point shows what touches when, if need be."""
+
+LOST_IN_A_ROW = 2
+"""NLPs one after the other that are lost, after which the branch of the point before them is tried."""
+
 COST_LOSS = 0.2
 """Part of the cost that an exact point may lose against the relaxed one; a branch that costs more was misread."""
 
@@ -58,7 +64,7 @@ def solve(
     not, down to `options.polish_at`. After one that is lost, far from its constraints, sigma falls by less from the
     point before it. The branch is read off at the end, and the smooth problem on it is solved; its end is exact. Where
     no branch fits, the homotopy goes on with NLPs that converge, and polishing is tried again at every sigma of the
-    position level.
+    position level. Polishing is tried earlier, too, where the loose homotopy loses NLP after NLP.
 
     Args:
         problem: the MPCC.
@@ -134,6 +140,7 @@ class _Homotopy:
         self._polished = _Polished()
         self._reports: list[NlpReport] = []
         self._status = NlpStatus.NOT_STARTED
+        self._given_way = False
         self._begin = time.perf_counter()
 
     def solution(self, build_seconds: float) -> MpccSolution:
@@ -160,18 +167,19 @@ class _Homotopy:
     def _run(self) -> bool:
         """Follow the homotopy; return whether it came to its last sigma, or no slack was left."""
         sigmas = self._steps.start()
-        if self._branch_nlp and not self._elastic and not self._steps.is_last(sigmas):
-            end = self._search(sigmas)
-            if end is None:
-                return False
+        if self._branch_nlp is None or self._elastic or self._steps.is_last(sigmas):
+            return self._converge(sigmas)
+        end: Sigmas | None = None
+        for end in self._search(sigmas):
             self._polish(self._branch_nlp, end[0])
             if self._polished.exact or self._status.ended_early or self._found_otherwise(self._point, end[0]):
                 return False
-            completed = self._converge(end)
-            if not (self._polished.exact or self._status.ended_early):
-                self._found_otherwise(self._best, 0.0)
-            return completed
-        return self._converge(sigmas)
+        if end is None or self._status.ended_early:
+            return False
+        completed = self._converge(end)
+        if not (self._polished.exact or self._status.ended_early):
+            self._found_otherwise(self._best, 0.0)
+        return completed
 
     def _found_otherwise(self, point: NlpPoint, sigma: float) -> bool:
         """Whether the caller finds an exact point where polishing did not, and it costs little more than this one."""
@@ -181,35 +189,51 @@ class _Homotopy:
         cost = self._otherwise(w)
         return cost is not None and _keeps_cost(cost, self._problem.residuals(w).objective, sigma)
 
-    def _search(self, sigmas: Sigmas) -> Sigmas | None:
-        """Follow the loose homotopy to where it is polished; return its last sigmas, None if it failed before.
+    def _search(self, sigmas: Sigmas) -> Iterator[Sigmas]:
+        """Follow the loose homotopy; yield the sigmas of the points at which to polish, the last at its end.
 
-        An NLP that is lost is left out: the step from the one before is halved. If the first ends with a negative cost,
-        its relaxation is exploited, and the blocks' costs for that stand in its place from there on.
+        An NLP that is lost is left out: the step from the one before is halved. Where several in a row are lost, the
+        point before them may show well enough what touches when; where neither that nor shorter steps help, sigma falls
+        by full steps, whatever is lost. If the first NLP, or one that is lost, has a negative cost, its relaxation is
+        exploited, and the blocks' costs for that stand in its place from there on.
         """
-        reached, step, lost = None, 1.0, 0
+        reached: tuple[Sigmas, int] | None = None
+        step, lost, in_a_row = 1.0, 0, 0
         result = self._nlp_at(sigmas, loose=True)
-        if result and not result.status.ended_early and self._reports[-1].residuals.objective < 0:
-            other = _where_exploited(self._problem, self._nlp, self._options)
-            if other:
-                self._nlp = other
-                result = self._nlp_at(sigmas, loose=True)
-        while True:
-            if result is None or result.status.ended_early:
-                return None
-            if reached and self._is_lost(result) and step > SHORTEST_STEP and lost < MOST_LOST:
-                step, lost = 0.5 * step, lost + 1
+        while result is not None and not result.status.ended_early:
+            if (reached is None or self._is_lost(result)) and self._gave_way():
+                step, result = 1.0, self._nlp_at(sigmas, loose=True)
+                continue
+            lost_from = reached if self._is_lost(result) else None
+            readable = lost_from is not None and lost_from[0][0] <= READABLE
+            if lost_from and step > SHORTEST_STEP and lost < MOST_LOST:
+                step, lost, in_a_row = 0.5 * step, lost + 1, in_a_row + 1
+                if readable and in_a_row == LOST_IN_A_ROW:
+                    yield lost_from[0]
             else:
-                self._point, reached = result.point, (sigmas, result.iterations)
+                self._point, reached, in_a_row = result.point, (sigmas, result.iterations), 0
+                if readable:
+                    step, lost = 1.0, MOST_LOST
                 if 2 * result.iterations <= self._options.loose_iterations:
                     step = min(1.0, 2.0 * step)
                 if sigmas[0] <= self._options.polish_at:
-                    return sigmas
+                    yield sigmas
+                    return
             following = self._steps.after(*reached, step) if reached else sigmas
             if self._steps.is_last(following):
-                return sigmas
+                yield sigmas
+                return
             sigmas = following
             result = self._nlp_at(sigmas, loose=True)
+
+    def _gave_way(self) -> bool:
+        """Whether costs that the last NLP has exploited have given way to those for that, which they do once."""
+        if self._given_way or self._reports[-1].residuals.objective >= 0:
+            return False
+        self._given_way = True
+        other = _where_exploited(self._problem, self._nlp, self._options)
+        self._nlp = other or self._nlp
+        return other is not None
 
     def _converge(self, sigmas: Sigmas) -> bool:
         """Follow the homotopy with NLPs that converge; a polisher is asked again at every sigma of the position level.

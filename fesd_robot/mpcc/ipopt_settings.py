@@ -89,3 +89,8 @@ def starting_at(mu: float, push: float) -> dict[str, Any]:
     """Return IPOPT's options for a start at a barrier parameter, at least `push` away from every bound."""
     pushes = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
     return {"mu_init": mu, **dict.fromkeys(pushes, push)}
+
+
+def continued_at(mu: float, push: float) -> dict[str, Any]:
+    """Return IPOPT's options for a start that keeps its multipliers, at a barrier parameter, near every bound."""
+    return {**starting_at(mu, push), "warm_start_init_point": "yes", **dict.fromkeys(_WARM_PUSHES, push)}

@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import starting_at
+from fesd_robot.mpcc.ipopt_settings import continued_at, starting_at
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.status import NlpStatus
@@ -24,13 +24,17 @@ BRANCH_UPDATES = 4
 """How often a branch is updated before the next candidate."""
 
 EXACT_PRODUCT = 1e-12
-"""Largest product of a pair at an exact point."""
+"""Largest product of a pair at an exact point, or largest smaller side: with a force of 10 N a gap of 1e-12 m has a
+product of 1e-11."""
 
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
 
 WARM_START = starting_at(1e-6, 1e-8)
 """IPOPT's options that leave the start of a branch NLP where it is; its defaults would push it off its bounds."""
+
+CONTINUED = continued_at(1e-9, 1e-9)
+"""IPOPT's options for a branch NLP that ran out of iterations and goes on, with its multipliers, where it was."""
 
 POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-12
 """Of IPOPT, for its scaled optimality and for the constraints."""
@@ -99,7 +103,9 @@ class PolishingReport:
         residuals: of the problem with pairs, at the NLP's end.
         w: the NLP's end.
         branch: on which it was solved.
-        exact: the NLP converged, its constraints hold, and all products are at most `EXACT_PRODUCT`.
+        exact: the NLP converged, its constraints hold, and all products, or the smaller sides of all pairs, are at most
+            `EXACT_PRODUCT`.
+        multipliers: of the variables' bounds and of the rows, (n) and (n_g); None if they are not kept.
     """
 
     status: NlpStatus
@@ -109,6 +115,7 @@ class PolishingReport:
     w: np.ndarray
     branch: Branch
     exact: bool
+    multipliers: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def nearly_feasible(self) -> bool:
@@ -189,9 +196,9 @@ class BranchNlp:
             branches: on which w may lie; default: those that the polisher reads from it.
         """
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
-            point = w
+            point, multipliers = w, None
             for _ in range(1 + limits.updates):
-                end = self.solve_once(branch, problem, point, options=options, limits=limits)
+                end = self.solve_once(branch, problem, point, options=options, limits=limits, multipliers=multipliers)
                 if end is None:
                     return None
                 if end.exact or end.status is NlpStatus.INTERRUPTED:
@@ -202,7 +209,7 @@ class BranchNlp:
                 updated = self.polisher.updated_branch(branch, point)
                 if updated is None and not end.nearly_feasible:
                     break
-                branch = updated or branch
+                branch, multipliers = updated or branch, None if updated else end.multipliers
         return None
 
     def solve_once(
@@ -214,12 +221,14 @@ class BranchNlp:
         options: dict[str, Any],
         limits: PolishingLimits,
         window: Window | None = None,
+        multipliers: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> PolishingReport | None:
         """Return the end of one NLP on a branch, None if no time is left.
 
         Args:
             branch: the branch, which stays as it is.
             window: what may move; everything if omitted.
+            multipliers: of an NLP on this branch that ended at w and is continued.
 
         The other args are those of `solve`.
         """
@@ -240,12 +249,14 @@ class BranchNlp:
             "max_iter": limits.iterations,
             **({} if seconds is None else {"max_wall_time": seconds}),
             **options,
+            **(CONTINUED if multipliers else {}),
         }
         begin = time.perf_counter()
+        lam_x, lam_g = multipliers or (np.zeros(len(w)), np.zeros(len(bounds.g_lower)))
         result = solve_nlp(
             replace(self.nlp, lower=bounds.g_lower, upper=bounds.g_upper),
             sigma=(0.0, 0.0),
-            start=NlpPoint(np.clip(w, bounds.lower, bounds.upper), np.zeros(len(w)), np.zeros(len(bounds.g_lower))),
+            start=NlpPoint(np.clip(w, bounds.lower, bounds.upper), lam_x, lam_g),
             lower=bounds.lower,
             upper=bounds.upper,
             options=settings,
@@ -254,7 +265,7 @@ class BranchNlp:
         residuals = problem.residuals(result.point.x)
         exact = (
             result.converged
-            and residuals.complementarity <= EXACT_PRODUCT
+            and min(residuals.complementarity, residuals.natural_residual) <= EXACT_PRODUCT
             and residuals.constraint_violation <= limits.feasibility
         )
         end = PolishingReport(
@@ -265,6 +276,7 @@ class BranchNlp:
             w=result.point.x,
             branch=branch,
             exact=exact,
+            multipliers=(result.point.lam_x, result.point.lam_g),
         )
         limits.report(end)
         return end

@@ -28,7 +28,7 @@ class Block:
         complementarities: conditions whose factors G and H are SX scalars in w and p.
         while_relaxed: what a homotopy adds to the cost while pairs of the velocity level are relaxed, SX scalar in w, p
             and sigma; nothing where complementarity holds and sigma is zero.
-        if_exploited: what it adds instead where the first relaxed NLP ends with a negative cost.
+        if_exploited: what it adds instead where the first relaxed NLP, or one that is lost, has a negative cost.
         sigma: the SX symbol of the relaxation in both.
         index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
         values: values of p, shape (n_p, K).

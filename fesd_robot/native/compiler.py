@@ -10,11 +10,13 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+from filelock import FileLock
 from platformdirs import user_cache_path
 
 from fesd_robot.errors import FesdRobotError
@@ -116,7 +118,9 @@ def _cached(
         return target
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as place:
+        with _alone(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as place:
+            if target.exists():  # another process has made it meanwhile
+                return target
             made = Path(place) / target.name
             where = [f"-I{folder}" for folder in folders]
             command = [*compiler, "-fPIC", *where, *map(str, sources(Path(place))), *flags, "-o", str(made)]
@@ -130,6 +134,17 @@ def _cached(
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilationError(f"{name} could not be compiled: {error}") from error
     return target
+
+
+@contextmanager
+def _alone(target: Path) -> Iterator[None]:
+    """Let one process at a time make a file, so that two that need the same one do not compile it twice."""
+    lock = target.with_name(f".{target.name}.lock")
+    with FileLock(lock):
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
 
 
 def find_compiler(language: str) -> list[str]:

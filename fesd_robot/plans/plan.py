@@ -208,6 +208,11 @@ class Statistics(Record):
         cheapest = min(solved, key=lambda each: each.objective) if solved else next(iter(self.attempts), None)
         return next((each for each in self.attempts if each.kept), cheapest)
 
+    @property
+    def settings_tried(self) -> int:
+        """How many settings were tried one after the other; starts that differ by their seed alone are one."""
+        return 1 + sum(bool(set(each.changes) - {"solver.seed"}) for each in self.attempts)
+
 
 class Provenance(Record):
     """Where the plan comes from.

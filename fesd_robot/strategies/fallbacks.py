@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
+from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.task import Task
 from fesd_robot.task.method import MAX_STAGES
 
 Overrides = dict[str, Any]
 """``section.key`` of the task -> value."""
+
+LEAST_SECONDS = 1e-3
+"""Time limit of an attempt for which no time is left; it ends at once."""
 
 
 def _other_loose_iterations(iterations: int) -> int:
@@ -44,6 +49,11 @@ def promises_goal(task: Task) -> bool:
     """Return whether a task has a goal that can be missed."""
     goal = task.goal
     return not goal.soft and goal.periodic is None and bool(goal.configuration or goal.velocity or goal.points)
+
+
+def time_left(deadline: Deadline) -> Overrides:
+    """Return the time limit of an attempt that begins now; no override if the task has none."""
+    return {} if math.isinf(deadline.left) else {"solver.time_limit": max(deadline.left, LEAST_SECONDS)}
 
 
 def with_overrides(task: Task, overrides: Overrides) -> Task:

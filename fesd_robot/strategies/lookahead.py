@@ -6,13 +6,13 @@ import logging
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotYet
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Generic, TypeVar
 
 from fesd_robot.strategies.attempts import Stop, stop_requested
-from fesd_robot.strategies.processes import end_pool, pool_of
+from fesd_robot.strategies.processes import ForkedPool
 
 _POLL = 0.2
 """s between two looks at whether to stop."""
@@ -45,7 +45,7 @@ class Lookahead(Generic[Argument, Result]):
     ) -> None:
         self._function, self._stop, self._alone = function, stop, alone
         self._processes = processes if sys.platform == "linux" else 1
-        self._pool: ProcessPoolExecutor | None = None
+        self._pool: ForkedPool | None = None
 
     def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:
         """Yield the results, in the order of the arguments; those that are not asked for are computed in vain."""
@@ -64,16 +64,16 @@ class Lookahead(Generic[Argument, Result]):
     def close(self) -> None:
         """End the processes."""
         if self._pool:
-            end_pool(self._pool)
+            self._pool.end()
         self._pool = None
 
     def _elsewhere(self, arguments: Sequence[Argument]) -> Iterator[Result]:
-        self._pool = self._pool or pool_of(self._processes, "fork", _begin, (self._function, self._alone))
+        self._pool = self._pool or ForkedPool(self._processes, self._function, self._alone)
         running, begun = deque[Future[Result]](), 0
         try:
             while running or begun < len(arguments):
                 while begun < len(arguments) and len(running) < self._processes + _AHEAD:
-                    running.append(self._pool.submit(_call, arguments[begun]))
+                    running.append(self._pool.submit(arguments[begun]))
                     begun += 1
                 while not running[0].done():
                     if stop_requested(self._stop):
@@ -90,16 +90,3 @@ def _wait(future: Future[Any]) -> None:
         future.exception(timeout=_POLL)
     except NotYet:
         return
-
-
-_function: Callable[[Any], Any]
-
-
-def _begin(function: Callable[[Any], Any], alone: Callable[[], None]) -> None:
-    global _function  # of a process that was forked to call it
-    _function = function
-    alone()
-
-
-def _call(argument: Any) -> Any:
-    return _function(argument)

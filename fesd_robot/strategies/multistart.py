@@ -1,85 +1,135 @@
-"""The same task from several initial guesses, on all cores: which local optimum is reached depends on the guess."""
+"""The same task from several initial guesses at once: which local optimum is reached depends on the guess."""
 
 from __future__ import annotations
 
+import logging
+import sys
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from functools import partial
 
 from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, stop_requested
-from fesd_robot.strategies.fallbacks import with_overrides
-from fesd_robot.strategies.processes import end_pool, pool_of, processes_of
+from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
+from fesd_robot.strategies.processes import ForkedPool, grant_processes, processes_of
 from fesd_robot.task import Task
+
+DEFAULT_STARTS = 2
+"""Initial guesses of a task that does not say how many, unless it begins from an earlier motion."""
 
 _POLL = 0.2
 """s between two looks at whether to stop."""
 
+Attempt = Callable[[Task], Plan]
+
+logger = logging.getLogger(__name__)
+
+
+def starts_of(task: Task) -> int:
+    """Return from how many initial guesses a task is solved; by default one if it begins from an earlier motion."""
+    if task.solver.starts is not None:
+        return task.solver.starts
+    return 1 if task.solver.warm_start else DEFAULT_STARTS
+
 
 def attempt_seeds(
-    task: Task, attempt: Callable[[Task], Plan], stop: Stop | None, started: Callable[[int, Plan], None] | None
+    task: Task,
+    attempt: Attempt,
+    quietly: Attempt,
+    *,
+    deadline: Deadline,
+    stop: Stop | None,
+    started: Callable[[int, Plan], None] | None,
+    waiting: Callable[[], None],
 ) -> list[AttemptedPlan]:
-    """Return the attempts at a task from `solver.starts` initial guesses, in the order of their seeds.
+    """Return the attempts at a task from its initial guesses, in the order of their seeds.
+
+    The first is made in this process; the others beside it, in processes of their own, as far as cores are free, and
+    after it if none is. What each gives does not depend on that.
 
     Args:
         task: the task; its seeds are `solver.seed` and the numbers after it.
-        attempt: a function of a module, task -> plan.
-        stop: called with (0, NaN) while attempts are waited for; True ends them, and they are left out of the result.
+        attempt: task -> plan, in this process.
+        quietly: the same in another process, which is forked: it says nothing and asks for nothing.
+        deadline: of all attempts.
+        stop: called with (0, NaN) while others are waited for; True ends them, and they are left out of the result.
         started: called with the seed and the plan of every attempt as soon as it is there.
+        waiting: called when nothing is left to do but wait for others.
 
     Returns:
-        one attempt per seed; none if the task has a single start, which needs no process of its own.
+        one attempt per seed; none if the task has a single start.
     """
-    if task.solver.starts == 1:
-        return []
-    seeds = range(task.solver.seed, task.solver.seed + task.solver.starts)
-    plans = solve_multistart(
-        attempt,
-        [with_overrides(task, {"solver.seed": seed}) for seed in seeds],
-        processes_of(task),
-        (lambda number, plan: started(seeds[number], plan)) if started else None,
-        lambda: stop_requested(stop),
-    )
-    return [
-        AttemptedPlan({"solver.seed": seed}, plan, plan.statistics.build_seconds + plan.statistics.solve_seconds)
-        for seed, plan in zip(seeds, plans, strict=True)
-        if plan is not None
-    ]
+    first, count = task.solver.seed, starts_of(task)
+    made: dict[int, AttemptedPlan] = {}
+    if count > 1:
+        for seed, one in _Starts(task, attempt, quietly, deadline, stop, waiting).made(range(first, first + count)):
+            made[seed] = one
+            if started:
+                started(seed, one.plan)
+    return [made[seed] for seed in sorted(made)]
 
 
-def solve_multistart(
-    attempt: Callable[[Task], Plan],
-    tasks: list[Task],
-    processes: int,
-    on_result: Callable[[int, Plan], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-) -> list[Plan | None]:
-    """Return the plan of every task, each solved in a process of its own; None for those that were stopped.
+@dataclass(frozen=True)
+class _Starts:
+    """How starts are made; the args of `attempt_seeds`."""
 
-    The processes are started afresh, so that a script that calls this has to guard its main part with
-    ``if __name__ == "__main__"``.
+    task: Task
+    attempt: Attempt
+    quietly: Attempt
+    deadline: Deadline
+    stop: Stop | None
+    waiting: Callable[[], None]
 
-    Args:
-        attempt: a function of a module, task -> plan.
-        tasks: what to solve.
-        processes: how many at once.
-        on_result: called with the number of a task and its plan when it is there.
-        stop: asked again and again; True ends all that still run.
-    """
-    plans: list[Plan | None] = [None] * len(tasks)
-    pool = pool_of(min(len(tasks), processes), "spawn")
-    jobs = {pool.submit(attempt, task): number for number, task in enumerate(tasks)}
-    try:
-        for job in _finished(list(jobs), stop):
-            plans[jobs[job]] = plan = job.result()
-            if on_result:
-                on_result(jobs[job], plan)
-    finally:
-        end_pool(pool)
-    return plans
+    def made(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
+        """Yield seeds and their attempts, as they come."""
+        cores = processes_of(self.task)
+        beside = min(len(seeds), cores) - 1 if sys.platform == "linux" else 0
+        if not beside:
+            yield from self._here(self.task, seeds)
+            return
+        share = cores // (beside + 1)
+        own = with_overrides(self.task, {"solver.processes": cores - beside * share})
+        pool = ForkedPool(beside, self._elsewhere, partial(grant_processes, share))
+        try:
+            jobs = {pool.submit(seed): seed for seed in seeds[1:]}
+            yield from self._here(own, seeds[:1])
+            for job, seed in reversed(jobs.items()):
+                if not self._ended and job.cancel():
+                    yield from self._here(own, range(seed, seed + 1))
+            yield from self._awaited({job: seed for job, seed in jobs.items() if not job.cancelled()})
+        except BrokenProcessPool:
+            logger.warning("a process that planned from another initial guess was ended; its plan is left out")
+        finally:
+            pool.end()
 
+    @property
+    def _ended(self) -> bool:
+        return self.deadline.left <= 0 or stop_requested(self.stop)
 
-def _finished(jobs: list[Future[Plan]], stop: Callable[[], bool] | None) -> Iterator[Future[Plan]]:
-    waiting = set(jobs)
-    while waiting and not (stop and stop()):
-        done, waiting = wait(waiting, timeout=_POLL, return_when=FIRST_COMPLETED)
-        yield from done
+    def _here(self, task: Task, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
+        for number, seed in enumerate(seeds):
+            if number and self._ended:
+                return
+            yield seed, self._attempted(task, seed, self.attempt)
+
+    def _elsewhere(self, seed: int) -> AttemptedPlan:
+        return self._attempted(self.task, seed, self.quietly)
+
+    def _attempted(self, task: Task, seed: int, attempt: Attempt) -> AttemptedPlan:
+        """Return the attempt from a seed, in the time that is left."""
+        begin, changes = time.perf_counter(), Overrides({"solver.seed": seed})
+        plan = attempt(with_overrides(task, {**changes, **time_left(self.deadline)}))
+        return AttemptedPlan(changes, plan, time.perf_counter() - begin)
+
+    def _awaited(self, jobs: dict[Future[AttemptedPlan], int]) -> Iterator[tuple[int, AttemptedPlan]]:
+        remaining = set(jobs)
+        if remaining:
+            self.waiting()
+        while remaining and not stop_requested(self.stop):
+            done, remaining = wait(remaining, timeout=_POLL, return_when=FIRST_COMPLETED)
+            for job in done:
+                yield jobs[job], job.result()

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from types import FrameType
 from typing import Any
 
 from fesd_robot.task import Task
@@ -24,42 +27,82 @@ def free_cores() -> int:
     return max(1, own - round(others))
 
 
+_granted = 1
+
+
+def grant_processes(count: int) -> None:
+    """Say how many processes this one, which was started to work beside others, may have."""
+    global _granted
+    _granted = count
+
+
 def processes_of(task: Task) -> int:
     """Return how many processes may work on a task at once: those it asks for, by default one a free core.
 
-    A process that was itself started to work beside others has no further ones.
+    A process that was itself started to work beside others has as many as it was granted, by default one.
     """
     if multiprocessing.parent_process() is not None:
-        return 1
+        return _granted
     return task.solver.processes or free_cores()
 
 
-def pool_of(
-    processes: int, method: str, initializer: Callable[..., None] | None = None, arguments: tuple[Any, ...] = ()
-) -> ProcessPoolExecutor:
-    """Return processes that leave Ctrl-C to this one and end with it.
+class ForkedPool:
+    """Processes that leave Ctrl-C to this one and end with it, for values of one function.
+
+    They are forked when the first value is asked for, and know what the function refers to then; arguments and values
+    are pickled.
 
     Args:
         processes: how many.
-        method: ``spawn`` or ``fork``, see `multiprocessing`.
-        initializer: called in each with the arguments; these need not be picklable if it is forked.
-        arguments: of the initializer.
+        function: argument -> value.
+        first: called once in each process.
     """
-    context = multiprocessing.get_context(method)
-    return ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(initializer, arguments))
+
+    def __init__(self, processes: int, function: Callable[[Any], Any], first: Callable[[], None]) -> None:
+        context = multiprocessing.get_context("fork")
+        self._pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(function, first))
+
+    def submit(self, argument: Any) -> Future[Any]:
+        """Return the value of an argument, to come."""
+        with _interrupts_held():
+            return self._pool.submit(_called, argument)
+
+    def end(self) -> None:
+        """End all processes at once, whatever they are doing."""
+        processes = list((self._pool._processes or {}).values())  # None once the pool has ended
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
 
 
-def end_pool(pool: ProcessPoolExecutor) -> None:
-    """End all processes at once, whatever they are doing."""
-    processes = list((pool._processes or {}).values())  # None once the pool has ended
-    pool.shutdown(wait=False, cancel_futures=True)
-    for process in processes:
-        process.terminate()
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Handle a Ctrl-C after the block: while Python forks, what its handler raises is printed and lost."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    held: list[FrameType | None] = []
+    signal.signal(signal.SIGINT, lambda _, frame: held.append(frame))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    for frame in held:
+        handler(signal.SIGINT, frame)
 
 
-def _begin(initializer: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+_function: Callable[[Any], Any]
+
+
+def _called(argument: Any) -> Any:
+    return _function(argument)
+
+
+def _begin(function: Callable[[Any], Any], first: Callable[[], None]) -> None:
+    global _function  # of a process that was forked to call it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
-    if initializer:
-        initializer(*arguments)
+    _function = function
+    first()

@@ -14,5 +14,6 @@ class Station(Enum):
     IMPROVING = "changing contacts"
     REFINING = "refining the motion"
     CERTIFYING = "certifying the plan"
+    WAITING = "waiting for others"
     WRITING = "writing the plan"
     DRAWING = "drawing page and figures"

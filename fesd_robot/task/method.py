@@ -220,10 +220,10 @@ class Solver(Section):
         default="linear",
         description="How sigma falls: by sigma_factor; faster and faster; or by how hard the last problem was.",
     )
-    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        default=1,
-        description="How many initial guesses the task is solved from, on all cores at once; the cheapest solved "
-        "motion is kept, and the report lists the costs of all.",
+    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
+        default=None,
+        description="How many initial guesses the task is solved from, at once where cores are free; the cheapest "
+        "solved motion is kept, and the report lists the costs of all. Default: 2, or 1 with a warm_start.",
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,

@@ -36,7 +36,7 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     doing = [line for line in lines if re.match(r" *\d+ s  ", line)]
     words = [line.partition(" s  ")[2].partition(",")[0] for line in doing]
     assert [word for word in dict.fromkeys(words) if word != Station.READING.value] == [
-        station.value for station in Station if station is not Station.READING
+        station.value for station in Station if station not in (Station.READING, Station.WAITING)
     ]
     summary = lines[len(doing) :]
     assert 4 <= len(summary) <= 6
@@ -47,6 +47,19 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     assert summary[-1] == "written to runs/published_hopper_one_jump: " + ", ".join(
         ["plan.json", "trajectory.csv", "trajectory.npz", "report.md", "plan.html", "figures/"]
     )
+
+
+def test_two_starts_are_told_of(run: Callable[..., Any], task: Path, small: list[str]) -> None:
+    """The costs of both are in lines of their own, and in the summary, which names the seed of the one that is kept."""
+    outcome = run("plan", task, "--out", "two", *small, "--set", "solver.starts=2")
+    plan = read_plan(Path("two"))
+    kept = plan.statistics.kept_attempt
+    assert outcome.code == 0 and kept is not None and len(plan.statistics.attempts) == 2
+    lines = outcome.out.splitlines()
+    for seed, one in enumerate(plan.statistics.attempts):
+        assert any(line.startswith(f"seed {seed}: cost {one.objective:.6g}. Solved") for line in lines)
+    (line,) = [line for line in lines if line.startswith("2 of 2 starts solved in ")]
+    assert line.endswith(f": kept is that with solver.seed = {kept.changes['solver.seed']}")
 
 
 def test_the_page_shows_the_path_of_each_contact(finished: Any) -> None:
@@ -77,7 +90,7 @@ def test_what_is_not_solved_is_written_and_marked(
     run: Callable[..., Any], task: Path, small: list[str], tmp_path: Path
 ) -> None:
     """Exit status 3; the files are there, and each says that it is not solved."""
-    outcome = run("plan", task, "--out", "stopped", *small, "--set", "solver.max_iterations=3")
+    outcome = run("plan", task, "--out", "stopped", *small, "--set", "solver.max_iterations=1")
     folder = tmp_path / "work" / "stopped"
     assert outcome.code == 3
     assert "Not solved: iteration limit" in outcome.out
@@ -110,7 +123,7 @@ def test_a_goal_out_of_reach_is_missed_in_so_many_words(
 
 def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, small: list[str]) -> None:
     """With --quiet stdout stays empty, and a plan that is not solved is reported on stderr."""
-    outcome = run("plan", task, "--quiet", *small, "--set", "solver.max_iterations=3")
+    outcome = run("plan", task, "--quiet", *small, "--set", "solver.max_iterations=1")
     assert (outcome.code, outcome.out) == (3, "")
     assert outcome.err.startswith("published_hopper_one_jump: Not solved")
 

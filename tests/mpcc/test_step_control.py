@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, homotopy, solve
-from fesd_robot.mpcc.homotopy import LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
+from fesd_robot.mpcc.homotopy import LOST_IN_A_ROW, LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
 
 from .known import X, Y, mpcc
@@ -45,8 +45,11 @@ class Solver:
         return result
 
 
-def _solved(monkeypatch: pytest.MonkeyPatch, solver: Solver, problem: Mpcc = PROBLEM) -> MpccSolution:
+def _solved(
+    monkeypatch: pytest.MonkeyPatch, solver: Solver, problem: Mpcc = PROBLEM, readable: float = 0.0
+) -> MpccSolution:
     monkeypatch.setattr(homotopy, "solve_nlp", solver)
+    monkeypatch.setattr(homotopy, "READABLE", readable)
     return solve(problem, OPTIONS, polisher=PairPolisher(problem))
 
 
@@ -92,6 +95,28 @@ def test_a_solver_that_is_always_lost_comes_to_an_end(monkeypatch: pytest.Monkey
     assert sigmas[-1] <= OPTIONS.polish_at and len(sigmas) <= MOST_LOST + 60
 
 
+def test_where_nlps_are_lost_the_branch_is_read_from_the_point_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two lost NLPs in a row at a readable sigma are enough, and its branch leads to the exact point; above it not."""
+    solver = Solver(smallest=1.0)
+    solution = _solved(monkeypatch, solver, readable=1.0)
+    assert solution.exact and solution.w == pytest.approx([2, 0], abs=1e-8)
+    assert [lost for *_, lost in solver.calls] == [False] + [True] * LOST_IN_A_ROW
+    patient = Solver(smallest=1.0)
+    assert _solved(monkeypatch, patient, readable=0.5 * OPTIONS.sigma_start).exact
+    assert len(patient.calls) > len(solver.calls)
+
+
+def test_a_readable_homotopy_that_is_always_lost_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the branch that is read leads nowhere and steps have become shortest, sigma falls by whole steps."""
+    solver = Solver(smallest=1.0)
+    monkeypatch.setattr(homotopy.BranchNlp, "solve", lambda *_, **__: None)
+    solution = _solved(monkeypatch, solver, readable=1.0)
+    sigmas = [call[0] for call in solver.calls]
+    assert sum(after > before for before, after in pairwise(sigmas)) == 3, "half, quarter, eighth of a step"
+    assert max(after / before for before, after in pairwise(sigmas[4:])) <= OPTIONS.sigma_factor * (1 + 1e-9)
+    assert not solution.exact and min(sigmas) <= OPTIONS.polish_at
+
+
 def test_a_start_that_is_lost_is_not_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
     """Before the first NLP there is nothing to go back to: it is taken as it is."""
     assert PROBLEM.residuals(PROBLEM.start).constraint_violation < LOST_VIOLATION
@@ -135,3 +160,21 @@ def test_a_cost_that_is_exploited_gives_way(gain: float) -> None:
     assert exploited is (gain > 1)
     assert (end.reports[1].sigma == end.reports[0].sigma) is exploited
     assert end.solved and end.w == pytest.approx([1, 0], abs=1e-7)
+
+
+@pytest.mark.parametrize("has_other", [True, False])
+def test_a_lost_nlp_with_a_cost_that_is_exploited_gives_way(monkeypatch: pytest.MonkeyPatch, has_other: bool) -> None:
+    """An NLP that is lost with a negative cost is solved again with what stands in its place, once, or steps halve."""
+    problem = mpcc(1 + (X - 1) ** 2 + Y**2 - 1.5 * X * Y, X, Y, [0.5, 0.5], g=X + Y - 1)
+    (block,) = problem.blocks
+    if has_other:
+        problem = replace(problem, blocks=[replace(block, if_exploited=1.5 * X * Y)])
+    solver = Solver(smallest=0.2)
+    solution = _solved(monkeypatch, solver, problem)
+    costs = [report.residuals.objective for report in solution.reports]
+    assert costs[0] > 0 > costs[1] and solver.calls[1][2], "the first is not lost, the second is, below zero"
+    sigmas = [call[0] for call in solver.calls[:4]]
+    assert sigmas == pytest.approx(
+        [1.0, 0.1, 0.1, np.sqrt(0.1)] if has_other else [1.0, 0.1, np.sqrt(0.1), *sigmas[3:]]
+    )
+    assert solution.exact and solution.w == pytest.approx([1, 0], abs=1e-7)

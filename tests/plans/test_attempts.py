@@ -11,7 +11,6 @@ from fesd_robot import planner
 from fesd_robot.cli.summary import summary
 from fesd_robot.plans import Plan, read_plan, report, write_plan
 from fesd_robot.plans.plan import Attempt
-from fesd_robot.strategies import multistart
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
@@ -40,16 +39,13 @@ def test_the_planner_marks_the_cheapest_solved_attempt(
     """Of three starts the second is cheapest: it is the plan, and summary and report name it, not the first solved."""
     costs = {0: 3.0, 1: 2.0, 2: 1.0}
 
-    def attempted(_: Any, tasks: list[Task], *__: Any) -> list[Plan | None]:
-        results: list[Plan | None] = []
-        for task in tasks:
-            seed = task.solver.seed
-            status = plan.status.model_copy(update={"solved": seed != 2, "message": f"seed {seed}"})
-            statistics = plan.statistics.model_copy(update={"objective": costs[seed]})
-            results.append(plan.model_copy(update={"status": status, "statistics": statistics}))
-        return results
+    def attempted(task: Task, **_: Any) -> Plan:
+        seed = task.solver.seed
+        status = plan.status.model_copy(update={"solved": seed != 2, "message": f"seed {seed}"})
+        statistics = plan.statistics.model_copy(update={"objective": costs[seed]})
+        return plan.model_copy(update={"status": status, "statistics": statistics})
 
-    monkeypatch.setattr(multistart, "solve_multistart", attempted)
+    monkeypatch.setattr(planner, "attempt", attempted)
     task = with_overrides(load_task(TASK), {"solver.starts": 3})
     result = planner.plan(task)
     assert result.status.message == "seed 1"
@@ -57,7 +53,7 @@ def test_the_planner_marks_the_cheapest_solved_attempt(
     again = read_plan(write_plan(result, tmp_path / "run"))
     assert again.statistics.kept_attempt == again.statistics.attempts[1]
     lines = summary(again, tmp_path / "run", tmp_path / "run")
-    assert any(line.endswith("solved with solver.seed = 1") for line in lines)
+    assert any(line.endswith("kept is that with solver.seed = 1") for line in lines)
     rows = [line.split(" | ") for line in report(again).splitlines() if line.startswith("| solver.seed")]
     assert [row[2] for row in rows] == ["no", "yes", "no"]
 

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-import math
+import multiprocessing
+import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from fesd_robot import planner
 from fesd_robot.errors import TaskError
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.report import report
+from fesd_robot.strategies import multistart
+from fesd_robot.strategies.multistart import starts_of
+from fesd_robot.strategies.stations import Station
 from fesd_robot.task import Task
 
 Load = Callable[..., Task]
+Patch = pytest.MonkeyPatch
 
 
 def _initial_guess(task: Task) -> np.ndarray:
@@ -34,6 +41,21 @@ def test_a_seed_perturbs_the_initial_guess(load_short: Load) -> None:
     np.testing.assert_array_equal(one[:8], plain[:8])
 
 
+class Started:
+    """Notes the seeds of the starts that it is told of."""
+
+    def __init__(self) -> None:
+        self.seeds: list[int] = []
+
+    def __call__(self, seed: int, result: Plan) -> None:
+        self.seeds.append(seed)
+
+
+@pytest.fixture
+def started() -> Started:
+    return Started()
+
+
 @pytest.fixture(scope="module")
 def two_starts(load_short: Load) -> Plan:
     return plan(load_short("solver.starts=2"))
@@ -48,6 +70,32 @@ def test_the_cheapest_start_is_kept(two_starts: Plan) -> None:
     assert "### Attempts" in report(two_starts) and ("median" in report(two_starts)) == (len(costs) > 1)
 
 
+def test_two_starts_are_the_default(load_short: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A task is solved from two guesses, from one if it begins from an earlier motion, or from as many as it says."""
+    monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
+    assert starts_of(load_short()) == 2 and starts_of(load_short("solver.starts=5")) == 5
+    assert starts_of(load_short("solver.warm_start=earlier")) == 1
+    assert starts_of(load_short("solver.warm_start=earlier", "solver.starts=3")) == 3
+
+
+@pytest.mark.parametrize("processes", [1, 2, 4])
+def test_how_many_cores_are_free_changes_nothing(
+    two_starts: Plan, load_short: Load, processes: int, started: Started
+) -> None:
+    """One after the other or beside each other: the same attempts, to the last bit, each told of when it is there."""
+    again = plan(load_short("solver.starts=2", f"solver.processes={processes}"), started=started)
+    costs = [[one.objective for one in each.statistics.attempts] for each in (two_starts, again)]
+    assert costs[0] == costs[1] and again.statistics.objective == two_starts.statistics.objective
+    assert sorted(started.seeds) == [0, 1] and started.seeds[0] == 0
+
+
+def test_more_starts_than_cores(load_short: Load, started: Started) -> None:
+    """Where there are fewer cores than starts this process makes some more of them, and none is made twice."""
+    result = plan(load_short("solver.starts=4", "solver.processes=2", "solver.local_search=false"), started=started)
+    assert [one.changes["solver.seed"] for one in result.statistics.attempts] == [0, 1, 2, 3]
+    assert sorted(started.seeds) == [0, 1, 2, 3]
+
+
 def test_a_stop_ends_all_starts(load_short: Load) -> None:
     """A stop while the starts run leaves no process behind, and a plan that is not solved or a start that was done."""
     calls: list[float] = []
@@ -56,9 +104,47 @@ def test_a_stop_ends_all_starts(load_short: Load) -> None:
         calls.append(objective)
         return True
 
-    stopped = plan(load_short("solver.starts=2", "solver.retries=0"), stop=stop)
-    assert calls and math.isnan(calls[0])
-    assert not stopped.status.solved or stopped.statistics.attempts
+    stopped = plan(load_short("solver.starts=2", "solver.retries=0", "solver.processes=2"), stop=stop)
+    ended = time.monotonic() + 10.0
+    while multiprocessing.active_children() and time.monotonic() < ended:
+        time.sleep(0.05)
+    assert calls and multiprocessing.active_children() == []
+    assert not stopped.status.solved and len(stopped.statistics.attempts) == 1
+
+
+def test_a_stop_while_others_are_waited_for_keeps_what_is_there(load_short: Load, started: Started) -> None:
+    """Once this process has made its own start, a stop ends the others, and its plan is kept."""
+
+    def slowly(task: Task, **_: Any) -> Plan:
+        if task.solver.seed:
+            time.sleep(60)
+        return own
+
+    own = plan(load_short("solver.starts=1"))
+    stations: list[Station] = []
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(planner, "attempt", slowly)
+        result = plan(
+            load_short("solver.starts=2", "solver.processes=2"),
+            stop=lambda *_: Station.WAITING in stations,
+            started=started,
+            station=stations.append,
+        )
+    assert result.status.solved and started.seeds == [0] and len(result.statistics.attempts) == 1
+
+
+def test_no_start_begins_after_the_time_limit(load_short: Load, started: Started, monkeypatch: Patch) -> None:
+    """One after the other: where the first takes all the time there is no second."""
+    own = plan(load_short("solver.starts=1"))
+
+    def attempt(task: Task, **_: Any) -> Plan:
+        assert task.solver.time_limit is not None and task.solver.time_limit <= 0.3
+        time.sleep(0.3)
+        return own
+
+    monkeypatch.setattr(planner, "attempt", attempt)
+    plan(load_short("solver.starts=2", "solver.processes=1", "solver.time_limit=0.3"), started=started)
+    assert started.seeds == [0]
 
 
 def test_a_plan_is_an_initial_guess_on_another_grid(two_starts: Plan, load_short: Load, tmp_path: Path) -> None:

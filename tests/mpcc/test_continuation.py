@@ -1,0 +1,39 @@
+"""Trials on a branch: what is kept of one that goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.mpcc import TRIALS, BranchNlp, BranchPoint, BranchSolver, HomotopyOptions, PairPolisher, PolishingReport
+from fesd_robot.mpcc.status import NlpStatus
+
+from .known import X, Y, mpcc
+
+PROBLEM = mpcc((X - 2) ** 2 + (Y - 1) ** 2, X, Y, [1, 1])
+
+
+@pytest.mark.parametrize(
+    ("violations", "kept"),
+    [((1e-5, 1e-2), 0), ((1e-5, np.nan), 0), ((1e-5, 1e-6), 1), ((5e-2, 1e-2), 1), ((1e-2, 1e-7), 1)],
+)
+def test_a_trial_keeps_what_held_its_constraints(
+    monkeypatch: pytest.MonkeyPatch, violations: tuple[float, float], kept: int
+) -> None:
+    """A trial that goes on and leaves its constraints ends where it held them; one that did not ends where it ends."""
+    solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), HomotopyOptions(), lambda: None)
+    branch = Branch.of_pairs(PROBLEM.pair_labels, [ActiveFactor.G])
+    ends = [_end(violation, branch, at) for at, violation in enumerate(violations)]
+    coming: Iterator[PolishingReport] = iter(ends)
+    monkeypatch.setattr(BranchNlp, "solve_once", lambda *_, **__: next(coming))
+    assert solver.tried(BranchPoint(PROBLEM.start, branch), TRIALS[0]) is ends[kept]
+
+
+def _end(violation: float, branch: Branch, at: int) -> PolishingReport:
+    residuals = replace(PROBLEM.residuals(PROBLEM.start), constraint_violation=violation)
+    w = PROBLEM.start + at
+    return PolishingReport(NlpStatus.ITERATION_LIMIT, 40, 0.1, residuals, w, branch, exact=False)
