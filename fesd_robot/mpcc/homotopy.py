@@ -201,10 +201,11 @@ class _Homotopy:
         step, lost, in_a_row = 1.0, 0, 0
         result = self._nlp_at(sigmas, loose=True)
         while result is not None and not result.status.ended_early:
-            if (reached is None or self._is_lost(result)) and self._gave_way():
+            is_lost = self._is_lost(result)
+            if (reached is None or is_lost) and self._gave_way():
                 step, result = 1.0, self._nlp_at(sigmas, loose=True)
                 continue
-            lost_from = reached if self._is_lost(result) else None
+            lost_from = reached if is_lost else None
             readable = lost_from is not None and lost_from[0][0] <= READABLE
             if lost_from and step > SHORTEST_STEP and lost < MOST_LOST:
                 step, lost, in_a_row = 0.5 * step, lost + 1, in_a_row + 1

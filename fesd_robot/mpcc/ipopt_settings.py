@@ -13,8 +13,6 @@ from fesd_robot.native import ipopt_options, kkt_library
 LOOSE_TOLERANCE = 1e-2
 """IPOPT's tolerance in the loose homotopy; constraints hold to sigma of the velocity level where that is smaller."""
 
-_WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
-
 
 class Trial(Enum):
     """Which try at one NLP it is."""
@@ -71,7 +69,7 @@ def nlp_options(
         "honor_original_bounds": "no",
     }
     if velocity_level_sigma <= ACTIVE_SET_SETTLED_SIGMA:
-        settings |= {"warm_start_init_point": "yes", "mu_init": max(sigma, 1e-9), **dict.fromkeys(_WARM_PUSHES, 1e-8)}
+        settings |= continued_at(max(sigma, 1e-9), 1e-8)
     if trial is Trial.AGAIN:
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
     if loose:
@@ -93,4 +91,5 @@ def starting_at(mu: float, push: float) -> dict[str, Any]:
 
 def continued_at(mu: float, push: float) -> dict[str, Any]:
     """Return IPOPT's options for a start that keeps its multipliers, at a barrier parameter, near every bound."""
-    return {**starting_at(mu, push), "warm_start_init_point": "yes", **dict.fromkeys(_WARM_PUSHES, push)}
+    pushes = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
+    return {"warm_start_init_point": "yes", "mu_init": mu, **dict.fromkeys(pushes, push)}

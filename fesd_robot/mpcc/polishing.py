@@ -105,7 +105,6 @@ class PolishingReport:
         branch: on which it was solved.
         exact: the NLP converged, its constraints hold, and all products, or the smaller sides of all pairs, are at most
             `EXACT_PRODUCT`.
-        multipliers: of the variables' bounds and of the rows, (n) and (n_g); None if they are not kept.
     """
 
     status: NlpStatus
@@ -115,7 +114,6 @@ class PolishingReport:
     w: np.ndarray
     branch: Branch
     exact: bool
-    multipliers: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def nearly_feasible(self) -> bool:
@@ -196,20 +194,23 @@ class BranchNlp:
             branches: on which w may lie; default: those that the polisher reads from it.
         """
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
-            point, multipliers = w, None
+            start, settings = self._start(w), options
             for _ in range(1 + limits.updates):
-                end = self.solve_once(branch, problem, point, options=options, limits=limits, multipliers=multipliers)
-                if end is None:
+                ended = self._ended(branch, problem, start, options=settings, limits=limits)
+                if ended is None:
                     return None
+                end, start = ended
                 if end.exact or end.status is NlpStatus.INTERRUPTED:
                     return end if end.exact else None
-                point = end.w
-                if not np.isfinite(point).all():
+                if not np.isfinite(end.w).all():
                     break
-                updated = self.polisher.updated_branch(branch, point)
+                updated = self.polisher.updated_branch(branch, end.w)
                 if updated is None and not end.nearly_feasible:
                     break
-                branch, multipliers = updated or branch, None if updated else end.multipliers
+                if updated:
+                    branch, start, settings = updated, self._start(end.w), options
+                else:
+                    settings = {**options, **CONTINUED}
         return None
 
     def solve_once(
@@ -221,23 +222,38 @@ class BranchNlp:
         options: dict[str, Any],
         limits: PolishingLimits,
         window: Window | None = None,
-        multipliers: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> PolishingReport | None:
         """Return the end of one NLP on a branch, None if no time is left.
 
         Args:
             branch: the branch, which stays as it is.
             window: what may move; everything if omitted.
-            multipliers: of an NLP on this branch that ended at w and is continued.
 
         The other args are those of `solve`.
         """
+        ended = self._ended(branch, problem, self._start(w), options=options, limits=limits, window=window)
+        return ended[0] if ended else None
+
+    def _start(self, w: np.ndarray) -> NlpPoint:
+        return NlpPoint(w, np.zeros(len(w)), np.zeros(len(self.nlp.lower)))
+
+    def _ended(
+        self,
+        branch: Branch,
+        problem: Mpcc,
+        start: NlpPoint,
+        *,
+        options: dict[str, Any],
+        limits: PolishingLimits,
+        window: Window | None = None,
+    ) -> tuple[PolishingReport, NlpPoint] | None:
+        """Return the end of one NLP on a branch and its point with multipliers, None if no time is left."""
         seconds = limits.remaining()
         if seconds is not None and seconds <= 0:
             return None
         bounds = self.polisher.bounds(branch)
         if window is not None:
-            bounds = window.restricted(bounds, w)
+            bounds = window.restricted(bounds, start.x)
         settings = {
             "tol": POLISHING_TOLERANCE,
             "constr_viol_tol": POLISHING_VIOLATION,
@@ -249,14 +265,12 @@ class BranchNlp:
             "max_iter": limits.iterations,
             **({} if seconds is None else {"max_wall_time": seconds}),
             **options,
-            **(CONTINUED if multipliers else {}),
         }
         begin = time.perf_counter()
-        lam_x, lam_g = multipliers or (np.zeros(len(w)), np.zeros(len(bounds.g_lower)))
         result = solve_nlp(
             replace(self.nlp, lower=bounds.g_lower, upper=bounds.g_upper),
             sigma=(0.0, 0.0),
-            start=NlpPoint(np.clip(w, bounds.lower, bounds.upper), lam_x, lam_g),
+            start=replace(start, x=np.clip(start.x, bounds.lower, bounds.upper)),
             lower=bounds.lower,
             upper=bounds.upper,
             options=settings,
@@ -276,7 +290,6 @@ class BranchNlp:
             w=result.point.x,
             branch=branch,
             exact=exact,
-            multipliers=(result.point.lam_x, result.point.lam_g),
         )
         limits.report(end)
-        return end
+        return end, result.point
