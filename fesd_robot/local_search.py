@@ -22,10 +22,6 @@ from fesd_robot.strategies.lookahead import Lookahead
 GAIN = 1e-3
 """Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
 
-MOST_PATIENT_MOVES = 20
-"""Number of moves up to which those that a quick trial was not enough for are tried patiently, too. Longer motions have
-many more, and patience with each of them would take most of the time."""
-
 SHARE_OF_TIME = 0.5
 """Share of the time that a task has left which the search may take: refinement and certificate need some, too."""
 
@@ -237,7 +233,7 @@ class _Search:
     ) -> Iterator[_Untried]:
         """Yield the moves that were not tried yet with what there is in their windows."""
         found = list(moves(self._transcription, self._conditions, best.w, best.branch))
-        if patience and len(found) > MOST_PATIENT_MOVES:
+        if len(found) > TRIALS[patience].most_branches:
             return
         first, listed = next((i for i, move in enumerate(found) if move.key == last), 0), set(self._tried)
         for move in found[first:] + found[:first]:

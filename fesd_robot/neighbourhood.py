@@ -88,11 +88,11 @@ class Neighbourhood:
         return self.polisher.transcription
 
     def filled(self, end: PolishingReport | None) -> PolishingReport | None:
-        """Return an exact motion with all elements in use, None if there is none nearby."""
+        """Return an exact motion with all elements in use, the given one if there is none nearby."""
         for _ in range(MOST_FILLINGS):
             if end is None or not any(end.branch.without_length):
                 break
-            end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, end.branch)))
+            end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, end.branch))) or end
         return end
 
     def exact_after(self, trial: PolishingReport) -> PolishingReport | None:

@@ -87,7 +87,7 @@ def multiplier_contact_system(
     theta_ode, products = free_flow_multiplier(complements)
     lifted += products
     mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, multipliers)
-    n_theta, n_lifted, nothing = len(variables), len(lifted), ca.SX(0, 1)
+    n_theta, n_lifted, n_products, nothing = len(variables), len(lifted), len(products), ca.SX(0, 1)
     system = ComplementaritySystem(
         state=symbols.state,
         control=symbols.control,
@@ -96,7 +96,7 @@ def multiplier_contact_system(
         mass_matrix=mass_matrix,
         right_hand_side=right_hand_side,
         residual=ca.vertcat(nothing, *[symbol - definition for _, symbol, definition in lifted]),
-        algebraic_lower=np.zeros(n_theta + n_lifted),
+        algebraic_lower=np.append(np.zeros(n_theta + n_lifted - n_products), np.full(n_products, -np.inf)),
         algebraic_upper=np.concatenate([upper, np.full(n_lifted, np.inf)]),
         regularisation=ca.SX(0),
         guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), np.ones(n_lifted)]),

@@ -45,18 +45,21 @@ class Trial:
         settings: IPOPT's options for the start.
         iterations: of IPOPT, after which it ends, or goes on once.
         violation: largest constraint violation at the end of a trial that is worth an exact solution.
+        most_branches: up to how many branches are tried in this way; more would take most of the time.
     """
 
     settings: dict[str, Any]
     iterations: int
     violation: float
+    most_branches: float = np.inf
 
 
 TRIALS = (
     Trial(starting_at(1e-3, 1e-4), iterations=40, violation=1e-3),
-    Trial(starting_at(1e-2, 1e-3), iterations=80, violation=1e-2),
+    Trial(starting_at(1e-4, 1e-5), iterations=40, violation=1e-3, most_branches=40),
+    Trial(starting_at(1e-2, 1e-3), iterations=80, violation=1e-2, most_branches=20),
 )
-"""From quick to patient: what is not found from one start is sometimes found from another."""
+"""One after the other: what is not found from one start is sometimes found from another."""
 
 TRIAL_UPDATES = 1
 """How often a trial that has not converged goes on, without the elements that have shrunk to nothing."""

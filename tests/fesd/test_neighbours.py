@@ -266,3 +266,28 @@ def test_a_long_contact_is_interrupted_by_a_flight(hopper: BranchTranscription) 
         for move in found:
             expected = [(flight,) if k in (2, 3) else (stick,) for k in range(6)]
             assert patterns(hopper, modes, move.branch) == expected
+
+
+def test_an_impact_on_a_boundary_goes_with_its_touchdown(hopper: BranchTranscription) -> None:
+    """A touchdown whose impact begins an interval has it at the beginning, or at the end, of its neighbour's, too."""
+    w = hopper.transcription.problem.start
+    branch, (foot,) = branch_of(hopper, {2, 3})
+    flight, stick = flight_and_stick(foot)
+    inside = next(
+        move
+        for move in moves(hopper.transcription, hopper.conditions, w, branch)
+        if move.what == "touchdown of contact 'foot' in interval 3 into interval 4"
+    ).branch
+    own = intervals_of(hopper.transcription.elements)[4]
+    impact = patterns(hopper, foot, inside)[4][1:3]
+    factors = [*inside.factors[: own.start], *inside.factors[own.start + 1 : own.stop], inside.factors[own.stop - 1]]
+    landed = Branch(inside.conditions, (*factors, *inside.factors[own.stop :]), inside.without_length)
+    assert patterns(hopper, foot, landed)[3:5] == [(flight,), (*impact, stick)], "it lands where an interval begins"
+    after = {
+        move.what: patterns(hopper, foot, move.branch)
+        for move in moves(hopper.transcription, hopper.conditions, w, landed)
+    }
+    earlier = after["touchdown of contact 'foot' in interval 3 an interval earlier"]
+    assert earlier[2:5] == [(flight,), (*impact, stick), (stick,)]
+    later = after["touchdown of contact 'foot' in interval 3 an interval later"]
+    assert later[3:5] == [(flight,), (flight, *impact)]

@@ -15,6 +15,8 @@ from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
 from fesd_robot.mpcc import BranchNlp, HomotopyOptions, MpccSolution, PolishingLimits, PolishingReport, solve
+from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
+from fesd_robot.mpcc.ipopt_settings import starting_at
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import load_task
 
@@ -171,3 +173,35 @@ def test_a_wrong_branch_has_no_exact_end(hopper: MotionProblem) -> None:
     limits = PolishingLimits(feasibility=1e-8, remaining=lambda: None, report=reported.append)
     exact = nlp.solve(problem, problem.start, options={}, limits=limits)
     assert exact is None and reported and not any(report.exact for report in reported)
+
+
+def test_an_impact_that_leaves_another_contact_alone_has_bounded_multipliers() -> None:
+    """A pusher hits a slider along the ground: the ground's impulse is zero, and multipliers stay below 1e4."""
+    overrides = (
+        "horizon={duration: 0.6, intervals: 6}",
+        "initial={configuration: {pusher_x: -0.35, slider_x: 0, slider_z: 0.1}, velocity: {pusher_x: 1}}",
+        "goal={soft: true, configuration: {slider_x: 0.2}}",
+        "waypoints=[]",
+        "reference={type: line}",
+        "method.elements=3",
+    )
+    motion = formulate(load_task(TASK.with_name("pusher_slider.yaml"), overrides))
+    transcription = Transcription(motion.ocp, motion.fesd)
+    polisher = BranchTranscription(transcription)
+    g, h, c = ActiveFactor.G, ActiveFactor.H, ActiveFactor.COMPLEMENT
+    flight, impact, push = (g, g, g, g, g, h, h, h), (g, g, g, g, h, g, g, c), (g, g, g, g, h, g, g, g)
+    factors = [flight] * 6 + [impact] + [push] * 11
+    bounds = polisher.bounds(Branch(polisher.conditions.labels, tuple(factors), (False,) * len(factors)))
+    nlp = replace(BranchNlp.of(polisher, "never").nlp, lower=bounds.g_lower, upper=bounds.g_upper)
+    start = np.clip(transcription.problem.start, bounds.lower, bounds.upper)
+    result = solve_nlp(
+        nlp,
+        sigma=(0.0, 0.0),
+        start=NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower))),
+        lower=bounds.lower,
+        upper=bounds.upper,
+        options={**starting_at(1e-4, 1e-5), "mu_strategy": "monotone", "bound_relax_factor": 0.0, "tol": 1e-9},
+    )
+    assert result.converged
+    assert transcription.problem.residuals(result.point.x).constraint_violation <= 1e-9
+    assert np.abs(result.point.lam_g).max() < 1e4, "without room for the ground's multiplier they reach 1e8"

@@ -148,7 +148,7 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
             if len(group) < 2 or len(contacts) < len(group) or members in seen:
                 continue
             seen.add(members)
-            for where in (EARLIER, LATER):
+            for where in switch.choices:
                 if all(where in other.choices for other in group):
                     what = f"{_in_words(group)} in interval {switch.interval} {where}"
                     steps = [(other.modes, other.choices[where]) for other in group]

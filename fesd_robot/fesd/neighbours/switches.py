@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, Run
@@ -55,14 +55,19 @@ def switches_of(modes: ContactModes, patterns: list[Pattern], runs: list[Run], p
 def _from_a_boundary(
     modes: ContactModes, patterns: list[Pattern], before: Run, after: Run, placing: Placing
 ) -> dict[str, dict[int, Pattern]]:
-    """Return where a switch on the boundary of two intervals may go."""
+    """Return where a switch on the boundary of two intervals may go; an impact there goes with it."""
     k, following, a, b = before.last, after.first, before.mode, after.mode
     own, next_own = (without_impacts(modes, patterns[at]) for at in (k, following))
+    impact = _impacts_between(modes, patterns[k], patterns[following])
     whole = (a, *_impacts(modes, a, b, k, placing), b)
     choices: dict[str, dict[int, Pattern]] = {}
-    if patterns[k][0] == a:
+    if own == (a,):
+        choices[EARLIER] = {k: (*impact, b), following: next_own}
+    elif own[0] == a:
         choices[EARLIER] = {k: (b,)}
-    if patterns[following][-1] == b:
+    if next_own == (b,):
+        choices[LATER] = {k: own, following: (a, *impact)}
+    elif next_own[-1] == b:
         choices[LATER] = {following: (a,)}
     if own == (a,):
         choices[f"into interval {k}"] = {k: whole, following: next_own}
@@ -94,6 +99,12 @@ def _impacts(modes: ContactModes, a: ContactMode, b: ContactMode, interval: int,
     if not modes.is_flight(a) or modes.is_flight(b):
         return []
     return modes.impacts(b, *placing.end_of(interval))
+
+
+def _impacts_between(modes: ContactModes, pattern: Pattern, following: Pattern) -> Pattern:
+    """Return the modes of an impact that ends an interval or begins the next one."""
+    ending = tuple(takewhile(modes.is_impact, reversed(pattern)))
+    return (*reversed(ending), *takewhile(modes.is_impact, following))
 
 
 def without_impacts(modes: ContactModes, pattern: Pattern) -> Pattern:
