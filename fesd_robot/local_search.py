@@ -31,7 +31,7 @@ DETOUR_LOSS = 0.25
 MOST_DETOURS = 10
 """How many of them are, the cheapest first."""
 
-MOST_TRIALS = 200
+MOST_TRIALS = 300
 """Trials after which no detour is begun; long motions need as many without any."""
 
 FIRST_UPDATES = 3
