@@ -16,8 +16,8 @@ finds when contact happens, and returns the motion in physical time with forces,
     # hopper_one_jump
 
 Tasks: `load_task` -> `Task`, `explain`, `draw_task`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`,
-`export_plan`, `render_plan`, `report`. Every error that a user can meet is a `FesdRobotError`, and its message says
-what to change.
+`export_plan`, `render_plan`, `report`. Simulating: `simulate`, of a task, a plan, or a system. Every error that a user
+can meet is a `FesdRobotError`, and its message says what to change.
 
 Three rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
 (discretisation with switch detection, `simulate`) and `mpcc` (mathematical programs with complementarity constraints).
@@ -79,17 +79,18 @@ if TYPE_CHECKING:
         SolverError,
         TaskError,
     )
-    from fesd_robot.fesd import SimulationError, simulate
+    from fesd_robot.fesd import SimulationError
     from fesd_robot.native import CompilationError
     from fesd_robot.planner import plan
     from fesd_robot.plans import Plan, read_plan, report, write_plan
+    from fesd_robot.simulation import simulate
     from fesd_robot.task import Task, load_task
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "fesd_robot.dcs": ["dcs"],
-            "fesd_robot.fesd": ["fesd", "simulate", "SimulationError"],
+            "fesd_robot.fesd": ["fesd", "SimulationError"],
             "fesd_robot.mpcc": ["mpcc"],
             "fesd_robot.actions": ["draw_task", "explain", "export_plan", "render_plan"],
             "fesd_robot.errors": [
@@ -109,6 +110,7 @@ else:
             "fesd_robot.native": ["CompilationError"],
             "fesd_robot.planner": ["plan"],
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
+            "fesd_robot.simulation": ["simulate"],
             "fesd_robot.task": ["Task", "load_task"],
         },
     )

@@ -92,16 +92,29 @@ def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: 
 
 
 def motion_audit(
-    motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics, replay: MotionReplay
+    motion: MotionProblem,
+    physical: PhysicalMotion,
+    physics: NumericPhysics,
+    replay: MotionReplay | None,
+    interval_ends: np.ndarray | None = None,
 ) -> Audit:
-    """Return what the audit says about a motion, held against its task's grid, limits and goals, and its replay."""
+    """Return what the audit says about a motion, held against its task's grid, limits and goals, and its replay.
+
+    Args:
+        motion: the formulated task.
+        physical, physics: the motion, and the robot.
+        replay: of the motion; left out of the audit if None.
+        interval_ends: of the control intervals, s; those of the task's grid if omitted.
+    """
     grid, limits, ends = motion.grid, motion.limits, motion.endpoints
+    if interval_ends is None:
+        interval_ends = grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals
     names = names_of(motion)
     found = audit(
         physical,
         physics,
         names=names,
-        interval_ends=grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals,
+        interval_ends=interval_ends,
         limits=MotionLimits(
             position=(limits.lower_position, limits.upper_position),
             velocity=(limits.lower_velocity, limits.upper_velocity),
@@ -117,10 +130,10 @@ def motion_audit(
                 (ends.initial_configuration, ends.initial_velocity),
                 (ends.goal_configuration, ends.goal_velocity),
             ),
-            **replay_entries(replay, physical, names),
+            **(replay_entries(replay, physical, names) if replay else {}),
         },
     )
-    return found.model_copy(update={"findings": [*found.findings, *findings_of_notes(replay)]})
+    return found.model_copy(update={"findings": [*found.findings, *findings_of_notes(replay)]}) if replay else found
 
 
 def names_of(motion: MotionProblem) -> Names:
@@ -186,7 +199,7 @@ def assembled_plan(
     motion: MotionProblem,
     physical: PhysicalMotion,
     physics: NumericPhysics,
-    controls: np.ndarray,
+    controls: Mapping[str, np.ndarray],
     *,
     status: Status,
     audit: Audit,
@@ -199,11 +212,11 @@ def assembled_plan(
         motion: the formulated task.
         physical: the motion in physical time.
         physics: for the gaps along it.
-        controls: of every interval, with the speed of time in the last row, shape (n_u + 1, N).
+        controls: ``time``, where intervals begin, s, and every control by name, (N).
         status, audit, outcome, statistics: what is known about the solution.
     """
     task, robot, drive = motion.task, motion.robot, motion.actuation
-    contacts, duration = list(task.contacts), motion.grid.duration(physical.clock)
+    contacts = list(task.contacts)
     plan = Plan(
         name=task.name,
         status=status,
@@ -214,7 +227,7 @@ def assembled_plan(
             controls=dict(zip(drive.names, drive.units, strict=True)),
         ),
         trajectory=assemble.trajectory_of(physical, robot.configuration_names, robot.velocity_names),
-        controls=assemble.controls_of(controls[: len(drive.names)], drive.names, duration),
+        controls=dict(controls),
         contacts=assemble.contacts_of(physical, contacts, physics),
         switches=assemble.switches_of(physical, contacts),
         impulses=assemble.impulses_of(physical, contacts),

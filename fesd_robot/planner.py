@@ -19,6 +19,7 @@ from fesd_robot.local_search import searched
 from fesd_robot.mpcc import NlpReport, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
+from fesd_robot.plans.assemble import controls_of
 from fesd_robot.plans.overlaps import overlaps_of_motion
 from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import Effort, statistics_of
@@ -170,11 +171,12 @@ def attempt(
     cost_terms = transcription.cost_terms(w)
     effort = Effort(reports, build_seconds, deadline.spent - build_seconds)
     statistics = statistics_of(problem, solution, effort, cost_terms, solved.stages, solved.search, solved.refinement)
+    names, controls = motion.actuation.names, transcription.controls(w)
     plan = assembled_plan(
         motion,
         solved.physical,
         physics,
-        transcription.controls(w),
+        controls_of(controls[: len(names)], names, motion.grid.duration(solved.physical.clock)),
         status=status,
         audit=solved.audit,
         outcome=outcome,

@@ -28,6 +28,7 @@ BELOW: dict[str, set[str]] = {
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "native", "ocp", "plans", "robot", "task"},
+    "simulation": {"adapters", "contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
     "strategies": {"mpcc", "plans", "task"},
 }
 """Room -> the rooms it may use, besides `errors` and `lazy`; the planner and the commands may use all."""

@@ -17,6 +17,7 @@ from fesd_robot.cli.render import render
 from fesd_robot.cli.report import report
 from fesd_robot.cli.robots import robots
 from fesd_robot.cli.schema import schema
+from fesd_robot.cli.simulate import simulate
 
 app = typer.Typer(
     name="fesd-robot",
@@ -48,5 +49,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, check, report, render, export, robots, schema):
+for command in (plan, refine, simulate, check, report, render, export, robots, schema):
     app.command(cls=ExportCommand if command is export else None)(command)

@@ -22,17 +22,26 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
     """
     from fesd_robot.plans.files import FILES
 
-    effort = plan.statistics
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
         f"{plan.name}: {plan.status.message}",
         *warning_lines(plan.warnings),
         *(outcome_lines(plan.outcome) if plan.outcome else []),
-        f"{plan.trajectory.time[-1]:.6g} s of motion, cost {effort.objective:.6g}; {effort.variables} variables, "
-        f"{effort.pairs} pairs, {effort.iterations} iterations in {effort.solve_seconds:.1f} s",
+        f"{plan.trajectory.time[-1]:.6g} s of motion, {_effort(plan)} in {plan.statistics.solve_seconds:.1f} s",
         *_attempts(plan),
         f"written to {shown}: {', '.join(names)}",
     ]
+
+
+def _effort(plan: Plan) -> str:
+    effort, simulated = plan.statistics, plan.simulation
+    if simulated:
+        from fesd_robot.plans.outcome_words import count
+
+        events = f"{count(simulated.events, 'contact event')}, {count(simulated.impacts, 'impact')}"
+        return f"{events}; {count(simulated.steps, 'step')}"
+    sizes = f"{effort.variables} variables, {effort.pairs} pairs"
+    return f"cost {effort.objective:.6g}; {sizes}, {effort.iterations} iterations"
 
 
 def warning_lines(warnings: Sequence[str]) -> list[str]:

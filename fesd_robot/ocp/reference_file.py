@@ -30,7 +30,7 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
     if not path.exists():
         raise task.error(key, f"found '{name}', but there is no file {path}{nearest_file(path)}")
     try:
-        columns = _of_plan(path) if is_plan(path) else _of_csv(path)
+        columns = _of_plan(path) if is_plan(path) else columns_of_csv(path)
     except (OSError, UnicodeDecodeError, csv.Error, MotionFileError, PlanFileError) as error:
         raise task.error(key, f"found {path}, which cannot be read as a motion: {error}") from error
     for column in ("time", *robot.configuration_names):
@@ -58,7 +58,7 @@ def _of_plan(path: Path) -> dict[str, np.ndarray]:
     return {"time": trajectory.time, **trajectory.configuration}
 
 
-def _of_csv(path: Path) -> dict[str, np.ndarray]:
+def columns_of_csv(path: Path) -> dict[str, np.ndarray]:
     """Return the columns by name without unit, of two with one name the first; text that is no number is NaN.
 
     Raises:

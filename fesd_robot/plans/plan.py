@@ -214,6 +214,29 @@ class Statistics(Record):
         return 1 + sum(bool(set(each.changes) - {"solver.seed"}) for each in self.attempts)
 
 
+class SimulationNote(Record):
+    """Where a simulated motion was not the only one; `time` in s."""
+
+    time: float
+    message: str
+
+
+class SimulationSummary(Record):
+    """How a motion was simulated.
+
+    Attributes:
+        events: changes of contacts, and of joints with dry friction.
+        impacts: how many.
+        steps: of the integrator.
+        notes: where it was not the only motion.
+    """
+
+    events: int
+    impacts: int
+    steps: int
+    notes: list[SimulationNote]
+
+
 class Provenance(Record):
     """Where the plan comes from.
 
@@ -246,6 +269,7 @@ class Plan(Record):
         warnings: sentences about bodies that go below the ground or into each other where no contact keeps them out.
         finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
             that do not have it.
+        simulation: of a motion that was not planned but simulated; its statistics are zero then.
     """
 
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -268,3 +292,4 @@ class Plan(Record):
     joint_switches: list[JointSwitch] = Field(default_factory=list)
     warnings: list[str] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None
+    simulation: SimulationSummary | None = None

@@ -10,7 +10,7 @@ import numpy as np
 from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
-from fesd_robot.replay.impacts import impact
+from fesd_robot.replay.impacts import Impact, impact
 from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, Modes
 from fesd_robot.replay.modes import ModeMotion, rated_modes, slips_are_proper
 
@@ -20,7 +20,7 @@ CLOSED_GAP = 1e-5
 CLOSED_VELOCITY = 1e-3
 """Normal velocity, m/s, up to which a contact within `CLOSED_GAP` is closed when a replay begins."""
 
-_PARTING = 1e-9
+PARTING = 1e-9
 """Normal velocity after an impact, m/s, above which a contact that touches is open."""
 
 _SAME = 1e-6
@@ -64,24 +64,43 @@ class Drift:
     velocity: float
 
 
+@dataclass(frozen=True)
+class Beginning:
+    """How a motion begins.
+
+    Attributes:
+        contacts: at the start.
+        velocity: there, after an impact and without drift, (n_v).
+        drift: what was taken out.
+        impact: None if there is none.
+    """
+
+    contacts: Contacts
+    velocity: np.ndarray
+    drift: Drift
+    impact: Impact | None
+
+
 class ContactLaw:
     """Impacts and changes of mode of one replay.
 
     Args:
         physics: of the robot and its contacts.
         control: constant, (n_u).
+        parting: normal velocity after an impact, m/s, above which a contact that touches is open.
 
     Attributes:
         notes: what has not been as it should be.
     """
 
-    def __init__(self, physics: NumericPhysics, control: np.ndarray) -> None:
+    def __init__(self, physics: NumericPhysics, control: np.ndarray, parting: float = PARTING) -> None:
         self._physics = physics
         self._control = control
+        self._parting = parting
         self.notes: set[Note] = set()
 
-    def begin(self, q: np.ndarray, v: np.ndarray, flying: np.ndarray) -> tuple[Contacts, np.ndarray, Drift]:
-        """Return the contacts in a state, its velocity after impacts and without drift, and the drift.
+    def begin(self, q: np.ndarray, v: np.ndarray, flying: np.ndarray) -> Beginning:
+        """Return how a motion begins in a state.
 
         A contact within `CLOSED_GAP` whose normal velocity is within `CLOSED_VELOCITY` is closed, and its ground is
         where it is. Others that approach with their gap closed have an impact at once; those that rise from below the
@@ -95,14 +114,15 @@ class ContactLaw:
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
         ground, joints = np.where(closed, gaps, np.minimum(gaps, 0.0)), (Mode.STICK,) * len(self._physics.rubbing)
         contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints)
-        hits = (gaps <= 0) & (normal < -CLOSED_VELOCITY)
+        hits, result = (gaps <= 0) & (normal < -CLOSED_VELOCITY), None
         if hits.any():
-            contacts, v = self.hit(contacts, hits, q, v)
+            contacts, result = self.hit(contacts, hits, q, v)
+            v = result.velocity
         contacts, v = self.choose(contacts, q, v)
-        return contacts, v, drift
+        return Beginning(contacts, v, drift, result)
 
-    def hit(self, contacts: Contacts, hits: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, np.ndarray]:
-        """Return the contacts and the velocity after contacts have met the ground; their modes are still to choose.
+    def hit(self, contacts: Contacts, hits: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, Impact]:
+        """Return the contacts after some have met the ground, whose modes are still to choose, and the impact.
 
         Args:
             hits: contacts that have met it, (n_c) of bool.
@@ -111,9 +131,9 @@ class ContactLaw:
         result = impact(self._physics, q, v, touching)
         if not result.finished:
             self.notes.add(Note.UNFINISHED_IMPACT)
-        closed = touching & (normal_rows(self._physics.contact_jacobian(q) @ result.velocity) <= _PARTING)
+        closed = touching & (normal_rows(self._physics.contact_jacobian(q) @ result.velocity) <= self._parting)
         ground = np.where(closed & ~contacts.closed, self._physics.gaps(q), contacts.ground)
-        return replace(contacts, closed=closed, ground=ground), result.velocity
+        return replace(contacts, closed=closed, ground=ground), result
 
     def choose(
         self, contacts: Contacts, q: np.ndarray, v: np.ndarray, left: Modes | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,7 @@ from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import contact_dynamics
+from fesd_robot.replay.impacts import Impact
 from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
 from fesd_robot.replay.modes import acceleration_in_modes, force_margin, motion_in_modes
 
@@ -30,6 +31,9 @@ MOST_EVENTS = 50
 MOST_STEPS = 2000
 """Steps of one replay after which it ends: an interval takes 5 to 100, and thousands where rigid bodies have no motion
 that goes on (Painleve)."""
+
+Path = Callable[[float], np.ndarray]
+"""Time, s -> y of `Segments`."""
 
 _BEYOND_GAP, _BEYOND_SLIP, _BEYOND_MARGIN = 1e-11, 1e-9, 2.0 * ADMISSIBLE
 """How far below zero a gap, m, a velocity along the slip, m/s, and the margin of the forces are at their events."""
@@ -89,11 +93,72 @@ def replay_motion(
     if not all(np.isfinite(part).all() for part in (q, v, u)):
         nowhere = Drift(np.nan, np.nan)
         return Replay(np.full_like(q, np.nan), np.full_like(v, np.nan), (), nowhere, frozenset({Note.FAILED}))
-    law, n_v = ContactLaw(physics, u), len(v)
-    segments = _Segments(physics, q, u, law)
-    contacts, v, drift = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
-    time, y, count = 0.0, np.concatenate([np.zeros(n_v), v]), 0
+    law = ContactLaw(physics, u)
+    segments = Segments(physics, q, u, law)
+    begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
     events, joint_events = list[SwitchRecord](), list[SwitchRecord]()
+    following = events_along(segments, begin.contacts, begin.velocity, duration)
+    while True:
+        try:
+            event = next(following)
+        except StopIteration as end:
+            y = end.value[0]
+            break
+        events += event.switches(start)
+        joint_events += event.joint_switches(start)
+    return Replay(*segments.state(y), tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events))
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change of the contacts' modes, or of those of joints with dry friction.
+
+    Attributes:
+        time: since the start of the segments, s.
+        configuration, velocity: before it, (n_q) and (n_v).
+        before, after: the contacts.
+        hits: which of them have met the ground, (n_c) of bool.
+        impact: what that did; None if none has.
+    """
+
+    time: float
+    configuration: np.ndarray
+    velocity: np.ndarray
+    before: Contacts
+    after: Contacts
+    hits: np.ndarray
+    impact: Impact | None
+
+    def switches(self, start: float) -> list[SwitchRecord]:
+        """Return the changes of contacts, `start` added to their time, s."""
+        changes = zip(self.before.modes, self.after.modes, self.hits.tolist(), strict=True)
+        return [
+            SwitchRecord(start + self.time, i, kind)
+            for i, (old, new, hit) in enumerate(changes)
+            for kind in kinds_of_change(old, new, hit=hit)
+        ]
+
+    def joint_switches(self, start: float) -> list[SwitchRecord]:
+        """Return the changes of joints, `start` added to their time, s; their contact is a number of a joint."""
+        changes = zip(self.before.joints, self.after.joints, strict=True)
+        return [
+            SwitchRecord(start + self.time, i, kind)
+            for i, (old, new) in enumerate(changes)
+            for kind in kinds_of_change(old, new, hit=False)
+        ]
+
+
+def events_along(
+    segments: Segments, contacts: Contacts, v: np.ndarray, duration: float
+) -> Generator[Event, None, tuple[np.ndarray, Contacts]]:
+    """Yield the events of a motion with constant controls; return its end, y of `Segments`, and the contacts there.
+
+    Args:
+        segments: whose `base` is where the motion begins.
+        contacts, v: at its beginning, v of shape (n_v).
+        duration: s.
+    """
+    time, y, count, law, n_v = 0.0, np.concatenate([np.zeros(len(v)), v]), 0, segments.law, len(v)
     while time < duration:
         time, y, fired = segments.until_event(contacts, time, y, duration, watch=count < MOST_EVENTS)
         if fired is None:
@@ -102,27 +167,36 @@ def replay_motion(
         if count == MOST_EVENTS:
             law.notes.add(Note.MANY_EVENTS)
         here, v = segments.state(y)
-        before, left = contacts, contacts.modes if fired == segments.forces else None
+        before, velocity, result = contacts, v, None
+        left = contacts.modes if fired == segments.forces else None
         hits = np.arange(len(before.modes)) == fired
         if hits.any():
-            contacts, v = law.hit(contacts, hits, here, v)
+            contacts, result = law.hit(contacts, hits, here, v)
+            v = result.velocity
         contacts, v = law.choose(contacts, here, v, left)
         y = np.concatenate([y[:n_v], v])
-        for i, (old, new) in enumerate(zip(before.modes, contacts.modes, strict=True)):
-            events += [SwitchRecord(start + time, i, kind) for kind in kinds_of_change(old, new, hit=bool(hits[i]))]
-        for i, (old, new) in enumerate(zip(before.joints, contacts.joints, strict=True)):
-            joint_events += [SwitchRecord(start + time, i, kind) for kind in kinds_of_change(old, new, hit=False)]
-    return Replay(*segments.state(y), tuple(events), drift, frozenset(law.notes), tuple(joint_events))
+        yield Event(time, here, velocity, before, contacts, hits, result)
+    return y, contacts
 
 
 @dataclass(frozen=True)
-class _Segments:
-    """Motion between events, y = (displacement from `base`, v), with constant controls."""
+class Segments:
+    """Motion between events, y = (displacement from `base`, v), with constant controls.
+
+    Attributes:
+        physics: of the robot and its contacts.
+        base: configuration in whose tangent space it is integrated, (n_q).
+        control: (n_u).
+        law: of the contacts.
+        taken: called after every step with its start and end, s, its dense output, time -> y, and the contacts.
+        steps: numbers of the steps that are left.
+    """
 
     physics: NumericPhysics
     base: np.ndarray
     control: np.ndarray
     law: ContactLaw
+    taken: Callable[[float, float, Path, Contacts], None] | None = None
     steps: Iterator[int] = field(default_factory=lambda: iter(range(MOST_STEPS)))
 
     @property
@@ -155,8 +229,11 @@ class _Segments:
             stepper.step()
             after = watched(stepper.y)
             crossing = (before >= 0) & (after < 0)
-            if watch and crossing.any():
-                return _first_root(stepper, watched, np.flatnonzero(crossing))
+            found = _first_root(stepper, watched, np.flatnonzero(crossing)) if watch and crossing.any() else None
+            if self.taken:
+                self.taken(stepper.t_old, found[0] if found else stepper.t, stepper.dense_output(), contacts)
+            if found:
+                return found
             self.law.look(contacts, *self.state(stepper.y))
             before = after
         if stepper.status == "failed":
