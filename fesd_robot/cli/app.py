@@ -8,6 +8,7 @@ import typer
 
 from fesd_robot import __version__
 from fesd_robot.cli.check import check
+from fesd_robot.cli.examples import examples
 from fesd_robot.cli.export import ExportCommand, export
 from fesd_robot.cli.group import CommandGroup
 from fesd_robot.cli.logs import set_up_logging
@@ -48,5 +49,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, check, report, render, export, robots, schema):
+for command in (plan, refine, check, report, render, export, examples, robots, schema):
     app.command(cls=ExportCommand if command is export else None)(command)
