@@ -12,6 +12,7 @@ from fesd_robot.cli.examples import examples
 from fesd_robot.cli.export import ExportCommand, export
 from fesd_robot.cli.group import CommandGroup
 from fesd_robot.cli.logs import set_up_logging
+from fesd_robot.cli.new import new
 from fesd_robot.cli.plan import plan
 from fesd_robot.cli.refine import refine
 from fesd_robot.cli.render import render
@@ -49,5 +50,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, check, report, render, export, examples, robots, schema):
+for command in (plan, refine, check, report, render, export, examples, new, robots, schema):
     app.command(cls=ExportCommand if command is export else None)(command)
