@@ -29,6 +29,7 @@ BELOW: dict[str, set[str]] = {
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "native", "ocp", "plans", "robot", "task"},
+    "first_task": {"ocp", "robot", "task"},
     "strategies": {"mpcc", "plans", "task"},
 }
 """Room -> the rooms it may use, besides `errors` and `lazy`; the planner and the commands may use all."""

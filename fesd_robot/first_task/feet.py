@@ -18,6 +18,9 @@ from fesd_robot.robot.body_shapes import outline_points
 NEAR = 0.03
 """m; a frame at most this far above the lowest point of its body, as in the middle of a ball, is where it touches."""
 
+WIDE = 0.06
+"""m; a foot whose lower side is within this far of its frame, along x, touches in one place."""
+
 LEVEL = 0.1
 """Of the robot's height: ends of limbs this much higher than the lowest one are no feet."""
 
@@ -118,7 +121,9 @@ def _places(robot: Robot, data: pin.Data, limb: Limb) -> list[_Place]:
     nothing = (0.0, 0.0, 0.0)
     pose = data.oMf[robot.frame_id(limb.frame)]
     corners = _lowest_points(robot, data, limb)
-    if corners is None or pose.translation[2] - corners[2].min() <= NEAR:
+    # Ends of a sole that are away from the frame are places of their own.
+    aside = 0.0 if corners is None else float(np.abs(corners[0] - pose.translation[0]).max())
+    if corners is None or (pose.translation[2] - corners[2].min() <= NEAR and aside <= WIDE):
         return [("", limb.frame, nothing, False)]
     shapes = [shape for shape in robot.collision_shapes if shape.body == limb.frame]
     if shapes and all(isinstance(shape.geometry, _EXACT) for shape in shapes):

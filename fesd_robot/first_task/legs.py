@@ -10,7 +10,7 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.base import Base
 from fesd_robot.first_task.feet import feet_of
-from fesd_robot.first_task.posture import BENT, clipped, leg_to, standing_posture
+from fesd_robot.first_task.posture import BENT, clipped, hinge, leg_to, standing_posture
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import Robot
 
@@ -100,7 +100,7 @@ def _reach(robot: Robot, q: np.ndarray, hip: int, frame: str) -> float:
     """Return how far a foot is below its hip, m."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
-    return float(data.oMi[hip].translation[2] - data.oMf[robot.frame_id(frame)].translation[2])
+    return float(hinge(robot.model, data, hip)[2] - data.oMf[robot.frame_id(frame)].translation[2])
 
 
 def _height(robot: Robot, q: np.ndarray, contacts: Sequence[Contact]) -> float:

@@ -23,6 +23,9 @@ _UNLIMITED = np.pi
 _LIKE_GUESS = 1e-2
 """Weight of the distance from the first guess, which decides what nothing else does."""
 
+_MARGIN = 0.03
+"""Of a joint's range: how far a posture stays away from its ends, so that it can be left both ways."""
+
 _LEVEL = 0.5
 """Weight, m/rad, of a sole's tilt in units of the leg's length."""
 
@@ -60,10 +63,15 @@ def leg_to(robot: Robot, frame: str, base: Sequence[str]) -> Leg:
     chain.reverse()
     q = clipped(robot, robot.neutral)
     pin.framesForwardKinematics(model, data, q)
-    places = [*(data.oMi[joint].translation for joint in chain), data.oMf[number].translation]
+    places = [*(hinge(model, data, joint) for joint in chain), data.oMf[number].translation]
     links = [float(np.linalg.norm((b - a)[[0, 2]])) for a, b in pairwise(places)]
     rest = tuple(sum(links[i:]) + _slides(robot, chain[i:], q) for i in range(len(chain)))
     return Leg(tuple(chain), frame, rest)
+
+
+def hinge(model: pin.Model, data: pin.Data, joint: int) -> np.ndarray:
+    """Return where a joint is attached, m, (3,): a slide's own frame moves with what it carries."""
+    return np.asarray((data.oMi[model.parents[joint]] * model.jointPlacements[joint]).translation)
 
 
 def _slides(robot: Robot, chain: Sequence[int], q: np.ndarray) -> float:
@@ -96,7 +104,7 @@ def standing_posture(robot: Robot, legs: Sequence[Leg]) -> np.ndarray:
         rows: list[float] = []
         for leg, sole in zip(legs, soles, strict=True):
             foot = data.oMf[robot.frame_id(leg.frame)]
-            below = (foot.translation - data.oMi[leg.joints[0]].translation) / leg.length
+            below = (foot.translation - hinge(model, data, leg.joints[0])) / leg.length
             rows += [float(below[0]), float(below[2]) + BENT]
             if len(leg.joints) > 2:
                 rows.append(_LEVEL * float(pin.log3(sole.T @ foot.rotation)[1]))
@@ -120,6 +128,7 @@ def solved(
     entries = [model.joints[joint].idx_q for chain in chains for joint in chain if model.joints[joint].nq == 1]
     lower = np.maximum(robot.lower_position[entries], -_UNLIMITED)
     upper = np.minimum(robot.upper_position[entries], _UNLIMITED)
+    lower, upper = lower + _MARGIN * (upper - lower), upper - _MARGIN * (upper - lower)
     pattern = [
         _PATTERN[i % len(_PATTERN)] if model.joints[joint].nq == 1 else 0.0
         for chain in chains
