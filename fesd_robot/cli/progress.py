@@ -278,13 +278,12 @@ class LiveProgress(Progress):
 
 def wrapped(line: str) -> str:
     """Return a sentence in lines that a terminal of 80 columns shows without breaking them."""
-    return (
-        textwrap.fill(
-            line, COLUMNS_OF_A_LINE, subsequent_indent=_CONTINUED, break_long_words=False, break_on_hyphens=False
-        )
-        if len(line) > COLUMNS_OF_A_LINE
-        else line
+    if len(line) <= COLUMNS_OF_A_LINE:
+        return line
+    lines = textwrap.wrap(
+        line, COLUMNS_OF_A_LINE, subsequent_indent=_CONTINUED, break_long_words=False, break_on_hyphens=False
     )
+    return "\n".join(lines)
 
 
 def aligned(entries: list[str]) -> str:
