@@ -12,7 +12,7 @@ def _names_beginning_with(incomplete: str) -> list[str]:
     """Return the names of shipped tasks a shell may complete to."""
     from fesd_robot.examples import shipped_examples
 
-    names = [example.name for example in shipped_examples().values() if example.kind == "task"]
+    names = [example.name for example in shipped_examples() if example.kind == "task"]
     return [name for name in names if name.startswith(incomplete)]
 
 

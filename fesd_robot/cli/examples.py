@@ -21,9 +21,9 @@ _INDENT = "    "
 
 def _names_beginning_with(incomplete: str) -> list[str]:
     """Return the names a shell may complete to."""
-    from fesd_robot.examples import shipped_examples
+    from fesd_robot.examples import examples_by_name
 
-    return [name for name in shipped_examples() if name.startswith(incomplete)]
+    return [name for name in sorted(examples_by_name()) if name.startswith(incomplete)]
 
 
 def examples(
@@ -53,7 +53,7 @@ def examples(
     if not names and not everything:
         if out != Path() or force:
             raise typer.BadParameter("found --out or --force without a name, expected names of examples, or --all")
-        typer.echo("\n".join(_listed(list(shipped_examples().values()))))
+        typer.echo("\n".join(_listed(shipped_examples())))
         return
     from fesd_robot.task.json_schema import SCHEMA_FILE
 
@@ -73,5 +73,7 @@ def _listed(shipped: Sequence[Example]) -> list[str]:
         for example in (each for each in shipped if each.kind == kind):
             words = f"{example.words} {NEEDS_ROBOTS}" if example.needs_robot_data else example.words
             lines.append(f"  {example.name}")
-            lines += textwrap.wrap(words, columns - 1, initial_indent=_INDENT, subsequent_indent=_INDENT)
+            lines += textwrap.wrap(
+                words, columns - 1, initial_indent=_INDENT, subsequent_indent=_INDENT, break_on_hyphens=False
+            )
     return [*lines, "", "To change one, copy it with what it needs: fesd-robot examples NAME"]

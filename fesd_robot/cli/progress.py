@@ -82,7 +82,7 @@ def start_line(seed: int, result: Plan) -> str:
     return f"seed {seed}: cost {result.statistics.objective:.6g}. {result.status.message}"
 
 
-_OF_A_START = (
+_OF_AN_ATTEMPT = (
     Station.BUILDING,
     Station.COMPILING,
     Station.SEARCHING,
@@ -91,7 +91,7 @@ _OF_A_START = (
     Station.REFINING,
     Station.CERTIFYING,
 )
-"""What is done anew from every initial guess."""
+"""What is done anew from every initial guess, and with every fallback setting."""
 
 
 class Progress:
@@ -107,7 +107,7 @@ class Progress:
 
     def __init__(self, table: bool = False) -> None:
         self._time_limit: float | None = None
-        self._starts, self._start = 1, 1
+        self._starts, self._start, self._retries = 1, 1, 0
         self._table, self._begun = table, False
         self._begin = self._reached = time.monotonic()
         self._station = Station.READING
@@ -145,7 +145,7 @@ class Progress:
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why fallback settings are tried, and which."""
-        self._cost = None
+        self._retries, self._cost = self._retries + 1, None
         self._say(retry_line(changes, failed), "yellow")
 
     def start(self, seed: int, result: Plan) -> None:
@@ -167,8 +167,7 @@ class Progress:
         Where there is no room for all, the iterations are left out, and then the cost.
         """
         spent = time.monotonic() - self._begin
-        start = f"start {self._start} of {self._starts}, " if self._starts > 1 and self._station in _OF_A_START else ""
-        doing = "stopping" if self._stopping else start + self._station.value + self._how_far()
+        doing = "stopping" if self._stopping else self._attempt() + self._station.value + self._how_far()
         iterations = [f"{self._iterations} iterations"] if self._iterations else []
         cost = [f"cost {self._cost:.4g}"] if self._cost is not None else []
         left = [f"{max(self._time_limit - spent, 0.0):.0f} s left"] if self._time_limit is not None else []
@@ -178,6 +177,14 @@ class Progress:
             if len(line) <= COLUMNS_OF_A_LINE:
                 break
         return line
+
+    def _attempt(self) -> str:
+        """Return which start, or which attempt after all starts, it is, if there are several."""
+        if self._station not in _OF_AN_ATTEMPT or self._starts + self._retries == 1:
+            return ""
+        if self._retries:
+            return f"attempt {self._starts + self._retries}, "
+        return f"start {self._start} of {self._starts}, "
 
     def _how_far(self) -> str:
         """Return how far the station is, as far as that is known."""

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from fesd_robot.examples.copying import copy_examples
-from fesd_robot.examples.shipped import Example, find_task, shipped_examples, shipped_folder
+from fesd_robot.examples.shipped import Example, examples_by_name, find_task, shipped_examples, shipped_folder
 
-__all__ = ["Example", "copy_examples", "find_task", "shipped_examples", "shipped_folder"]
+__all__ = ["Example", "copy_examples", "examples_by_name", "find_task", "shipped_examples", "shipped_folder"]

@@ -11,7 +11,7 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from fesd_robot.errors import FesdRobotError, TaskError, nearest
-from fesd_robot.examples.shipped import MODELS, TASKS, Example, shipped_examples, shipped_folder
+from fesd_robot.examples.shipped import MODELS, TASKS, Example, examples_by_name, shipped_folder
 
 SCHEMA = "task.schema.json"
 """Name of the JSON schema beside copied tasks, which editors check them with."""
@@ -39,7 +39,7 @@ def copy_examples(names: Sequence[str], out: Path, *, schema: bytes, overwrite: 
         TaskError: for an unknown name, with the nearest one.
         FesdRobotError: if files with another content are in the way, or a file cannot be written.
     """
-    examples = shipped_examples()
+    examples = examples_by_name()
     for name in names:
         if name not in examples:
             raise TaskError(f"found '{name}', expected the name of an example{nearest(name, examples)}")

@@ -50,12 +50,17 @@ def shipped_folder() -> Path:
     raise TaskError(f"found no folders {TASKS} and {MODELS} in {here}, expected them there: install fesd-robot again")
 
 
-def shipped_examples() -> dict[str, Example]:
-    """Return the tasks, then the models that come with the program, by name, each kind sorted."""
+def shipped_examples() -> list[Example]:
+    """Return the tasks, then the models that come with the program, each kind by name."""
     folder = shipped_folder()
     tasks = [_task(file) for file in sorted((folder / TASKS).glob("*.yaml"))]
     models = [_model(each) for each in sorted((folder / MODELS).iterdir()) if each.is_dir()]
-    return {example.name: example for example in [*tasks, *models]}
+    return [*tasks, *models]
+
+
+def examples_by_name() -> dict[str, Example]:
+    """Return the examples by name: of a task and a model of one name the task, which has that model with it."""
+    return {example.name: example for example in reversed(shipped_examples())}
 
 
 def find_task(given: str | Path) -> Path:
@@ -72,7 +77,7 @@ def find_task(given: str | Path) -> Path:
     path = Path(given)
     if path.is_file():
         return path
-    tasks = {example.name: example.path for example in shipped_examples().values() if example.kind == "task"}
+    tasks = {example.name: example.path for example in shipped_examples() if example.kind == "task"}
     if path.suffix or path.name != str(given):
         if path.suffix == _SUFFIX and path.stem in tasks and not path.exists():
             raise TaskError(

@@ -21,6 +21,7 @@ from fesd_robot.cli.progress import (
 )
 from fesd_robot.mpcc import NlpStatus
 from fesd_robot.mpcc.certificate import certify
+from fesd_robot.plans import Plan
 from fesd_robot.strategies.stations import Station
 
 
@@ -86,6 +87,21 @@ def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
         progress.station(station)
         progress.counted(9999, None)
         assert station.value in progress.line() and len(progress.line()) < 80
+
+
+def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
+    """Starts count to their number; what follows them is an attempt, after the starts."""
+    progress = Progress()
+    progress.expect(None, 2)
+    progress.station(Station.BUILDING)
+    assert "start 1 of 2, building" in progress.line()
+    progress.start(0, short_plan)
+    assert "start 2 of 2, building" in progress.line()
+    progress.start(1, short_plan)
+    progress.retry({"method.stages": 3}, short_plan)
+    assert "attempt 3, building" in progress.line()
+    progress.station(Station.DRAWING)
+    assert progress.line().endswith("s  drawing page and figures")
 
 
 def test_a_certificate_says_how_long_it_may_take() -> None:
