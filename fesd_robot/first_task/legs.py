@@ -10,7 +10,7 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.base import Base
 from fesd_robot.first_task.feet import feet_of
-from fesd_robot.first_task.posture import BENT, clipped, hinge, leg_to, standing_posture
+from fesd_robot.first_task.posture import clipped, hinge, leg_to, standing_posture
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import Robot
 
@@ -118,6 +118,6 @@ def _joint_values(robot: Robot, q: np.ndarray, joints: Sequence[int]) -> dict[st
 
 def _effort(robot: Robot, base: Base, height: float) -> dict[str, float]:
     """Return a torque or force for every joint of a robot without motors, rounded to one digit."""
-    largest = _EFFORT * float(pin.computeTotalMass(robot.model)) * GRAVITY * height / BENT
+    largest = _EFFORT * float(pin.computeTotalMass(robot.model)) * GRAVITY * height
     digit = 10 ** np.floor(np.log10(largest))
     return {name: float(np.ceil(largest / digit) * digit) for name in robot.velocity_names if name not in base.names}

@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import TypeAdapter
 from ruamel.yaml import YAML
 from typer.main import get_command
 
 import fesd_robot
 from fesd_robot.examples import copy_examples
 from fesd_robot.ocp import formulate
-from fesd_robot.task import load_task
+from fesd_robot.task import Task, load_task
 from fesd_robot.task.json_schema import task_json_schema
 
 from .blocks import PAGES, ROOT, SHORT, Block, blocks, commands, pattern, run, stable
@@ -103,6 +104,18 @@ def test_yaml_is_of_a_task(page: Path, folder: Path) -> None:
             file = below / "of_the_page.yaml"
             file.write_text(block.text, encoding="utf-8")
             formulate(load_task(file))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_sections_in_sentences_are_valid(page: Path) -> None:
+    """A section of a task that is written inside of a sentence, such as `audit: {...: 0.05}`, has keys that exist."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    for span in re.findall(r"`(\w+: \{[^`]*\})`", text):
+        data = YAML(typ="safe", pure=True).load(span.replace("…", "0"))
+        for key, value in data.items():
+            # Which type is meant may be all that a sentence says.
+            if key in Task.model_fields and key not in ("contacts", "initial", "goal") and set(value) != {"type"}:
+                TypeAdapter(Task.model_fields[key].annotation).validate_python(value)
 
 
 def test_the_first_task_of_the_page_is_what_new_writes(folder: Path) -> None:
