@@ -25,7 +25,9 @@ assert not heavy, heavy
 """
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["plan", "--help"], ["refine", "--help"], ["--version"], ["schema"], ["examples"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["plan", "--help"], ["refine", "--help"], ["--version"], ["schema"], ["examples"]]
+)
 def test_help_and_schema_import_nothing_heavy(arguments: list[str]) -> None:
     """What needs no robot starts without CasADi, Pinocchio and numpy."""
     done = subprocess.run([sys.executable, "-c", LAZY, *arguments], capture_output=True, text=True, timeout=60)
