@@ -14,6 +14,7 @@ from fesd_robot.refine import refined
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.strategies.stations import Reached, Station
 from fesd_robot.task import Task
 
 MOST_DESCENTS = 3
@@ -40,6 +41,7 @@ def descended(
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
+    reached: Reached,
 ) -> tuple[SolvedMotion, Certificate | None]:
     """Return the motion from which no branch is found that descends, and the certificate of that.
 
@@ -54,17 +56,22 @@ def descended(
         deadline: of the task.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the descent.
+        reached: called with what is done next, a certificate or a descent.
 
     Returns:
         motion and certificate; no certificate if the motion is not solved, or no time is left.
 
     Source: phase II of MPECopt, Nurkanovic, Leyffer, arXiv 2501.13835.
     """
+    reached(Station.CERTIFYING)
     certificate = _certificate(solved, task, deadline)
     for _ in range(MOST_DESCENTS):
+        if certificate and certificate.direction is not None:
+            reached(Station.IMPROVING)
         better, followed = _better(solved, certificate, options, task, deadline, progress, stop)
         if better is None:
             return solved, certificate and replace(certificate, followed=followed)
+        reached(Station.CERTIFYING)
         solved, certificate = better, _certificate(better, task, deadline)
     return solved, certificate
 

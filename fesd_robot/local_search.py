@@ -18,6 +18,7 @@ from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.lookahead import Lookahead
+from fesd_robot.strategies.stations import Counted
 
 GAIN = 1e-3
 """Least gain of a move, relative to one plus the cost; smaller ones are not worth their NLPs."""
@@ -47,6 +48,7 @@ def searched(
     processes: int = 1,
     *,
     detours: bool = True,
+    tried: Counted | None = None,
 ) -> Iterator[SolvedMotion]:
     """Yield a motion none of whose neighbours is found to be cheaper, then ever earlier ones on the way to it.
 
@@ -67,11 +69,12 @@ def searched(
         processes: how many try neighbours at once; the result does not depend on it.
         detours: whether the search goes on where no quick trial of a neighbour is cheaper; a motion that was searched
             from before, on another grid, gains little by that.
+        tried: called with the number of neighbours that were tried, and None for how many there will be.
     """
     if not solved.solution.exact:
         yield solved
         return
-    yield from _Search(solved, options, deadline, progress, stop, processes, detours).run()
+    yield from _Search(solved, options, deadline, progress, stop, processes, detours, tried).run()
 
 
 class _Untried(NamedTuple):
@@ -116,6 +119,7 @@ class _Search:
         stop: Stop | None,
         processes: int,
         detours: bool,
+        tried: Counted | None,
     ) -> None:
         self._begin, self._detours = time.perf_counter(), detours
         self._solved, self._deadline, self._progress = solved, deadline, progress
@@ -125,7 +129,7 @@ class _Search:
         self._solver, self._transcription = self._around.solver, self._around.transcription
         self._conditions = self._around.polisher.conditions
         self._tried: set[object] = set()
-        self._trials = 0
+        self._trials, self._on_trial = 0, tried
         self._moves: list[str] = []
         self._rejected: list[tuple[Move, PolishingReport]] = []
         self._ahead = Lookahead(self._outcome, processes, stop, self._alone)
@@ -217,6 +221,8 @@ class _Search:
         for one, (found, reports) in zip(untried, self._ahead.results(candidates), strict=False):
             move = one.move
             self._trials += 1
+            if self._on_trial:
+                self._on_trial(self._trials, None)
             self._tried.add(one.seen)
             self._solver.reports += reports
             if found and found.residuals.constraint_violation <= trial.violation:

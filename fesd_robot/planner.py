@@ -40,7 +40,8 @@ from fesd_robot.strategies.fallbacks import (
 )
 from fesd_robot.strategies.multistart import attempt_seeds
 from fesd_robot.strategies.processes import processes_of
-from fesd_robot.strategies.stations import Station
+from fesd_robot.strategies.search_steps import SearchSteps
+from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
 
@@ -52,7 +53,8 @@ def plan(
     stop: Stop | None = None,
     retrying: Callable[[Overrides, Plan], None] | None = None,
     started: Callable[[int, Plan], None] | None = None,
-    station: Callable[[Station], None] | None = None,
+    station: Reached | None = None,
+    counted: Counted | None = None,
 ) -> Plan:
     """Plan the motion that a task describes, from its initial guesses, and with fallback settings if none solves it.
 
@@ -67,6 +69,7 @@ def plan(
             solved.
         started: called with the seed and the plan of every one of several starts when it is there.
         station: called with what is done next.
+        counted: called with the steps of the station that are done, and of how many, None if that is not known.
 
     Returns:
         The cheapest solved plan of the starts, else the first that is solved, else one that only misses the goal, else
@@ -80,7 +83,8 @@ def plan(
     deadline, reached = Deadline(task.solver.time_limit), station or _unseen
 
     def attempted(one: Task) -> Plan:
-        return attempt(one, promised=not task.goal.soft, progress=progress, stop=stop, station=station)
+        promised = not task.goal.soft
+        return attempt(one, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
 
     attempts = attempt_seeds(
         task,
@@ -111,7 +115,8 @@ def attempt(
     promised: bool = False,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
-    station: Callable[[Station], None] | None = None,
+    station: Reached | None = None,
+    counted: Counted | None = None,
 ) -> Plan:
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
@@ -121,6 +126,7 @@ def attempt(
     The other args and raises are those of `plan`.
     """
     deadline, reports, reached = Deadline(task.solver.time_limit), list[NlpReport](), station or _unseen
+    count = counted or _uncounted
     reached(Station.BUILDING)
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
@@ -132,12 +138,21 @@ def attempt(
 
     problem, build_seconds = transcription.problem, deadline.spent
 
-    reached(Station.SEARCHING)
     options, polisher = homotopy_options(task), BranchTranscription(transcription)
-    found = known = known_start(motion, transcription, options, deadline, report, stop)
+    steps = SearchSteps(options, reached, count)
+
+    def searching(nlp: NlpReport) -> None:
+        report(nlp)
+        steps.nlp(nlp)
+
+    def iterating(iteration: int, objective: float) -> bool:
+        steps.iteration()
+        return stop is not None and stop(iteration, objective)
+
+    found = known = known_start(motion, transcription, options, deadline, searching, iterating)
     if found is None:
-        repair = Repair(transcription, options, deadline, report, stop)
-        solution = solve(problem, options, polisher=polisher, progress=report, stop=stop, otherwise=repair)
+        repair = Repair(transcription, options, deadline, searching, iterating)
+        solution = solve(problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair)
         found = repair.repaired(polisher, solution)
     polisher, solution = found
 
@@ -146,7 +161,7 @@ def attempt(
     if task.solver.local_search:
         reached(Station.IMPROVING)
         processes = processes_of(task)
-        searches = searched(solved, options, deadline, report, stop, processes, detours=known is None)
+        searches = searched(solved, options, deadline, report, stop, processes, detours=known is None, tried=count)
     else:
         searches = iter([solved])
     for candidate in searches:  # the cheaper ones first; the first that is true is taken
@@ -156,8 +171,7 @@ def attempt(
             solved = refined(candidate, options, task.method.accuracy, deadline, report, stop)
         if not solved.audit.violations:
             break
-    reached(Station.CERTIFYING)
-    solved, certificate = descended(solved, options, task, deadline, report, stop)
+    solved, certificate = descended(solved, options, task, deadline, report, stop, reached)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
     problem, physics = transcription.problem, solved.physics
@@ -204,7 +218,7 @@ def _with_what_helps(
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
     retrying: Callable[[Overrides, Plan], None] | None,
-    station: Callable[[Station], None] | None,
+    station: Reached | None,
 ) -> Plan:
     """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
     last = plan
@@ -223,4 +237,8 @@ def _with_what_helps(
 
 
 def _unseen(station: Station) -> None:
+    """Take note of nothing."""
+
+
+def _uncounted(done: int, of: int | None) -> None:
     """Take note of nothing."""

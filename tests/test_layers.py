@@ -17,7 +17,8 @@ BELOW: dict[str, set[str]] = {
     "complementarity": set(),
     "native": set(),
     "robot": set(),
-    "task": set(),
+    "examples": set(),
+    "task": {"examples"},
     "dcs": {"complementarity"},
     "mpcc": {"complementarity", "native"},
     "fesd": {"complementarity", "dcs", "mpcc"},
@@ -29,6 +30,7 @@ BELOW: dict[str, set[str]] = {
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "native", "ocp", "plans", "robot", "task"},
     "simulation": {"adapters", "contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
+    "first_task": {"ocp", "robot", "task"},
     "strategies": {"mpcc", "plans", "task"},
 }
 """Room -> the rooms it may use, besides `errors` and `lazy`; the planner and the commands may use all."""

@@ -8,9 +8,11 @@ import typer
 
 from fesd_robot import __version__
 from fesd_robot.cli.check import check
+from fesd_robot.cli.examples import examples
 from fesd_robot.cli.export import ExportCommand, export
 from fesd_robot.cli.group import CommandGroup
 from fesd_robot.cli.logs import set_up_logging
+from fesd_robot.cli.new import new
 from fesd_robot.cli.plan import plan
 from fesd_robot.cli.refine import refine
 from fesd_robot.cli.render import render
@@ -49,5 +51,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, simulate, check, report, render, export, robots, schema):
+for command in (plan, refine, simulate, check, report, render, export, examples, new, robots, schema):
     app.command(cls=ExportCommand if command is export else None)(command)

@@ -7,7 +7,24 @@ from typing import Annotated
 
 import typer
 
-TaskFile = Annotated[Path, typer.Argument(metavar="TASK.yaml", help="The task file.", show_default=False)]
+
+def _names_beginning_with(incomplete: str) -> list[str]:
+    """Return the names of shipped tasks a shell may complete to."""
+    from fesd_robot.examples import shipped_examples
+
+    names = [example.name for example in shipped_examples() if example.kind == "task"]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+TaskFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="TASK",
+        help="The task file, or the name of a task that `fesd-robot examples` lists.",
+        autocompletion=_names_beginning_with,
+        show_default=False,
+    ),
+]
 
 PlanFile = Annotated[
     Path,

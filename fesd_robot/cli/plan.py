@@ -12,7 +12,7 @@ import typer
 from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
-from fesd_robot.cli.progress import Progress, progress_for
+from fesd_robot.cli.progress import Progress, progress_for, wrapped
 from fesd_robot.strategies.stations import Station
 
 if TYPE_CHECKING:
@@ -60,14 +60,15 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
         with progress:
             from fesd_robot.cli.summary import summary
             from fesd_robot.plans import check_output_folder
+            from fesd_robot.strategies.multistart import starts_of
 
             task, folder = load()
             check_output_folder(folder)
-            progress.time_limit = task.solver.time_limit
+            progress.expect(task.solver.time_limit, starts_of(task))
             result = _solve(task, progress, interrupts)
             written = _write(result, task, folder, progress, interrupts)
         if not quiet:
-            typer.echo("\n".join(summary(result, written, folder)))
+            typer.echo("\n".join(wrapped(line) for line in summary(result, written, folder)))
         elif not result.status.solved:
             typer.echo(f"{result.name}: {result.status.message}", err=True)
     if interrupts.received:
@@ -93,6 +94,7 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
         retrying=progress.retry,
         started=progress.start,
         station=progress.station,
+        counted=progress.counted,
     )
     interrupts.solved()
     return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import threading
 import time
 from collections.abc import Mapping
@@ -42,6 +43,15 @@ FIRST_LINE = 0.5
 LEAST_WAIT = 0.05
 """s between two looks at the clock."""
 
+_CONTINUED = "    "
+"""Before what continues a sentence; before seconds there are fewer blanks."""
+
+COLUMNS_OF_A_LINE = 79
+"""Characters of a line at most: what a terminal of 80 columns shows without breaking it."""
+
+CERTIFICATE_SECONDS = 30.0
+"""s; a certificate takes no longer, and says so."""
+
 STOPPING = "interrupted: stopping with the best iterate; interrupt again to abort at once"
 
 
@@ -72,6 +82,18 @@ def start_line(seed: int, result: Plan) -> str:
     return f"seed {seed}: cost {result.statistics.objective:.6g}. {result.status.message}"
 
 
+_OF_AN_ATTEMPT = (
+    Station.BUILDING,
+    Station.COMPILING,
+    Station.SEARCHING,
+    Station.POLISHING,
+    Station.IMPROVING,
+    Station.REFINING,
+    Station.CERTIFYING,
+)
+"""What is done anew from every initial guess, and with every fallback setting."""
+
+
 class Progress:
     """Says nothing; base of the kinds that do, which are told what happens.
 
@@ -81,22 +103,30 @@ class Progress:
     Args:
         table: whether every NLP has a line of its own.
 
-    Attributes:
-        time_limit: seconds for the whole solve, None for no limit.
     """
 
     def __init__(self, table: bool = False) -> None:
-        self.time_limit: float | None = None
+        self._time_limit: float | None = None
+        self._starts, self._start, self._retries = 1, 1, 0
         self._table, self._begun = table, False
-        self._begin = time.monotonic()
+        self._begin = self._reached = time.monotonic()
         self._station = Station.READING
+        self._done: tuple[int, int | None] | None = None
         self._iterations = 0
         self._cost: float | None = None
         self._stopping = False
 
+    def expect(self, time_limit: float | None, starts: int) -> None:
+        """Take note of how many seconds all may take, None for no limit, and of how many initial guesses there are."""
+        self._time_limit, self._starts = time_limit, starts
+
     def station(self, station: Station) -> None:
         """Show what is done from now on."""
-        self._station = station
+        self._station, self._done, self._reached = station, None, time.monotonic()
+
+    def counted(self, done: int, of: int | None) -> None:
+        """Show how many steps of the station are done, and of how many, None if that is not known."""
+        self._done = (done, of)
 
     def nlp(self, report: NlpReport) -> None:
         """Say how an NLP ended, if there is a table, and keep the cost of an exact motion."""
@@ -115,11 +145,12 @@ class Progress:
 
     def retry(self, changes: Mapping[str, Any], failed: Plan) -> None:
         """Say why fallback settings are tried, and which."""
-        self._cost = None
+        self._retries, self._cost = self._retries + 1, None
         self._say(retry_line(changes, failed), "yellow")
 
     def start(self, seed: int, result: Plan) -> None:
         """Say what came of one of several initial guesses."""
+        self._start, self._cost = min(self._start + 1, self._starts), None
         self._say(start_line(seed, result), "none")
 
     def stopping(self) -> None:
@@ -131,16 +162,38 @@ class Progress:
         """End what is shown and leave the screen to others."""
 
     def line(self) -> str:
-        """Return what is being done, for how long, with which cost so far, and how much time is left; one line."""
+        """Return what is being done, for how long, how far it is, and how much time is left, in one line.
+
+        Where there is no room for all, the iterations are left out, and then the cost.
+        """
         spent = time.monotonic() - self._begin
-        words = [f"{spent:4.0f} s  {'stopping' if self._stopping else self._station.value}"]
-        if self._iterations:
-            words.append(f"{self._iterations} iterations")
-        if self._cost is not None:
-            words.append(f"cost {self._cost:.4g}")
-        if self.time_limit is not None and self._station not in (Station.WRITING, Station.DRAWING):
-            words.append(f"{max(self.time_limit - spent, 0.0):.0f} s left")
-        return ", ".join(words)
+        doing = "stopping" if self._stopping else self._attempt() + self._station.value + self._how_far()
+        iterations = [f"{self._iterations} iterations"] if self._iterations else []
+        cost = [f"cost {self._cost:.4g}"] if self._cost is not None else []
+        left = [f"{max(self._time_limit - spent, 0.0):.0f} s left"] if self._time_limit is not None else []
+        left = left if self._station not in (Station.WRITING, Station.DRAWING) else []
+        for more in (iterations + cost, cost, []):
+            line = f"{spent:4.0f} s  {', '.join([doing, *more, *left])}"
+            if len(line) <= COLUMNS_OF_A_LINE:
+                break
+        return line
+
+    def _attempt(self) -> str:
+        """Return which start, or which attempt after all starts, it is, if there are several."""
+        if self._station not in _OF_AN_ATTEMPT or self._starts + self._retries == 1:
+            return ""
+        if self._retries:
+            return f"attempt {self._starts + self._retries}, "
+        return f"start {self._start} of {self._starts}, "
+
+    def _how_far(self) -> str:
+        """Return how far the station is, as far as that is known."""
+        if self._station is Station.CERTIFYING:
+            return f", {max(CERTIFICATE_SECONDS - (time.monotonic() - self._reached), 0.0):.0f} s at most"
+        if self._done is None:
+            return ""
+        done, of = self._done
+        return f" {done} tried" if of is None else f" {done} of {of}"
 
     def _say(self, line: str, style: str) -> None:
         """Show a line that stays, in one of rich's styles."""
@@ -173,6 +226,13 @@ class PlainProgress(Progress):
             super().station(station)
             self._say(self.line(), "none")
 
+    def counted(self, done: int, of: int | None) -> None:
+        """Print how many steps are done, if there are more, as a line of its own."""
+        more = self._done is not None and done > self._done[0]
+        super().counted(done, of)
+        if more and of is not None:
+            self._say(self.line(), "none")
+
     def close(self) -> None:
         """Print no more."""
         self._ended.set()
@@ -188,7 +248,7 @@ class PlainProgress(Progress):
         """Print a line; typer.echo flushes."""
         with self._printing:
             self._printed = time.monotonic()
-            typer.echo(line)
+            typer.echo(wrapped(line))
 
 
 class LiveProgress(Progress):
@@ -220,7 +280,17 @@ class LiveProgress(Progress):
         self._live.stop()
 
     def _say(self, line: str, style: str) -> None:
-        self._live.console.print(line, style=style, highlight=False, markup=False)
+        self._live.console.print(wrapped(line), style=style, highlight=False, markup=False, soft_wrap=True)
+
+
+def wrapped(line: str) -> str:
+    """Return a sentence in lines that a terminal of 80 columns shows without breaking them."""
+    if len(line) <= COLUMNS_OF_A_LINE:
+        return line
+    lines = textwrap.wrap(
+        line, COLUMNS_OF_A_LINE, subsequent_indent=_CONTINUED, break_long_words=False, break_on_hyphens=False
+    )
+    return "\n".join(lines)
 
 
 def aligned(entries: list[str]) -> str:

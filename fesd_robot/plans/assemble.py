@@ -16,7 +16,7 @@ from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, T
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
 
-PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data", "meshcat")
+PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data")
 
 
 def trajectory_of(

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
-from meshcat.commands import SetObject, SetTransform
-from meshcat.path import Path
 
+import fesd_robot.render.meshcat.geometry as mg
 from fesd_robot.render.geometry import mesh
+from fesd_robot.render.meshcat.commands import SetObject, SetTransform
+from fesd_robot.render.meshcat.path import Path
 from fesd_robot.render.palette import color_number, series_color
 from fesd_robot.render.scene import joint_paths, tube
 from fesd_robot.render.window import SceneWindow

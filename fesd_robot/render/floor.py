@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import meshcat.geometry as mg
 import numpy as np
-from meshcat.commands import SetObject, SetTransform
-from meshcat.path import Path
 
+import fesd_robot.render.meshcat.geometry as mg
 from fesd_robot.render.block import add_block, add_walls
 from fesd_robot.render.geometry import mesh
+from fesd_robot.render.meshcat.commands import SetObject, SetTransform
+from fesd_robot.render.meshcat.path import Path
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.window import SceneWindow
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import coal
-import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
 import umsgpack
 
+import fesd_robot.render.meshcat.geometry as mg
 from fesd_robot.render.collada import collada_unit, read_collada
 from fesd_robot.render.meshes import Meshes
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import coal
-import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
-from meshcat.commands import SetObject, SetTransform
-from meshcat.path import Path
 
+import fesd_robot.render.meshcat.geometry as mg
 from fesd_robot.render.geometry import box_corners, make_visual, mesh
+from fesd_robot.render.meshcat.commands import SetObject, SetTransform
+from fesd_robot.render.meshcat.path import Path
 from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import color_number
 from fesd_robot.render.scene import tube

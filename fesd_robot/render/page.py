@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
-import meshcat
 import numpy as np
 import pinocchio as pin
 
@@ -42,7 +41,8 @@ SHOWN_MARKS = 12
 CLOCK_NOISE = 1e-6
 """Seconds by which time may step back, as the clock of a plan does that is solved to finite tolerance."""
 
-VIEWER = Path(meshcat.__file__).parent / "viewer"
+VIEWER = Path(__file__).parent / "meshcat" / "viewer"
+"""Meshcat's viewer, with its licences."""
 
 
 @dataclass(frozen=True)
@@ -191,16 +191,13 @@ def _groups(marks: Sequence[Mark], has_ghost: bool) -> str:
 def _fill(**values: str) -> str:
     """Return the page with its viewer, style and the given values in place."""
     here = resources.files("fesd_robot.render")
-    distribution = VIEWER / "dist"
-    licences = [VIEWER / "LICENSE", *sorted(distribution.glob("*LICENSE*"))]
+    licences = sorted(VIEWER.glob("*LICENSE*"))
     values = {
         **values,
         # JSON and JavaScript strings may spell these characters so that no text can end the script element.
         "settings": values["settings"].replace("<", "\\u003c"),
-        "bundle": (distribution / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
-        "licences": "\n".join(file.read_text(encoding="utf-8") for file in licences if file.is_file()).replace(
-            "</", "< /"
-        ),
+        "bundle": (VIEWER / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
+        "licences": "\n".join(file.read_text(encoding="utf-8") for file in licences).replace("</", "< /"),
         "style": (here / "page.css").read_text(encoding="utf-8").strip(),
         "viewer": (here / "page.js").read_text(encoding="utf-8").strip(),
     }

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
-from meshcat.animation import Animation, AnimationClip
-from meshcat.commands import SetAnimation, SetObject, SetTransform
-from meshcat.path import Path
 
+import fesd_robot.render.meshcat.geometry as mg
 from fesd_robot.render.animation import Motion, joint_tracks
 from fesd_robot.render.geometry import make_visual, mesh
+from fesd_robot.render.meshcat.animation import Animation, AnimationClip
+from fesd_robot.render.meshcat.commands import SetAnimation, SetObject, SetTransform
+from fesd_robot.render.meshcat.path import Path
 from fesd_robot.render.meshes import Meshes
 from fesd_robot.render.palette import color_number, series_color
 from fesd_robot.render.terrain import GroundVisual

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import umsgpack
-from meshcat.servers.tree import SceneTree, find_node, walk
+
+from fesd_robot.render.meshcat.tree import SceneTree, find_node, walk
 
 
 def plain(value: Any) -> Any:
@@ -32,7 +33,7 @@ class SceneWindow:
         self._values: dict[bytes, None] = {}
 
     def send(self, command: Any) -> None:
-        """Keep one command of `meshcat.commands` at its place in the tree, the latest of a kind winning."""
+        """Keep one command of `meshcat/commands.py` at its place in the tree, the latest of a kind winning."""
         data = plain(command.lower())
         self._values.update(dict.fromkeys(_large_values(data)))
         node = find_node(self.tree, [name for name in data["path"].split("/") if name])

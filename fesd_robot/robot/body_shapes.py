@@ -53,7 +53,7 @@ class BodyShapes:
         self._robot, self._data = robot, robot.model.createData()
         self._shapes, frames = list(robot.collision_shapes), robot.model.frames
         self._joints = [frames[robot.frame_id(shape.body)].parentJoint for shape in self._shapes]
-        self._points = [_outline(shape) for shape in self._shapes]
+        self._points = [outline_points(shape) for shape in self._shapes]
         self._geometry = pin.GeometryModel()
         for number, (shape, joint) in enumerate(zip(self._shapes, self._joints, strict=True)):
             place = frames[robot.frame_id(shape.body)].placement * shape.placement
@@ -169,7 +169,7 @@ def _hull(geometry: Any) -> Any:
     return geometry
 
 
-def _outline(shape: Shape) -> tuple[np.ndarray, float]:
+def outline_points(shape: Shape) -> tuple[np.ndarray, float]:
     """Return points in the axes of a shape's frame, m, (3, n), and the radius within which all around them is shape."""
     geometry, radius = shape.geometry, 0.0
     turn = np.linspace(0, 2 * np.pi, _POINTS, endpoint=False)

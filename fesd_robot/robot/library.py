@@ -10,6 +10,9 @@ from fesd_robot.errors import RobotError, nearest
 
 PREFIX = "example-robot-data:"
 
+INSTALL = "pip install 'fesd-robot[robots]'"
+"""What brings the robots, 400 MB with their meshes, which most users do not need."""
+
 _FOLDER = Path("share/example-robot-data/robots")
 _FILES = {
     "alex": "alex_description/urdf/alex_nub_hands.urdf",
@@ -88,7 +91,7 @@ def examples_folder() -> Path:
     for candidate in candidates:
         if candidate.is_dir():
             return candidate
-    raise RobotError("The robots of example-robot-data are not installed; run: pip install example-robot-data.")
+    raise RobotError(f"The robots of example-robot-data are not installed; run: {INSTALL}.")
 
 
 def _files_by_stem(folder: Path) -> dict[str, list[Path]]:

@@ -1,7 +1,8 @@
-"""What a planner is doing, in the words that people read while they wait."""
+"""What a planner is doing, in the words that people read while they wait, and how far it is with it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 
 
@@ -10,10 +11,19 @@ class Station(Enum):
 
     READING = "reading the task"
     BUILDING = "building the equations"
-    SEARCHING = "looking for a motion"
+    COMPILING = "compiling the derivatives"
+    SEARCHING = "searching"
+    POLISHING = "polishing"
     IMPROVING = "changing contacts"
     REFINING = "refining the motion"
-    CERTIFYING = "certifying the plan"
-    WAITING = "waiting for others"
+    CERTIFYING = "certifying"
+    WAITING = "waiting for other starts"
     WRITING = "writing the plan"
     DRAWING = "drawing page and figures"
+
+
+Reached = Callable[[Station], None]
+"""What is done next."""
+
+Counted = Callable[[int, int | None], None]
+"""How many steps of the station are done, and of how many; None if that is not known."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -37,6 +38,11 @@ class Outcome(NamedTuple):
     code: int
     out: str
     err: str
+
+    @property
+    def sentences(self) -> str:
+        """What it printed, with every sentence in one line."""
+        return re.sub(r"\n {4}(?=\S)", " ", self.out)
 
     @property
     def said(self) -> str:

@@ -25,7 +25,9 @@ assert not heavy, heavy
 """
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["plan", "--help"], ["refine", "--help"], ["--version"], ["schema"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["plan", "--help"], ["refine", "--help"], ["--version"], ["schema"], ["examples"]]
+)
 def test_help_and_schema_import_nothing_heavy(arguments: list[str]) -> None:
     """What needs no robot starts without CasADi, Pinocchio and numpy."""
     done = subprocess.run([sys.executable, "-c", LAZY, *arguments], capture_output=True, text=True, timeout=60)
@@ -52,7 +54,8 @@ def test_the_help_names_every_command_and_exit_status(run: Callable[..., Any]) -
     """`--help` lists the commands and what an exit status means."""
     outcome = run("--help")
     assert outcome.code == 0
-    for word in ("plan", "refine", "check", "schema", "report", "render", "export", "robots", "130 interrupted"):
+    commands = ("plan", "refine", "check", "schema", "report", "render", "export", "examples", "new", "robots")
+    for word in (*commands, "130 interrupted"):
         assert word in outcome.out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import time
 from typing import NamedTuple
@@ -16,8 +17,11 @@ from fesd_robot.cli.progress import (
     PlainProgress,
     Progress,
     progress_for,
+    wrapped,
 )
 from fesd_robot.mpcc import NlpStatus
+from fesd_robot.mpcc.certificate import certify
+from fesd_robot.plans import Plan
 from fesd_robot.strategies.stations import Station
 
 
@@ -46,18 +50,21 @@ ROW = ["1e-03", "5e-01", "converged", "57", "12.5", "3.0e-04", "2.0e-09", "4.2"]
 def test_plain_progress_says_what_is_done(capsys: pytest.CaptureFixture[str]) -> None:
     """A line for every station, and after `SILENCE` seconds one that counts; rows of NLPs only if asked for."""
     with PlainProgress() as progress:
-        progress.time_limit = 60.0
+        progress.expect(60.0, 2)
         progress.station(Station.SEARCHING)
         progress.station(Station.SEARCHING)
+        progress.counted(0, 12)
+        progress.counted(7, 12)
         progress.iteration(0, 1.0)
         for number in (1, 2):
             progress.iteration(number, 3.0)
         progress.nlp(Report(sigma=0.0))  # type: ignore[arg-type]
         time.sleep(SILENCE + 0.5)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].endswith("s  looking for a motion, 60 s left")
-    assert lines[1].endswith("s  looking for a motion, 2 iterations, cost 12.5, 58 s left")
-    assert len(lines) == 2
+    assert lines[0].endswith("s  start 1 of 2, searching, 60 s left")
+    assert lines[1].endswith("s  start 1 of 2, searching 7 of 12, 60 s left")
+    assert lines[2].endswith("s  start 1 of 2, searching 7 of 12, 2 iterations, cost 12.5, 58 s left")
+    assert len(lines) == 3
 
 
 def test_the_table_has_a_row_for_every_nlp(capsys: pytest.CaptureFixture[str]) -> None:
@@ -72,13 +79,47 @@ def test_the_table_has_a_row_for_every_nlp(capsys: pytest.CaptureFixture[str]) -
 def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
     """80 columns are enough for every station after hours, with many iterations, a cost and a time limit."""
     progress = Progress()
-    progress.time_limit = 9999.0
+    progress.expect(9999.0, 10)
     progress.nlp(Report(sigma=0.0, residuals=Residuals(objective=-1.23456789e-11)))  # type: ignore[arg-type]
     progress._iterations = 99999
     progress._begin -= 999
     for station in Station:
         progress.station(station)
-        assert len(progress.line()) < 80
+        progress.counted(9999, None)
+        assert station.value in progress.line() and len(progress.line()) < 80
+
+
+def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
+    """Starts count to their number; what follows them is an attempt, after the starts."""
+    progress = Progress()
+    progress.expect(None, 2)
+    progress.station(Station.BUILDING)
+    assert "start 1 of 2, building" in progress.line()
+    progress.start(0, short_plan)
+    assert "start 2 of 2, building" in progress.line()
+    progress.start(1, short_plan)
+    progress.retry({"method.stages": 3}, short_plan)
+    assert "attempt 3, building" in progress.line()
+    progress.station(Station.DRAWING)
+    assert progress.line().endswith("s  drawing page and figures")
+
+
+def test_a_certificate_says_how_long_it_may_take() -> None:
+    """Its seconds run down from the limit of the mixed-integer program."""
+    limit = inspect.signature(certify).parameters["time_limit"].default
+    progress = Progress()
+    progress.station(Station.CERTIFYING)
+    assert f"certifying, {limit:.0f} s at most" in progress.line()
+    progress._reached -= limit - 1
+    assert "certifying, 1 s at most" in progress.line()
+
+
+def test_sentences_are_broken_into_lines_that_fit(capsys: pytest.CaptureFixture[str]) -> None:
+    """A message is longer than a terminal is wide, and no word of it is lost."""
+    message = "Not solved: the goal is missed, root_x ends 0.2 m from it; " * 5
+    assert wrapped(message).split() == message.split()
+    assert all(len(line) < 80 for line in wrapped(message).splitlines())
+    assert wrapped("short") == "short"
 
 
 def test_live_progress_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,17 +8,17 @@ import struct
 from pathlib import Path
 
 import coal
-import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-from meshcat.commands import SetObject
-from meshcat.path import Path as ScenePath
 from PIL import Image
 
+import fesd_robot.render.meshcat.geometry as mg
 from fesd_robot.render import GroundVisual, PageContent, render_page
 from fesd_robot.render.collada import TEXTURE_PIXELS, read_collada
+from fesd_robot.render.meshcat.commands import SetObject
+from fesd_robot.render.meshcat.path import Path as ScenePath
 from fesd_robot.render.meshes import DEVIATION, ENOUGH, Mesh, Meshes, read_mesh, sharpened, simplified
 from fesd_robot.render.window import SceneWindow
 from fesd_robot.robot import load_robot

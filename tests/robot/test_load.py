@@ -268,10 +268,10 @@ def test_an_ambiguous_example_lists_the_choices(monkeypatch):
 
 
 def test_missing_example_data_says_what_to_install(monkeypatch, tmp_path):
-    """Without the data the message names the package."""
+    """Without the data the message names the extra."""
     monkeypatch.setattr(library.sys, "prefix", str(tmp_path))
     monkeypatch.setattr(library.metadata, "distribution", _not_found)
-    with pytest.raises(RobotError, match="pip install example-robot-data"):
+    with pytest.raises(RobotError, match=r"pip install 'fesd-robot\[robots\]'"):
         load_robot("example-robot-data:solo12")
 
 

@@ -1,0 +1,119 @@
+"""The tasks and models that come with the program, by name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from fesd_robot.errors import TaskError, nearest, nearest_file
+
+TASKS, MODELS = "tasks", "models"
+"""Folders of the examples; tasks name models relative to their own."""
+
+_SUFFIX = ".yaml"
+
+ROBOT_DATA = "example-robot-data:"
+"""How the name of a robot begins that needs the extra `robots`."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """A task or a model that comes with the program.
+
+    Attributes:
+        name: of the task, or of the model's folder.
+        kind: what it is.
+        path: its task file, or the model's folder.
+        words: what it does, one sentence; what the model is.
+        needs_robot_data: whether its robot is one of the package example-robot-data.
+    """
+
+    name: str
+    kind: Literal["task", "model"]
+    path: Path
+    words: str
+    needs_robot_data: bool = False
+
+
+def shipped_folder() -> Path:
+    """Return the folder with the folders `tasks` and `models`: inside the installed package, or of a checkout.
+
+    Raises:
+        TaskError: if they are in neither.
+    """
+    here = Path(__file__).resolve().parent
+    for folder in (here, here.parents[1]):
+        if (folder / TASKS).is_dir() and (folder / MODELS).is_dir():
+            return folder
+    raise TaskError(f"found no folders {TASKS} and {MODELS} in {here}, expected them there: install fesd-robot again")
+
+
+def shipped_examples() -> list[Example]:
+    """Return the tasks, then the models that come with the program, each kind by name."""
+    folder = shipped_folder()
+    tasks = [_task(file) for file in sorted((folder / TASKS).glob("*.yaml"))]
+    models = [_model(each) for each in sorted((folder / MODELS).iterdir()) if each.is_dir()]
+    return [*tasks, *models]
+
+
+def examples_by_name() -> dict[str, Example]:
+    """Return the examples by name: of a task and a model of one name the task, which has that model with it."""
+    return {example.name: example for example in reversed(shipped_examples())}
+
+
+def find_task(given: str | Path) -> Path:
+    """Return the task file that a path or the name of a shipped task stands for.
+
+    A file is found first, so that a name never hides a file of the user.
+
+    Args:
+        given: a path, which need not exist, or a name without folder and suffix.
+
+    Raises:
+        TaskError: for a name that is neither, with the nearest name.
+    """
+    path = Path(given)
+    if path.is_file():
+        return path
+    tasks = {example.name: example.path for example in shipped_examples() if example.kind == "task"}
+    if path.suffix or path.name != str(given):
+        if path.suffix == _SUFFIX and path.stem in tasks and not path.exists():
+            raise TaskError(
+                f"there is no such file, expected a task file; '{path.stem}' alone is the task that comes with the "
+                "program",
+                file=path,
+            )
+        return path
+    if str(given) in tasks:
+        return tasks[str(given)]
+    # The nearest file first: who writes a name without suffix has perhaps forgotten it.
+    hint = nearest_file(path.with_suffix(_SUFFIX)) or nearest(str(given), tasks)
+    raise TaskError(
+        f"found '{given}', expected a task file or the name of a task that `fesd-robot examples` lists{hint}"
+    )
+
+
+def _task(file: Path) -> Example:
+    text = file.read_text(encoding="utf-8")
+    return Example(file.stem, "task", file, _first_sentence(text), f"model: {ROBOT_DATA}" in text)
+
+
+def _first_sentence(text: str) -> str:
+    """Return the first paragraph of the comment at the top of a task file, without the line that is for editors."""
+    lines: list[str] = []
+    for line in text.splitlines():
+        words = line.removeprefix("#").strip()
+        if not line.startswith("#") or (lines and not words):
+            break
+        if words and not words.startswith("yaml-language-server"):
+            lines.append(words)
+    return " ".join(lines)
+
+
+def _model(folder: Path) -> Example:
+    (file,) = sorted(folder.glob("*.urdf"))
+    comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(encoding="utf-8"), re.DOTALL)
+    words = " ".join(comment.group(1).split()) if comment else ""
+    return Example(folder.name, "model", folder, re.split(r"(?<=[.:])\s", words)[0].rstrip(".:") + ".")

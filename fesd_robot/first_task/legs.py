@@ -1,0 +1,123 @@
+"""A first task for a robot that stands: a jump forward."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.errors import RobotError
+from fesd_robot.first_task.base import Base
+from fesd_robot.first_task.feet import feet_of
+from fesd_robot.first_task.posture import clipped, hinge, leg_to, standing_posture
+from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
+from fesd_robot.robot import Robot
+
+GRAVITY = 9.81
+
+_POSTURES = ("standing", "straight_standing", "stand", "half_sitting", "home", "default")
+"""Names of postures in which robots stand, the likeliest first."""
+
+_TIMES, _INTERVALS = 4.0, 15
+"""Duration of a jump in units of the square root of height over gravity; its control intervals."""
+
+_FORWARD, _APEX = 0.6, 0.3
+"""Length and height of a jump in units of the height of the hips."""
+
+_EFFORT = 3.0
+"""Guessed torque of a joint without motor in units of weight and leg."""
+
+_LEAST_STAND = 0.3
+"""Of a leg's length: with feet nearer to the hips, a posture of the file is not one in which a robot stands."""
+
+
+def jump(name: str, robot: Robot, section: RobotSection, base: Base, feet: Sequence[str]) -> list[Proposal]:
+    """Return first tasks in which a robot stands and jumps, the likeliest first: one for every posture it may stand in.
+
+    Args:
+        name: of the task.
+        robot: with the joints of the section locked and coupled.
+        section: of the task.
+        base: how the robot moves as a whole.
+        feet: bodies that are feet; none to guess.
+
+    Raises:
+        RobotError: if no joint moves a foot.
+    """
+    proposals = []
+    for posture, q in _postures(robot, base, feet):
+        contacts = feet_of(robot, q, feet)
+        legs = [leg_to(robot, contact.frame, base.names) for contact in contacts]
+        height = _height(robot, q, contacts)
+        values = {} if posture else _joint_values(robot, q, [j for leg in legs for j in leg.joints])
+        stand = tuple(contact.name for contact in contacts)
+        shaped = any(contact.shapes for contact in contacts) or len(contacts) > 1
+        adjust = tuple(each for each in (base.up, base.pitch if shaped else None) if each)
+        default = ("root_z", "root_pitch")[: len(adjust)]
+        adjust = () if adjust == default else adjust
+        forward = base.forward_sign * round(_FORWARD * height, 2)
+        effort = {} if robot.driven.any() or robot.drives else _effort(robot, base, height)
+        assert base.forward is not None and base.up is not None
+        proposals.append(
+            Proposal(
+                name=name,
+                words=f"{what_moves(section)} jumps {abs(forward):g} m forward and lands as it stood.",
+                robot=section,
+                contacts=tuple(contacts),
+                duration=max(round(_TIMES * float(np.sqrt(height / GRAVITY)), 1), 0.3),
+                intervals=_INTERVALS,
+                initial=State(posture, values, stand, adjust),
+                goal=State(posture, {base.forward: forward, **values}, stand, adjust),
+                found=f"'{posture}' of the model file" if posture else "one with bent legs",
+                apex={base.up: base.up_sign * round(_APEX * height, 3)},
+                effort=effort,
+            )
+        )
+    return proposals
+
+
+def _postures(robot: Robot, base: Base, feet: Sequence[str]) -> list[tuple[str, np.ndarray]]:
+    """Return the postures of the model file in which its legs are stretched, each with its name, then a found one."""
+    neutral = clipped(robot, robot.neutral)
+    result = []
+    for name in (each for each in _POSTURES if each in robot.postures):
+        q = neutral.copy()
+        for coordinate, value in robot.postures[name].items():
+            if coordinate in robot.configuration_names:
+                q[robot.configuration_names.index(coordinate)] = value
+        legs = [leg_to(robot, contact.frame, base.names) for contact in feet_of(robot, q, feet)]
+        if all(leg.joints and _reach(robot, q, leg.joints[0], leg.frame) > _LEAST_STAND * leg.length for leg in legs):
+            result.append((name, q))
+    legs = [leg_to(robot, contact.frame, base.names) for contact in feet_of(robot, neutral, feet)]
+    if not all(leg.joints and leg.length > 0 for leg in legs):
+        frame = next(leg.frame for leg in legs if not (leg.joints and leg.length > 0))
+        raise RobotError(f"{robot.source}: found no joint that moves the foot {frame}; name the feet by --foot")
+    return [*result, ("", standing_posture(robot, legs))]
+
+
+def _reach(robot: Robot, q: np.ndarray, hip: int, frame: str) -> float:
+    """Return how far a foot is below its hip, m."""
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    return float(hinge(robot.model, data, hip)[2] - data.oMf[robot.frame_id(frame)].translation[2])
+
+
+def _height(robot: Robot, q: np.ndarray, contacts: Sequence[Contact]) -> float:
+    """Return the height of the centre of mass above the lowest foot, m."""
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    feet = min(float(data.oMf[robot.frame_id(each.frame)].translation[2]) + each.offset[2] for each in contacts)
+    return max(float(pin.centerOfMass(robot.model, data, q)[2]) - feet, 1e-2)
+
+
+def _joint_values(robot: Robot, q: np.ndarray, joints: Sequence[int]) -> dict[str, float]:
+    entries = dict.fromkeys(robot.model.joints[joint].idx_q for joint in joints)
+    return {robot.configuration_names[entry]: float(q[entry]) for entry in entries}
+
+
+def _effort(robot: Robot, base: Base, height: float) -> dict[str, float]:
+    """Return a torque or force for every joint of a robot without motors, rounded to one digit."""
+    largest = _EFFORT * float(pin.computeTotalMass(robot.model)) * GRAVITY * height
+    digit = 10 ** np.floor(np.log10(largest))
+    return {name: float(np.ceil(largest / digit) * digit) for name in robot.velocity_names if name not in base.names}

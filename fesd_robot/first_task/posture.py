@@ -1,0 +1,161 @@
+"""A posture in which a robot stands with bent legs, or in which an arm holds its tip somewhere, by least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from scipy.optimize import least_squares
+
+from fesd_robot.robot import Robot
+
+BENT = 0.8
+"""Of a leg's length: how far the foot is from the hip where a robot stands, so that it can push."""
+
+_STARTS = 12
+_PATTERN = (0.7, -1.4, 0.7)
+"""rad; how a leg is bent at first: the knee backwards."""
+
+_UNLIMITED = np.pi
+_LIKE_GUESS = 1e-2
+"""Weight of the distance from the first guess, which decides what nothing else does."""
+
+_MARGIN = 0.03
+"""Of a joint's range: how far a posture stays away from its ends, so that it can be left both ways."""
+
+_LEVEL = 0.5
+"""Weight, m/rad, of a sole's tilt in units of the leg's length."""
+
+Residual = Callable[[np.ndarray, pin.Data], list[float]]
+
+
+class Leg(NamedTuple):
+    """A leg or an arm, from the joint next to the base to its end.
+
+    Attributes:
+        joints: from the first one to the last.
+        frame: at its end.
+        rest: length from every joint to the end, m, stretched.
+    """
+
+    joints: tuple[int, ...]
+    frame: str
+    rest: tuple[float, ...]
+
+    @property
+    def length(self) -> float:
+        """Length of all of it, m."""
+        return self.rest[0] if self.rest else 0.0
+
+
+def leg_to(robot: Robot, frame: str, base: Sequence[str]) -> Leg:
+    """Return the chain of joints that carries a frame, without those of the base, by names of coordinates."""
+    model, data = robot.model, robot.model.createData()
+    number = robot.frame_id(frame)
+    fixed = {robot.velocity_names.index(name) for name in base}
+    chain, joint = [], model.frames[number].parentJoint
+    while joint and model.joints[joint].idx_v not in fixed:
+        chain.append(joint)
+        joint = model.parents[joint]
+    chain.reverse()
+    q = clipped(robot, robot.neutral)
+    pin.framesForwardKinematics(model, data, q)
+    places = [*(hinge(model, data, joint) for joint in chain), data.oMf[number].translation]
+    links = [float(np.linalg.norm((b - a)[[0, 2]])) for a, b in pairwise(places)]
+    rest = tuple(sum(links[i:]) + _slides(robot, chain[i:], q) for i in range(len(chain)))
+    return Leg(tuple(chain), frame, rest)
+
+
+def hinge(model: pin.Model, data: pin.Data, joint: int) -> np.ndarray:
+    """Return where a joint is attached, m, (3,): a slide's own frame moves with what it carries."""
+    return np.asarray((data.oMi[model.parents[joint]] * model.jointPlacements[joint]).translation)
+
+
+def _slides(robot: Robot, chain: Sequence[int], q: np.ndarray) -> float:
+    """Return by how much sliding joints can still lengthen a chain, m."""
+    more = 0.0
+    for joint in chain:
+        kind = robot.model.joints[joint]
+        if kind.nq == 1 and kind.nv == 1 and kind.shortname().startswith(("JointModelP", "JointModelPrismatic")):
+            ends = [
+                end for end in (robot.lower_position[kind.idx_q], robot.upper_position[kind.idx_q]) if np.isfinite(end)
+            ]
+            more += max((abs(end) - abs(q[kind.idx_q]) for end in ends), default=0.0)
+    return max(more, 0.0)
+
+
+def clipped(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Return a configuration (nq,) moved into the limits."""
+    return np.asarray(np.clip(q, robot.lower_position, robot.upper_position))
+
+
+def standing_posture(robot: Robot, legs: Sequence[Leg]) -> np.ndarray:
+    """Return q (nq,) with every foot below its hip, 0.8 of the leg's length away, and with level soles."""
+    model = robot.model
+    level = clipped(robot, robot.neutral)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, level)
+    soles = [data.oMf[robot.frame_id(leg.frame)].rotation.copy() for leg in legs]
+
+    def residual(q: np.ndarray, data: pin.Data) -> list[float]:
+        rows: list[float] = []
+        for leg, sole in zip(legs, soles, strict=True):
+            foot = data.oMf[robot.frame_id(leg.frame)]
+            below = (foot.translation - hinge(model, data, leg.joints[0])) / leg.length
+            rows += [float(below[0]), float(below[2]) + BENT]
+            if len(leg.joints) > 2:
+                rows.append(_LEVEL * float(pin.log3(sole.T @ foot.rotation)[1]))
+        return rows
+
+    return solved(robot, [leg.joints for leg in legs], residual, level)
+
+
+def solved(
+    robot: Robot, chains: Sequence[Sequence[int]], residual: Residual, start: np.ndarray, *, only_near: bool = False
+) -> np.ndarray:
+    """Return the configuration (nq,) within the limits with the least squares of a residual, of several starts.
+
+    Args:
+        chains: joints with one coordinate each that may move, by chain.
+        residual: of q and data with the places of all frames.
+        start: of what does not move, (nq,), and the first guess of what does.
+        only_near: whether `start` is the only guess.
+    """
+    model, data = robot.model, robot.model.createData()
+    entries = [model.joints[joint].idx_q for chain in chains for joint in chain if model.joints[joint].nq == 1]
+    lower = np.maximum(robot.lower_position[entries], -_UNLIMITED)
+    upper = np.minimum(robot.upper_position[entries], _UNLIMITED)
+    lower, upper = lower + _MARGIN * (upper - lower), upper - _MARGIN * (upper - lower)
+    pattern = [
+        _PATTERN[i % len(_PATTERN)] if model.joints[joint].nq == 1 else 0.0
+        for chain in chains
+        for i, joint in enumerate(chain)
+        if model.joints[joint].nq == 1
+    ]
+    random = np.random.default_rng(0)
+    width = upper - lower
+    guesses = [np.clip(pattern, lower, upper), np.clip(-np.array(pattern), lower, upper)]
+    guesses += [lower + width * random.uniform(0.1, 0.9, len(entries)) for _ in range(_STARTS)]
+    if only_near:
+        guesses = [np.clip(start[entries], lower, upper)]
+    best: tuple[float, np.ndarray] | None = None
+    for guess in guesses:
+
+        def rows(values: np.ndarray, guess: np.ndarray = guess) -> np.ndarray:
+            q = start.copy()
+            q[entries] = values
+            pin.framesForwardKinematics(model, data, q)
+            return np.array([*residual(q, data), *(_LIKE_GUESS * (values - guess))])
+
+        inside = np.clip(guess, lower + 1e-3 * width, upper - 1e-3 * width)
+        found = least_squares(rows, inside, bounds=(lower, np.maximum(upper, lower + 1e-9)))
+        # A tenth cheaper at least: the first guess is the natural one.
+        if best is None or found.cost < 0.9 * best[0] - 1e-6:
+            best = (float(found.cost), found.x)
+    assert best is not None
+    q = start.copy()
+    q[entries] = np.clip(np.round(best[1], 3), lower, upper)
+    return q

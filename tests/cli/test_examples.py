@@ -1,0 +1,46 @@
+"""`fesd-robot examples`, and tasks by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+def test_the_list_fits_a_terminal(run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every task and model is in it, no line is wider than 80 columns, and what needs the robots says so."""
+    monkeypatch.setenv("COLUMNS", "80")
+    outcome = run("examples")
+    lines = outcome.out.splitlines()
+    assert (outcome.code, outcome.err) == (0, "") and all(len(line) < 80 for line in lines)
+    for name in ("hopper_one_jump", "solo12_jump", "monoped"):
+        assert f"  {name}" in lines
+    assert " ".join(outcome.out.split()).count("(needs pip install 'fesd-robot[robots]')") == 2
+
+
+def test_a_copy_can_be_checked(run: Callable[..., Any]) -> None:
+    """The files are named, with what to type next, which works."""
+    outcome = run("examples", "block_push", "--out", "here")
+    assert outcome.code == 0
+    assert (
+        Path("here/models/block/block.urdf").is_file()
+        and "Next: fesd-robot check here/tasks/block_push.yaml" in outcome.out
+    )
+    assert run("check", "here/tasks/block_push.yaml").out.startswith("block_push: the task fits its robot")
+
+
+def test_a_task_is_planned_by_its_name(run: Callable[..., Any], small: list[str]) -> None:
+    """In an empty folder the name of a shipped task is enough; a wrong one ends with the nearest."""
+    outcome = run("plan", "published_hopper_one_jump", *small)
+    assert outcome.code == 0 and Path("runs/published_hopper_one_jump/plan.json").is_file()
+    outcome = run("plan", "publishd_hopper_one_jump")
+    assert outcome.code == 2 and "did you mean 'published_hopper_one_jump'?" in outcome.err
+
+
+@pytest.mark.parametrize("arguments", [["--out", "x"], ["--force"], ["hopper_one_jump", "--all"]])
+def test_options_that_would_do_nothing_are_refused(run: Callable[..., Any], arguments: list[str]) -> None:
+    """A folder without names, and names beside all, are bad input."""
+    outcome = run("examples", *arguments)
+    assert outcome.code == 2 and "expected" in outcome.err and not list(Path().iterdir())

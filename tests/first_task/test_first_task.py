@@ -1,0 +1,85 @@
+"""First tasks for robots as they are found: feet where the robot has them, standing on the ground, able to move."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+from fesd_robot.adapters import numeric_physics
+from fesd_robot.errors import RobotError
+from fesd_robot.first_task import propose_first_task
+from fesd_robot.ocp import formulate
+from fesd_robot.ocp.formulate import MotionProblem
+from fesd_robot.task import load_task
+
+ROOT = Path(__file__).parents[2]
+MODELS = ROOT / "models"
+MUJOCO = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
+
+FEET = {
+    str(MODELS / "hopper" / "hopper.urdf"): {"foot": "foot"},
+    str(MODELS / "monoped" / "monoped.urdf"): {"foot": "foot"},
+    str(MODELS / "biped" / "biped.urdf"): {"foot": "left_foot"},
+    str(MODELS / "block" / "block.urdf"): {"front": "front", "hind": "rear"},
+    str(MODELS / "wheel" / "wheel.urdf"): {"rim": "wheel"},
+    str(MUJOCO / "hopper.xml"): {"foot_1": "foot", "foot_2": "foot"},
+    "solo12": {"front": "FL_FOOT", "hind": "HL_FOOT"},
+    "a1": {"front": "FL_foot", "hind": "RL_foot"},
+    "go2": {"front": "FL_foot", "hind": "RL_foot"},
+    "anymal": {"front": "LF_FOOT", "hind": "LH_FOOT"},
+    "bolt": {"foot": "FL_FOOT"},
+    "hyq": {"front": "lf_foot", "hind": "lh_foot"},
+}
+"""Robot -> name of a contact -> its frame."""
+
+
+def _formulated(robot: str, folder: Path) -> MotionProblem:
+    name, text = propose_first_task(robot, folder)
+    file = folder / f"{name}.yaml"
+    file.write_text(text, encoding="utf-8")
+    return formulate(load_task(file))
+
+
+@pytest.mark.parametrize("robot", FEET, ids=lambda robot: Path(robot).name)
+def test_feet_are_found_and_stand(robot: str, tmp_path: Path) -> None:
+    """Contacts are the robot's feet, closed at start and goal, where the robot is further on; inside all limits."""
+    motion = _formulated(robot, tmp_path)
+    contacts = motion.task.single_contacts
+    assert {name: contact.frame for name, contact in contacts.items()} == FEET[robot]
+    start, goal = motion.task.initial.configuration, motion.task.goal.configuration
+    forward = next(name for name in goal if name in ("root_x", "rootx"))
+    assert goal[forward] - start.get(forward, 0.0) > 0.02
+    for state in (motion.endpoints.initial_configuration, motion.endpoints.goal_configuration):
+        assert np.abs(numeric_physics(motion).gaps(state)).max() < 1e-8
+
+
+def test_an_arm_reaches_the_ground(tmp_path: Path) -> None:
+    """The tip of ur5, which is held in the plane, begins in the air and ends on the ground."""
+    motion = _formulated("ur5", tmp_path)
+    assert list(motion.task.goal.standing.contacts) == ["tip"]
+    assert motion.task.robot.locked == {"shoulder_pan_joint": 0, "wrist_2_joint": 0}
+    physics = numeric_physics(motion)
+    (high,), (low,) = (
+        physics.gaps(state) for state in (motion.endpoints.initial_configuration, motion.endpoints.goal_configuration)
+    )
+    assert high > 0.2 and abs(low) < 1e-8
+
+
+def test_what_cannot_be_guessed_can_be_given(tmp_path: Path) -> None:
+    """Feet by name; and a robot for which there is no task ends in a sentence that names its file and the options."""
+    _, text = propose_first_task(str(MODELS / "biped" / "biped.urdf"), tmp_path, feet=["right_foot"])
+    assert "frame: right_foot" in text and "left_foot" not in text.partition("contacts:")[2].partition("#")[0]
+    with pytest.raises(RobotError, match=r"pushing_arm\.urdf.*--foot.*--root"):
+        propose_first_task(str(MODELS / "pushing_arm" / "pushing_arm.urdf"), tmp_path)
+
+
+def test_a_model_beside_the_task_keeps_a_relative_path(tmp_path: Path) -> None:
+    """So that both can be moved; a name of example-robot-data stays one."""
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "it.urdf").write_bytes((MODELS / "monoped" / "monoped.urdf").read_bytes())
+    name, text = propose_first_task(str(tmp_path / "own" / "it.urdf"), tmp_path)
+    assert name == "it_first_jump" and "model: own/it.urdf" in text
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["own"]
