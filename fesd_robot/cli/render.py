@@ -15,7 +15,9 @@ def render(
     other: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[OTHER]", help="Another plan, drawn as a ghost beside the first in comparison.html.", exists=True
+            metavar="[OTHER]",
+            help="Another plan, drawn as a ghost beside the first in comparison.html.",
+            show_default=False,
         ),
     ] = None,
     out: Annotated[
@@ -52,5 +54,7 @@ def render(
         page, *figures = render_plan(read_plan(plan), target, task_folder=folder)
     except TaskError as error:
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
-        raise PlanFileError(f"{plan if other is None else f'{plan}, {other}'}: its task cannot be drawn again: {error}{hint}") from error
+        raise PlanFileError(
+            f"{plan if other is None else f'{plan}, {other}'}: its task cannot be drawn again: {error}{hint}"
+        ) from error
     typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} figures)")

@@ -28,7 +28,7 @@ from fesd_robot.render.floor import add_floor, floor_below, tick_labels
 from fesd_robot.render.follow import followed
 from fesd_robot.render.marks import Mark, add_marks, corners
 from fesd_robot.render.meshes import Meshes
-from fesd_robot.render.palette import GREY, MODES, series_color
+from fesd_robot.render.palette import BLACK, GREEN, GREY, MODES, series_color
 from fesd_robot.render.scene import add_animation, add_robot, add_traces, view_box
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.verdict import Verdict
@@ -165,6 +165,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
         "labels": add_marks(window, content.marks, meshes, size),
         "story": content.story,
         "modes": {**MODES, "flight": GREY},
+        "colors": {"force": BLACK, "cone": GREEN},
     }
     page = _fill(
         title=html.escape(content.title),
@@ -172,7 +173,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
         subtitle=html.escape(content.verdict.sentence if content.verdict else content.subtitle),
         goal=_goal(content.goal),
         facts=_facts(content.facts),
-        legend=_legend(list(paths), floor.spacing, ghost=content.ghost if isinstance(content.ghost, Ghost) else None),
+        legend=_legend(content, list(paths), floor.spacing),
         groups=_groups(content.marks, ghost is not None),
         settings=json.dumps(settings, separators=(",", ":")),
         scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=6, mtime=0)).decode("ascii"),
@@ -238,13 +239,14 @@ def _goal(rows: Sequence[tuple[str, str, str, str]]) -> str:
     return f'<table id="goal"><thead>{header}</thead><tbody>{body}</tbody></table>'
 
 
-def _legend(names: list[str], spacing: float, ghost: Ghost | None) -> str:
-    """Return the list entries that explain the coloured paths, the grid and the ghost."""
-    entries = [
-        f'<li><i style="background:{series_color(index)}"></i>{html.escape(name)}</li>'
-        for index, name in enumerate(names)
-    ]
-    entries += [f"<li>transparent: {html.escape(ghost.name)}</li>"] if ghost else []
+def _legend(content: PageContent, names: list[str], spacing: float) -> str:
+    """Return the list entries that explain the coloured paths, modes and arrows, the grid and the ghost."""
+    colors = [(f"path of {name}", series_color(index)) for index, name in enumerate(names)]
+    if content.story is not None:
+        colors += [(mode, MODES[mode]) for mode in ("flight", "stick", "slip")]
+        colors += [("force", BLACK), ("friction cone", GREEN), ("impulse", MODES["impact"])]
+    entries = [f'<li><i style="background:{color}"></i>{html.escape(name)}</li>' for name, color in colors]
+    entries += [f"<li>transparent: {html.escape(content.ghost.name)}</li>"] if isinstance(content.ghost, Ghost) else []
     return "".join([*entries, f"<li>grid {spacing:g} m</li>"])
 
 

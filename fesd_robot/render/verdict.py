@@ -42,16 +42,16 @@ NOTHING = 1e-9
 
 
 def goal_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
-    """Return name, goal, end and miss of every position that the goal lists, and of the worst velocity of each unit."""
+    """Return name with unit, goal, end and miss of every position of the goal, and of the worst velocity of each unit."""
     if plan.outcome is None:
         return []
     positions = [entry for entry in plan.outcome.goal if entry.kind == "position"]
     return [
         (
-            entry.name,
-            f"{_rounded(entry.goal)} {entry.unit}",
-            f"{_rounded(entry.end)} {entry.unit}",
-            f"{entry.missed_by if entry.missed_by >= NOTHING else 0.0:.2g} {entry.unit}",
+            f"{entry.name} ({entry.unit})",
+            _rounded(entry.goal),
+            _rounded(entry.end),
+            f"{entry.missed_by if entry.missed_by >= NOTHING else 0.0:.2g}",
         )
         for entry in [*positions, *plan.outcome.largest_misses("velocity")]
     ]

@@ -53,7 +53,7 @@ function makeCamera(viewer) {
       viewer.controls.dispose();
       viewer.set_camera(camera);
     }
-    Object.assign(viewer.controls, { enableRotate: view === "free", maxPolarAngle: LOWEST });
+    Object.assign(viewer.controls, { enableRotate: view === "free", maxPolarAngle: view === "free" ? LOWEST : Math.PI });
     viewer.controls.target.copy(target);
     camera.updateProjectionMatrix();
     viewer.controls.update();

@@ -55,8 +55,8 @@ function makeContacts(viewer, labels) {
     return {
       ...foot, dot, ring,
       spans: story.rows.find((row) => row.name === foot.contact).spans,
-      cone: foot.friction > 0 ? cone(foot.friction, "#009e73") : null,
-      arrow: arrow("#1f2328", 9),
+      cone: foot.friction > 0 ? cone(foot.friction, settings.colors.cone) : null,
+      arrow: arrow(settings.colors.force, 9),
       impulse: arrow(settings.modes.impact, 10),
       forceLabel: labels.add({ text: "", at: [0, 0, 0], kind: "force", rank: 1 }),
       impulseLabel: labels.add({ text: "", at: [0, 0, 0], kind: "impulse", rank: 0 }),
@@ -111,5 +111,5 @@ function makeContacts(viewer, labels) {
     label.write(`${Number(norm.toPrecision(3))} ${name}`);
   }
 
-  return { show, states: (moment) => feet.map((foot) => ({ name: foot.name, ...state(foot, moment) })) };
+  return { show, states: (moment) => feet.map((foot) => ({ name: foot.name, contact: foot.contact, ...state(foot, moment) })) };
 }

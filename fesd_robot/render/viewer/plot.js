@@ -34,6 +34,13 @@ function makePlot(seek) {
       stroke: line.dashed ? "#8b949e" : LINES[index % LINES.length], dash: line.dashed ? [4, 4] : undefined,
       paths: curve.stepped && !line.dashed ? uPlot.paths.stepped({ align: 1 }) : undefined,
     }));
+    byId("keys").replaceChildren(...(curve.lines.length > 1 ? curve.lines : []).map((line, index) => {
+      const entry = document.createElement("span"), swatch = document.createElement("i");
+      swatch.className = "swatch";
+      swatch.style.background = series[index].stroke;
+      entry.append(swatch, line.name);
+      return entry;
+    }));
     const axis = { stroke: "#3d454d", grid: { stroke: "#eaeef2" }, ticks: { stroke: "#d0d7de" }, font: "11px system-ui, sans-serif" };
     const height = window.innerWidth <= 720 ? LOW_PLOT_HEIGHT : PLOT_HEIGHT;
     // A curve that is zero but for round-off is flat.
