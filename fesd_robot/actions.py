@@ -10,7 +10,7 @@ from pathlib import Path
 from fesd_robot.errors import FesdRobotError, PlanFileError
 from fesd_robot.plans import Plan, export, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
-from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
+from fesd_robot.plans.files import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.outputs import write_page
 from fesd_robot.robot import Robot
@@ -113,6 +113,32 @@ def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = No
     try:
         page = write_page(plan, task_of(plan, task_folder), folder / PAGE_FILE)
         return [page, *write_figures(plan, folder / FIGURES_FOLDER)]
+    except OSError as error:
+        raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
+
+
+def render_comparison(
+    plan: Plan, other: Plan, folder: Path | str, *, task_folder: Path | None = None, other_folder: Path | None = None
+) -> Path:
+    """Draw two plans in one web page, ``comparison.html``: the first one in full, the second one as a ghost beside it.
+
+    Args:
+        plan, other: from `plan` or `read_plan`; their robots may differ.
+        folder: where to write; an earlier comparison in it is replaced.
+        task_folder, other_folder: where relative paths in the two tasks start; default: the folder of the task file
+            when it was planned.
+
+    Returns:
+        the page.
+
+    Raises:
+        TaskError: a robot's model or the file of a height map, which a task names, cannot be read any more.
+        RobotError: the shapes of a robot cannot be read.
+        PlanFileError: the folder cannot be written to.
+    """
+    ghost = other, task_of(other, other_folder)
+    try:
+        return write_page(plan, task_of(plan, task_folder), Path(folder) / COMPARISON_FILE, ghost)
     except OSError as error:
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 

@@ -12,6 +12,14 @@ from fesd_robot.cli.arguments import PlanFile
 
 def render(
     plan: PlanFile,
+    other: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[OTHER]",
+            help="Another plan, drawn as a ghost beside the first in comparison.html.",
+            show_default=False,
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="DIR", help="Folder for page and figures; default: that of the plan."),
@@ -27,19 +35,26 @@ def render(
         ),
     ] = None,
 ) -> None:
-    """Draw the page and the figures of a plan again.
+    """Draw the page and the figures of a plan again, or two plans in one page.
 
     Needs the files that the task names: the robot's model, and the file of a height map.
     """
-    from fesd_robot.actions import render_plan
+    from fesd_robot.actions import render_comparison, render_plan
     from fesd_robot.errors import PlanFileError, TaskError
     from fesd_robot.plans import read_plan
     from fesd_robot.plans.files import FIGURES_FOLDER
 
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
     try:
+        if other is not None:
+            second = read_plan(other)
+            page = render_comparison(read_plan(plan), second, target, task_folder=folder, other_folder=folder)
+            typer.echo(f"written to {target}: {page.name}, {second.name} is the ghost")
+            return
         page, *figures = render_plan(read_plan(plan), target, task_folder=folder)
     except TaskError as error:
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
-        raise PlanFileError(f"{plan}: its task cannot be drawn again: {error}{hint}") from error
+        raise PlanFileError(
+            f"{plan if other is None else f'{plan}, {other}'}: its task cannot be drawn again: {error}{hint}"
+        ) from error
     typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} figures)")

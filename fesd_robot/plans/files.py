@@ -23,6 +23,9 @@ logger = logging.getLogger(__name__)
 
 PLAN_FILE, REPORT_FILE, PAGE_FILE, FIGURES_FOLDER = "plan.json", "report.md", "plan.html", "figures"
 
+COMPARISON_FILE = "comparison.html"
+"""The page of two plans, which a run does not leave."""
+
 FILES = (
     PLAN_FILE,
     *(each.file for each in EXPORTS.values() if each.with_plan),

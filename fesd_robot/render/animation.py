@@ -24,12 +24,14 @@ class Motion(NamedTuple):
             shape (k, njoints, 7); a quaternion never changes its sign between neighbours.
         box: corners of the axis-parallel box around all geometry at all samples, m, shape (2, 3).
         size: diagonal of that box at the first sample, m.
+        boxes: corners of the box at every key time, m, shape (k, 2, 3); infinite for a robot without geometry.
     """
 
     time: np.ndarray
     placement: np.ndarray
     box: np.ndarray
     size: float
+    boxes: np.ndarray
 
 
 class Track:
@@ -82,8 +84,7 @@ def sample_motion(
     data, visual_data = model.createData(), visual_model.createData()
     placement = np.empty((len(keys), model.njoints, 7))
     corners = local_corners(visual_model)
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    size = 0.0
+    boxes = np.tile(np.array([[np.inf], [-np.inf]]), (len(keys), 1, 3))
     for row, key in enumerate(keys):
         pin.forwardKinematics(model, data, pin.normalize(model, configuration[key]))
         for joint in range(model.njoints):
@@ -92,12 +93,13 @@ def sample_motion(
         for index, points in corners.items():
             pose = visual_data.oMg[index]
             world = points @ pose.rotation.T + pose.translation
-            low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
-        if row == 0:
-            size = float(np.linalg.norm(high - low))
+            boxes[row, 0] = np.minimum(boxes[row, 0], world.min(axis=0))
+            boxes[row, 1] = np.maximum(boxes[row, 1], world.max(axis=0))
     for joint in range(model.njoints):
         placement[:, joint, 3:] = continuous_quaternions(placement[:, joint, 3:])
-    return Motion((time[keys] - time[0]).astype(np.float32), placement, np.array([low, high]), size)
+    size = float(np.linalg.norm(boxes[0, 1] - boxes[0, 0]))
+    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    return Motion((time[keys] - time[0]).astype(np.float32), placement, box, size, boxes)
 
 
 def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,11 +51,12 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def write_page(plan: Plan, task: Task, path: Path) -> Path:
-    """Write the web page of a plan: its robot in motion on the ground, with the path of every contact.
+def write_page(plan: Plan, task: Task, path: Path, ghost: tuple[Plan, Task] | None = None) -> Path:
+    """Write the web page of a plan: its robot in motion on the ground, forces, events and curves.
 
     Args:
         task: the task that was planned, with the file it was loaded from.
+        ghost: another plan, whose robot is drawn transparent beside it, and its task.
 
     Raises:
         TaskError: the model cannot be read any more.
@@ -63,28 +64,47 @@ def write_page(plan: Plan, task: Task, path: Path) -> Path:
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
     from fesd_robot.ocp import load_task_robot
+    from fesd_robot.ocp.actuation import build_actuation
     from fesd_robot.render import PageContent, render_page
+    from fesd_robot.render.feet import feet_of
+    from fesd_robot.render.page import Ghost
+    from fesd_robot.render.story import story_of
+    from fesd_robot.render.verdict import effort_facts, goal_rows, verdict_of
 
     task, robot = load_task_robot(task)
-    trajectory = plan.trajectory
-    configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
-    # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.
-    time = trajectory.time if plan.status.solved else np.maximum.accumulate(trajectory.time)
+    time, configuration = _samples(plan, robot)
+    feet = feet_of(plan, task, robot, configuration)
+    actuation = build_actuation(task, robot)
+    other = None
+    if ghost is not None:
+        _, other_robot = load_task_robot(ghost[1])
+        other = Ghost(ghost[0].name, other_robot.model, other_robot.visual_model, *_samples(ghost[0], other_robot))
     content = PageContent(
         title=plan.name,
         subtitle=plan.status.message,
-        facts=outcome_facts(plan),
+        verdict=verdict_of(plan),
+        goal=goal_rows(plan),
+        # What is missed stands in the table of the goal.
+        facts=[*effort_facts(plan, actuation), *(fact for fact in outcome_facts(plan) if fact[0] != "goal")],
         model=robot.model,
         visual_model=robot.visual_model,
         time=time,
         configuration=configuration,
         ground=ground_visual(task),
-        traces=frame_paths(
-            robot, configuration, {name: one.touching_frame for name, one in task.single_contacts.items()}
-        ),
+        traces={foot.name: foot.path for foot in feet},
         circles=circle_visuals(task, robot),
+        story=story_of(plan, feet, actuation, time),
+        ghost=other,
     )
     return render_page(path, content)
+
+
+def _samples(plan: Plan, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Return time, s, (n), and configuration, (n, n_q), of a plan in the order of its robot."""
+    trajectory = plan.trajectory
+    configuration = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
+    # Where the dynamics do not hold yet, the clock may step back; the page says that the plan is not solved.
+    return (trajectory.time if plan.status.solved else np.maximum.accumulate(trajectory.time)), configuration
 
 
 def outcome_facts(plan: Plan) -> list[tuple[str, str]]:
@@ -134,28 +154,6 @@ def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual | BoxVisu
         if isinstance(contact, CircleBoxContact):
             circles[f"{name}, other"] = BoxVisual(robot.frame_id(contact.other_frame), contact.other_size, color)
     return circles
-
-
-def frame_paths(robot: Robot, configuration: np.ndarray, frames: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """Return the path of the origin of every frame.
-
-    Args:
-        configuration: samples, shape (n, n_q).
-        frames: name of the path -> name of the frame.
-
-    Returns:
-        name of the path -> points, m, shape (n, 3).
-    """
-    import pinocchio as pin
-
-    data = robot.model.createData()
-    indices = {name: robot.frame_id(frame) for name, frame in frames.items()}
-    paths = {name: np.empty((len(configuration), 3)) for name in frames}
-    for sample, q in enumerate(configuration):
-        pin.framesForwardKinematics(robot.model, data, q)
-        for name, index in indices.items():
-            paths[name][sample] = data.oMf[index].translation
-    return paths
 
 
 def _write_figures(plan: Plan, folder: Path) -> list[Path]:

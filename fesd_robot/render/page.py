@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -23,11 +24,13 @@ from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import BoxVisual, CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
+from fesd_robot.render.follow import followed
 from fesd_robot.render.marks import Mark, add_marks, corners
 from fesd_robot.render.meshes import Meshes
-from fesd_robot.render.palette import series_color
-from fesd_robot.render.scene import add_robot, add_traces, view_box
+from fesd_robot.render.palette import BLACK, GREEN, GREY, MODES, series_color
+from fesd_robot.render.scene import add_animation, add_robot, add_traces, view_box
 from fesd_robot.render.terrain import GroundVisual
+from fesd_robot.render.verdict import Verdict
 from fesd_robot.render.window import SceneWindow
 
 logger = logging.getLogger(__name__)
@@ -43,6 +46,28 @@ CLOCK_NOISE = 1e-6
 
 VIEWER = Path(__file__).parent / "meshcat" / "viewer"
 """Meshcat's viewer, with its licences."""
+
+SCRIPTS = ("scene", "camera", "labels", "contacts", "controls", "timeline", "plot", "player", "page")
+"""Parts of the page's script, in their order; they share one scope."""
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """Another motion to compare with, drawn transparent.
+
+    Args:
+        name: of the motion.
+        model: its robot.
+        visual_model: the shapes of that robot.
+        time: s, non-decreasing, shape (n,); its first sample is shown with the first one of the page.
+        configuration: shape (n, nq), m and rad.
+    """
+
+    name: str
+    model: pin.Model
+    visual_model: pin.GeometryModel
+    time: np.ndarray
+    configuration: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -60,7 +85,11 @@ class PageContent:
         circles: name -> circle of the robot to draw, e.g. of a wheel.
         subtitle: a line below the title, e.g. the status of the plan.
         facts: what the motion does, shown as a small table below: of what, and in words.
-        ghost: another configuration, in which the robot is drawn transparent, (nq).
+        goal: rows of the table of what the goal lists: name, goal, end, missed by.
+        verdict: whether the motion is a solved plan, and a sentence about it.
+        story: contacts, events, controls and curves of a plan, from `fesd_robot.render.story`.
+        planar: the robot moves in the x-z plane, so that it is seen from the side.
+        ghost: another configuration, in which the robot is drawn transparent, (nq), or another motion.
         marks: named things in the world, beside a robot that stands still.
     """
 
@@ -74,7 +103,11 @@ class PageContent:
     circles: Mapping[str, CircleVisual | BoxVisual] = field(default_factory=dict)
     subtitle: str = ""
     facts: Sequence[tuple[str, str]] = ()
-    ghost: np.ndarray | None = None
+    goal: Sequence[tuple[str, str, str, str]] = ()
+    verdict: Verdict | None = None
+    story: Mapping[str, Any] | None = None
+    planar: bool = True
+    ghost: np.ndarray | Ghost | None = None
     marks: Sequence[Mark] = ()
 
 
@@ -102,34 +135,47 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     time = np.maximum.accumulate(time)
 
     motion = sample_motion(model, visual_model, time, configuration)
-    ghost = None
-    if content.ghost is not None:
-        ghost = sample_motion(model, visual_model, np.zeros(1), np.asarray(content.ghost, dtype=float)[None, :])
+    other = _ghost(content)
+    ghost = other and sample_motion(other.model, other.visual_model, other.time, other.configuration)
     around = [*([ghost.box] if ghost else []), *([corners(content.marks)] if content.marks else [])]
     box = view_box(motion, [*paths.values(), *around], ground)
     floor = floor_below(box)
     if not visual_model.ngeoms:
         logger.warning("%s: %r has no visual geometry, the page shows no robot", path, model.name)
     window = SceneWindow()
+    size = motion.size if np.isfinite(motion.size) else 1.0
     thickness = 0.0013 * float(np.linalg.norm(box[1] - box[0]))
     add_floor(window, ground, floor, top=float(box[1, 2]))
-    add_traces(window, paths, radius=thickness)
+    add_traces(window, paths, radius=min(thickness, 0.005 * size))
     add_circles(window, model, configuration[0], content.circles, thickness)
     meshes = Meshes(motion.size)
-    add_robot(window, model, visual_model, motion, meshes)
-    if ghost:
-        add_robot(window, model, visual_model, ghost, meshes, root="ghost")
-    labels = add_marks(window, content.marks, meshes, motion.size if np.isfinite(motion.size) else 1.0)
+    clips = add_robot(window, model, visual_model, motion, meshes)
+    if other and ghost:
+        clips |= add_robot(window, other.model, other.visual_model, ghost, meshes, root="ghost")
+    add_animation(window, clips)
 
-    settings: dict[str, object] = {"start": float(time[0]), "duration": float(motion.time[-1]), "box": box.tolist()}
-    settings |= {"ticks": tick_labels(ground, floor), "labels": labels}
+    settings: dict[str, object] = {
+        "start": float(time[0]),
+        "duration": max(float(motion.time[-1]), float(ghost.time[-1]) if ghost else 0.0),
+        "box": box.tolist(),
+        "size": size,
+        "planar": content.planar,
+        "follow": followed(motion, ground),
+        "ticks": tick_labels(ground, floor),
+        "labels": add_marks(window, content.marks, meshes, size),
+        "story": content.story,
+        "modes": {**MODES, "flight": GREY},
+        "colors": {"force": BLACK, "cone": GREEN},
+    }
     page = _fill(
         title=html.escape(content.title),
-        subtitle=html.escape(content.subtitle),
+        badge=_badge(content.verdict),
+        subtitle=html.escape(content.verdict.sentence if content.verdict else content.subtitle),
+        goal=_goal(content.goal),
         facts=_facts(content.facts),
-        legend=_legend(list(paths), floor.spacing),
+        legend=_legend(content, list(paths), floor.spacing),
         groups=_groups(content.marks, ghost is not None),
-        settings=json.dumps(settings),
+        settings=json.dumps(settings, separators=(",", ":")),
         scene=base64.b64encode(gzip.compress(window.payload(), compresslevel=6, mtime=0)).decode("ascii"),
     )
     encoded = page.encode("utf-8")
@@ -167,12 +213,40 @@ def _facts(facts: Sequence[tuple[str, str]]) -> str:
     return "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(words)}</td></tr>" for name, words in facts)
 
 
-def _legend(names: list[str], spacing: float) -> str:
-    """Return the list entries that explain the coloured paths and the grid."""
-    entries = [
-        f'<li><i style="background:{series_color(index)}"></i>{html.escape(name)}</li>'
-        for index, name in enumerate(names)
-    ]
+def _ghost(content: PageContent) -> Ghost | None:
+    """Return what is drawn transparent as a motion; a configuration stands still."""
+    if content.ghost is None or isinstance(content.ghost, Ghost):
+        return content.ghost
+    still = np.asarray(content.ghost, dtype=float)[None, :]
+    return Ghost("goal", content.model, content.visual_model, np.zeros(1), still)
+
+
+def _badge(verdict: Verdict | None) -> str:
+    """Return the badge of a plan, green or red."""
+    if verdict is None:
+        return ""
+    kind, words = ("solved", "solved") if verdict.solved else ("unsolved", "not solved")
+    return f'<span id="badge" class="{kind}">{words}</span>'
+
+
+def _goal(rows: Sequence[tuple[str, str, str, str]]) -> str:
+    """Return the table of the goal."""
+    if not rows:
+        return ""
+    header = "<tr><th></th><th>goal</th><th>end</th><th>missed by</th></tr>"
+    cells = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row[1:]) for row in rows)
+    body = "".join(f"<tr><th>{html.escape(row[0])}</th>{cell}</tr>" for row, cell in zip(rows, cells, strict=True))
+    return f'<table id="goal"><thead>{header}</thead><tbody>{body}</tbody></table>'
+
+
+def _legend(content: PageContent, names: list[str], spacing: float) -> str:
+    """Return the list entries that explain the coloured paths, modes and arrows, the grid and the ghost."""
+    colors = [(f"path of {name}", series_color(index)) for index, name in enumerate(names)]
+    if content.story is not None:
+        colors += [(mode, MODES[mode]) for mode in ("flight", "stick", "slip")]
+        colors += [("force", BLACK), ("friction cone", GREEN), ("impulse", MODES["impact"])]
+    entries = [f'<li><i style="background:{color}"></i>{html.escape(name)}</li>' for name, color in colors]
+    entries += [f"<li>transparent: {html.escape(content.ghost.name)}</li>"] if isinstance(content.ghost, Ghost) else []
     return "".join([*entries, f"<li>grid {spacing:g} m</li>"])
 
 
@@ -180,7 +254,7 @@ def _groups(marks: Sequence[Mark], has_ghost: bool) -> str:
     """Return a switch for every group of marks; those of many marks are hidden at first."""
     counts = Counter(mark.group for mark in marks)
     switches = [(group, f"{group} ({count})", count <= SHOWN_MARKS) for group, count in counts.items()]
-    switches += [("ghost", "goal", True)] if has_ghost else []
+    switches += [("ghost", "ghost", True)] if has_ghost else []
     return "".join(
         f'<label><input type="checkbox" data-group="{html.escape(group)}"{" checked" if shown else ""}> '
         f"{html.escape(text)}</label>"
@@ -190,16 +264,19 @@ def _groups(marks: Sequence[Mark], has_ghost: bool) -> str:
 
 def _fill(**values: str) -> str:
     """Return the page with its viewer, style and the given values in place."""
-    here = resources.files("fesd_robot.render")
-    licences = sorted(VIEWER.glob("*LICENSE*"))
+    here = resources.files("fesd_robot.render") / "viewer"
+    texts = [file.read_text(encoding="utf-8") for file in sorted(VIEWER.glob("*LICENSE*"))]
+    texts.append("uPlot\n" + (here / "uplot" / "LICENSE").read_text(encoding="utf-8"))
+    bundles = [VIEWER / "main.min.js", here / "uplot" / "uPlot.iife.min.js"]
+    styles = [here / "uplot" / "uPlot.min.css", here / "page.css"]
     values = {
         **values,
         # JSON and JavaScript strings may spell these characters so that no text can end the script element.
         "settings": values["settings"].replace("<", "\\u003c"),
-        "bundle": (VIEWER / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
-        "licences": "\n".join(file.read_text(encoding="utf-8") for file in licences).replace("</", "< /"),
-        "style": (here / "page.css").read_text(encoding="utf-8").strip(),
-        "viewer": (here / "page.js").read_text(encoding="utf-8").strip(),
+        "bundle": "\n".join(file.read_text(encoding="utf-8") for file in bundles).replace("</script", "<\\/script"),
+        "licences": "\n".join(texts).replace("</", "< /"),
+        "style": "\n".join(file.read_text(encoding="utf-8").strip() for file in styles),
+        "viewer": "\n".join((here / f"{name}.js").read_text(encoding="utf-8").strip() for name in SCRIPTS),
     }
     template = (here / "page.html").read_text(encoding="utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda match: values[match.group(1)], template)

@@ -38,19 +38,19 @@ def add_robot(
     motion: Motion,
     meshes: Meshes,
     root: str = "robot",
-) -> None:
-    """Add one node per joint, nested as in the kinematic tree, the geometry below it, and the animation.
+) -> dict[Path, AnimationClip]:
+    """Add one node per joint, nested as in the kinematic tree, and the geometry below it; return how the joints move.
 
     Only joint nodes move: placement and scale of the geometry stay in nodes of their own, which keeps mirrored
     meshes whole, and between key times every joint moves along its own axis instead of drifting off its parent.
     """
     paths = joint_paths(model, root)
-    animation = Animation(default_framerate=1)
+    clips = {}
     for joint, path in enumerate(paths):
         window.send(SetTransform(pin.XYZQUATToSE3(motion.placement[0, joint]).homogeneous, path))
         tracks = joint_tracks(motion, joint)
         if tracks:
-            animation.clips[path] = AnimationClip(tracks=tracks, fps=1, name=f"joint {joint}")
+            clips[path] = AnimationClip(tracks=tracks, fps=1, name=f"{root} joint {joint}")
     for index, geometry_object in enumerate(visual_model.geometryObjects):
         visual = make_visual(geometry_object, meshes)
         if visual is not None:
@@ -58,8 +58,14 @@ def add_robot(
             path = Path((*parent, f"shape {index} {_label(geometry_object.name)}"))
             window.send(SetObject(visual.element, path=path))
             window.send(SetTransform(visual.matrix, path))
-    if animation.clips or root == "robot":
-        window.send(SetAnimation(animation, play=False))
+    return clips
+
+
+def add_animation(window: SceneWindow, clips: Mapping[Path, AnimationClip]) -> None:
+    """Add the motion of all joints; the viewer keeps one animation."""
+    animation = Animation(default_framerate=1)
+    animation.clips.update(clips)
+    window.send(SetAnimation(animation, play=False))
 
 
 def joint_paths(model: pin.Model, root: str = "robot") -> list[Path]:

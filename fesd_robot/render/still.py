@@ -103,6 +103,7 @@ def write_robot_page(robot: Robot, path: str | os.PathLike[str]) -> Path:
             ground=GroundVisual(height=_lowest(robot, q)),
             traces={},
             marks=marks,
+            planar=False,
         ),
     )
 

@@ -6,24 +6,12 @@ import logging
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from fesd_robot.cli.summary import summary
 from fesd_robot.plans import read_plan
 from fesd_robot.render import outputs
-from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
-
-MODEL = Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf"
-
-
-def test_the_path_of_a_frame_is_where_the_frame_is() -> None:
-    """The foot of the hopper is one leg below the body, turned with it."""
-    x, z, pitch, leg = 0.3, 0.8, 0.2, 0.4
-    paths = outputs.frame_paths(load_robot(MODEL), np.array([[x, z, pitch, leg]]), {"tip": "foot"})
-    assert list(paths) == ["tip"]
-    np.testing.assert_allclose(paths["tip"], [[x + leg * np.sin(pitch), 0.0, z - leg * np.cos(pitch)]], atol=1e-12)
 
 
 def test_a_page_that_fails_does_not_cost_the_plan(

@@ -18,7 +18,8 @@ from .browser import Browser
 from .conftest import Hop
 
 COLLADA = Path(__file__).with_name("wedge.dae")
-BAR_TOP = 640
+SIDE, BAR_TOP = 330, 600
+"""Pixels left of the scene and above the bar."""
 
 
 @pytest.fixture(scope="module")
@@ -67,32 +68,35 @@ def world_position(browser: Browser, name: str) -> np.ndarray:
 
 def body_center(picture: np.ndarray) -> np.ndarray:
     """Return the middle of all pixels in the blue of the hopper's body, (column, row)."""
-    red, _, blue = np.moveaxis(picture[:BAR_TOP].astype(int), -1, 0)
-    rows, columns = np.nonzero(blue - red > 50)
+    red, green, blue = np.moveaxis(picture.astype(int), -1, 0)
+    blue[:, :SIDE] = blue[BAR_TOP:] = 0
+    rows, columns = np.nonzero((blue - red > 50) & (blue - green > 30))
     assert rows.size > 500, "the body is not visible"
     return np.array([columns.mean(), rows.mean()])
 
 
-def test_the_hopper_moves_on_the_screen(opened: Browser, hop: Hop) -> None:
-    """Two slider positions give two pictures, and the body moves as far as the camera's scale says."""
-    moments = (12, 20)
-    pictures, centers = [], []
-    for row in moments:
+def tick_columns(browser: Browser) -> dict[float, float]:
+    """Return where on the screen the middle of every distance label that is shown lies: x, m -> column of pixels."""
+    entries = browser.run(
+        """[...document.querySelectorAll('#labels .tick')].filter((one) => one.style.visibility === 'visible')
+          .map((one) => [one.textContent, one.getBoundingClientRect()])
+          .map(([text, at]) => [text, at.x + at.width / 2])"""
+    )
+    return {float(text.removesuffix(" m")): column for text, column in entries}
+
+
+@pytest.mark.parametrize("follow", ["true", "false"])
+def test_lengths_on_the_screen_are_true(opened: Browser, hop: Hop, follow: str) -> None:
+    """From the side the body stands within 1 cm of where the distance labels say, whether the camera follows or not."""
+    opened.run(f"fesdRobot.camera.follow({follow})")
+    for row in (12, 60, 100):
         opened.run(f"element('slider').value = {hop.time[row]}; element('slider').dispatchEvent(new Event('input'))")
         assert opened.run("fesdRobot.time()") == pytest.approx(10.0 + hop.time[row], abs=1e-6)
-        pictures.append(opened.screenshot())
-        centers.append(body_center(pictures[-1]))
-    assert pictures[0].shape == (720, 1280, 3)
-    assert np.abs(pictures[0].astype(int) - pictures[1].astype(int)).max() > 50
-    scale = opened.run(
-        """(() => {
-          const viewer = fesdRobot.viewer, camera = viewer.camera;
-          const distance = camera.position.distanceTo(viewer.controls.target);
-          return innerHeight / (2 * distance * Math.tan(camera.fov * Math.PI / 360));
-        })()"""
-    )
-    moved = hop.configuration[moments[1], 0] - hop.configuration[moments[0], 0]
-    assert centers[1][0] - centers[0][0] == pytest.approx(scale * moved, rel=0.1)
+        column = body_center(opened.screenshot())[0]
+        places, columns = zip(*sorted(tick_columns(opened).items()), strict=True)
+        assert len(places) >= 2
+        meters, first = np.polyfit(columns, places, 1)
+        assert first + meters * column == pytest.approx(hop.configuration[row, 0], abs=0.01)
 
 
 def test_the_scene_follows_the_samples(opened: Browser, hop: Hop) -> None:
@@ -106,25 +110,53 @@ def test_the_scene_follows_the_samples(opened: Browser, hop: Hop) -> None:
 
 
 def test_the_camera_sees_the_whole_motion(opened: Browser, hop: Hop) -> None:
-    """At the start the path of the body fits into the window, wide or narrow, between caption and bar."""
+    """When it does not follow, the path of the body fits into the scene, wide or narrow."""
     low, high = hop.configuration[:, :2].min(axis=0) - 0.1, hop.configuration[:, :2].max(axis=0) + 0.1
+    opened.run("fesdRobot.camera.follow(false)")
     for width, height in ((1280, 720), (600, 900)):
         opened.resize(width, height)
         opened.screenshot()
         for x in (low[0], high[0]):
             for z in (0.0, high[1]):
-                column, row = opened.run(
-                    f"""(() => {{
-                      const viewer = fesdRobot.viewer;
-                      viewer.camera.updateMatrixWorld(true);
-                      const p = new MeshCat.THREE.Vector3({x}, {z}, 0).project(viewer.camera);
-                      return [(p.x + 1) / 2, (1 - p.y) / 2];
-                    }})()"""
-                )
+                column, row = projected(opened, (x, 0.0, z))
                 assert 0.0 < column < 1.0
-                bar = opened.run("element('bar').getBoundingClientRect().top")
-                caption = opened.run("element('caption').getBoundingClientRect().bottom")
-                assert caption / height < row < bar / height
+                assert 0.0 < row < 1.0
+
+
+def projected(browser: Browser, point: tuple[float, float, float]) -> tuple[float, float]:
+    """Return where a point of the world is in the scene, from the left and from above, 0 ... 1."""
+    x, y, z = point
+    column, row = browser.run(
+        f"""(() => {{
+          const viewer = fesdRobot.viewer;
+          viewer.camera.updateMatrixWorld(true);
+          const p = new MeshCat.THREE.Vector3({x}, {z}, {-y}).project(viewer.camera);
+          return [(p.x + 1) / 2, (1 - p.y) / 2];
+        }})()"""
+    )
+    return column, row
+
+
+def test_the_camera_follows_and_changes_its_view(opened: Browser, hop: Hop) -> None:
+    """A camera that follows keeps the body near the middle; front and top look along their axes; free stays above."""
+    opened.run("fesdRobot.camera.follow(true)")
+    for row in (5, 80, 120):
+        opened.run(f"fesdRobot.seek({10.0 + hop.time[row]})")
+        x, z = hop.configuration[row, :2]
+        column, height = projected(opened, (x, 0.0, z))
+        assert column == pytest.approx(0.5, abs=0.2)
+        assert 0.0 < height < 1.0
+    direction = """(() => {
+      const toward = fesdRobot.viewer.camera.getWorldDirection(new MeshCat.THREE.Vector3());
+      return [toward.x, -toward.z, toward.y];
+    })()"""
+    for key, expected in (("1", (0, 1, 0)), ("2", (-1, 0, 0)), ("3", (0, 0, -1))):
+        opened.press(key, f"Digit{key}")
+        np.testing.assert_allclose(opened.run(direction), expected, atol=1e-3)
+    opened.press("4", "Digit4")
+    opened.run("fesdRobot.viewer.camera.position.y = -50; fesdRobot.viewer.controls.update(); true")
+    assert opened.run("fesdRobot.viewer.camera.position.y") > 0.0
+    opened.press("1", "Digit1")
 
 
 def test_controls_play_step_and_loop(opened: Browser, hop: Hop) -> None:
@@ -132,6 +164,11 @@ def test_controls_play_step_and_loop(opened: Browser, hop: Hop) -> None:
     end = 10.0 + hop.time[-1]
     opened.run("fesdRobot.seek(10.5)")
     assert opened.run("element('readout').textContent") == f"10.500 / {end:.3f} s"
+    opened.press("End", "End")
+    assert opened.run("fesdRobot.time()") == pytest.approx(end)
+    opened.press("Home", "Home")
+    assert opened.run("fesdRobot.time()") == pytest.approx(10.0)
+    opened.run("fesdRobot.seek(10.5)")
     opened.press("ArrowRight", "ArrowRight")
     assert opened.run("fesdRobot.time()") == pytest.approx(10.52)
     opened.press("ArrowLeft", "ArrowLeft")

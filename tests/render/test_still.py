@@ -124,9 +124,11 @@ def test_the_page_of_a_task_in_a_browser(task: Path, browser: Browser, tmp_path:
     browser.open(page)
     groups = browser.run("[...document.querySelectorAll('[data-group]')].map((one) => one.dataset.group)")
     assert groups == ["contacts", "collision shapes", "obstacles", "frames", "ghost"]
-    sprites = "fesdRobot.viewer.scene_tree.find(['marks', 'obstacles']).object.children.filter((one) => one.isSprite)"
-    assert browser.run(f"{sprites}.map((one) => one.name)") == ["stone", "egg", "crate", "ditch"]
-    place = browser.run(f"{sprites}[0].position.toArray()")
+    names = "[...document.querySelectorAll('#labels .mark')].map((one) => one.textContent)"
+    assert set(browser.run(names)) >= {"stone", "egg", "crate", "ditch"}
+    place = browser.run(
+        "JSON.parse(document.getElementById('settings').textContent).labels.find((one) => one.text === 'stone').at"
+    )
     assert place == pytest.approx([0, 0.1, 0.2])
     before = browser.screenshot()
     browser.run("document.querySelector('[data-group=ghost]').click()")
