@@ -19,6 +19,7 @@ from ruamel.yaml import YAML
 from typer.main import get_command
 
 import fesd_robot
+from fesd_robot.cli.app import app
 from fesd_robot.examples import copy_examples
 from fesd_robot.ocp import formulate
 from fesd_robot.task import Task, load_task
@@ -26,10 +27,10 @@ from fesd_robot.task.json_schema import task_json_schema
 
 from .blocks import PAGES, ROOT, SHORT, Block, blocks, commands, pattern, run, stable
 
-SIMULATION = ROOT / "docs" / "simulation.md"
-"""Its examples have tests of their own, in tests/fesd."""
+TESTED_ELSEWHERE = (ROOT / "docs" / "simulation.md", ROOT / "docs" / "simulating-robots.md")
+"""Their examples have tests of their own, in tests/fesd and tests/simulation."""
 
-LIVE = [page for page in PAGES if page != SIMULATION and blocks(page, "console", "python")]
+LIVE = [page for page in PAGES if page not in TESTED_ELSEWHERE and blocks(page, "console", "python")]
 
 
 @pytest.fixture
@@ -73,7 +74,7 @@ def test_shell_commands_are_commands(page: Path, folder: Path) -> None:
     copy_examples(["hopper_one_jump"], folder, schema=b"")
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     extras = re.findall(r"^(\w+) = ", project.partition("[project.optional-dependencies]")[2].partition("\n[")[0], re.M)
-    program = get_command(fesd_robot.cli.app.app)
+    program = get_command(app)
     for block in blocks(page, "sh"):
         for line in block.text.splitlines():
             words = shlex.split(line, comments=True)
