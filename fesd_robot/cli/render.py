@@ -26,6 +26,16 @@ def render(
             file_okay=False,
         ),
     ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="output.KEY=VALUE",
+            help="How figures are written: output.figure_formats=[png, svg, pdf], output.figure_width=one_column or "
+            "two_columns, output.animation=true for a GIF, output.figures=false for none; may be given several times.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Draw the page and the figures of a plan again.
 
@@ -38,8 +48,10 @@ def render(
 
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
     try:
-        page, *figures = render_plan(read_plan(plan), target, task_folder=folder)
+        page, *figures = render_plan(read_plan(plan), target, task_folder=folder, overrides=overrides or [])
     except TaskError as error:
+        if "--set" in str(error) or "output" in (error.key or ""):
+            raise
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
         raise PlanFileError(f"{plan}: its task cannot be drawn again: {error}{hint}") from error
-    typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} figures)")
+    typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} files)")
