@@ -172,7 +172,7 @@ def small_multiples(title: str, count: int, look: Look) -> tuple[Figure, list[Ax
 
 def note_panel(panel: Axes, text: str) -> None:
     """Write a note above the right end of a panel, below its name inside of it where both have no room side by side."""
-    width = panel.get_position().width * panel.get_figure(root=True).get_size_inches()[0]
+    width = panel.get_window_extent().width / DPI
     if _LETTER * (len(panel.get_title(loc="left")) + len(text)) < width:
         panel.set_title(text, loc="right", fontsize=TEXT, color=BLACK, pad=3)
     else:
