@@ -149,13 +149,14 @@ def _references(robot: RobotMotion | None) -> dict[str, np.ndarray]:
 
 def _aims(plan: Plan, kind: str, name: str) -> Iterator[Aim]:
     """Yield what waypoints and goal ask of a coordinate."""
-    for waypoint in plan.task.get("waypoints") or []:
+    waypoints, end = plan.task.get("waypoints") or [], float(plan.trajectory.time[-1])
+    for number, waypoint in enumerate(waypoints):
         asked = (waypoint.get(kind) or {}).get(name)
         if asked is not None:
             tolerance = ((waypoint.get("tolerance") or {}).get(kind) or {}).get(name)
-            yield Aim("waypoint", float(waypoint["time"]), float(asked), tolerance)
+            yield Aim("waypoint", _time_of(plan, number), float(asked), tolerance)
     suffix = " velocity" if kind == "velocity" else ""
-    first, end = float(getattr(plan.trajectory, kind)[name][0]), float(plan.trajectory.time[-1])
+    first = float(getattr(plan.trajectory, kind)[name][0])
     for entry in plan.outcome.goal if plan.outcome else []:
         if entry.name == f"{name}{suffix}":
             yield Aim("goal", end, entry.goal, entry.tolerance)
@@ -163,3 +164,16 @@ def _aims(plan: Plan, kind: str, name: str) -> Iterator[Aim]:
             yield Aim("goal", end, first + entry.goal, entry.tolerance)
         elif entry.name == f"{name}{suffix}, mirrored":
             yield Aim("goal", end, entry.goal, entry.tolerance)
+
+
+def _time_of(plan: Plan, number: int) -> float:
+    """Return the time of a waypoint, s: the end of the control interval nearest to that of the task."""
+    waypoints, starts, end = plan.task["waypoints"], plan.controls["time"], float(plan.trajectory.time[-1])
+    time, duration = waypoints[number]["time"], plan.task["horizon"]["duration"]
+    if time is None:
+        share = (number + 1) / (len(waypoints) + 1)
+    elif isinstance(duration, dict):  # free: the task's time is that of a duration in the middle of its bounds
+        share = time / (0.5 * (duration["lower"] + duration["upper"]))
+    else:
+        share = time / duration
+    return end * round(share * len(starts)) / len(starts)
