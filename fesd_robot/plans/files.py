@@ -125,9 +125,10 @@ def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | 
         for name, each in EXPORTS.items():
             if each.with_plan:
                 (stage / each.file).write_bytes(export(plan, name))
+        (stage / REPORT_FILE).write_text(report(plan), encoding="utf-8")
         if extras:
             extras(stage)
-        (stage / REPORT_FILE).write_text(report(plan, _picture(stage)), encoding="utf-8")
+            (stage / REPORT_FILE).write_text(report(plan, _picture(stage)), encoding="utf-8")
     return folder
 
 

@@ -168,7 +168,7 @@ def test_what_was_interrupted_claims_nothing(load_short: Any) -> None:
 
 
 def test_the_words_of_the_numbers_are_explained(short_plan: Plan) -> None:
-    """Every word of the glossary is used by the report's numbers or the program's, in the order of the alphabet."""
+    """The glossary of a report is in the order of the alphabet and has the words of its tables."""
     assert list(GLOSSARY) == sorted(GLOSSARY, key=str.lower)
     text = report(short_plan)
     assert all(f"| {word} | {meaning} |" in text for word, meaning in GLOSSARY.items())

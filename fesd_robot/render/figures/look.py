@@ -112,7 +112,7 @@ def new_figure(
 def write_title(figure: Figure, title: str) -> None:
     """Write the title into the top left corner, in the width there is."""
     width, tall = figure.get_size_inches()
-    most = int(width * 17)
+    most = int(width * 14.5)
     text = title if len(title) <= most else title[: most - 1] + "…"
     figure.suptitle(text, x=0.06 / width, y=1 - 0.05 / tall, ha="left", va="top", fontsize=TEXT + 1, color=BLACK)
 

@@ -27,6 +27,9 @@ ARROW = 0.4
 HIGHEST = 2.4
 """Height of a snapshot, inch."""
 
+APART = 0.004
+"""Space on either side of a snapshot, over the width of the figure."""
+
 
 def snapshots_figure(robot: RobotMotion, title: str, phases: Phases, look: Look) -> Figure:
     """Return the robot at start, end and moments between them, with feet coloured by mode and contact forces."""
@@ -39,13 +42,14 @@ def snapshots_figure(robot: RobotMotion, title: str, phases: Phases, look: Look)
     bottom, top = bottom - 2 * room, top + room
     width = max(width, (top - bottom) * (look.inches / count) / HIGHEST, 1e-3)
     above = 0.42 + 0.18 * look.legend_lines
-    tall = above + (top - bottom) / width * look.inches / count + 0.32
+    share = 1 / count
+    across = (share - 2 * APART) * look.inches
+    tall = above + (top - bottom) / width * across + 0.32
     figure = Figure(figsize=(look.inches, tall), dpi=DPI)
     write_title(figure, title)
     scale = ARROW * (top - bottom) / largest_force(robot, samples)
     for number, (sample, (low, high)) in enumerate(zip(samples, boxes, strict=True)):
-        share = 1 / count
-        panel = figure.add_axes((number * share + 0.004, 0.32 / tall, share - 0.008, 1 - (above + 0.32) / tall))
+        panel = figure.add_axes((number * share + APART, 0.32 / tall, share - 2 * APART, 1 - (above + 0.32) / tall))
         middle = 0.5 * float(low[0] + high[0])
         window = (middle - width / 2, middle + width / 2, bottom, top)
         draw_world(panel, robot, window)
