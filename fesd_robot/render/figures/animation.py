@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
 from fesd_robot.render.figures.look import TEXT, write_title
 from fesd_robot.render.figures.robot_motion import RobotMotion
 from fesd_robot.render.figures.snapshots import ARROW, draw_robot, draw_world, drawn_box, largest_force
-from fesd_robot.render.palette import BLACK
+from fesd_robot.render.palette import BLACK, GREEN, MODES, SERIES
 
 FRAMES_A_SECOND = 25
 """A GIF counts time in hundredths of a second, so that other rates would not play in real time."""
@@ -21,6 +23,9 @@ MOST_FRAMES = 400
 
 WIDTH, DOTS = 6.4, 100
 """Inch, and dots an inch."""
+
+SWATCH = 12
+"""Height of what is given to a colour when the palette is chosen, dots."""
 
 PAUSE = 800
 """How long the last frame stays, ms."""
@@ -53,6 +58,7 @@ def animation(robot: RobotMotion, title: str) -> bytes:
     write_title(figure, title)
     panel = figure.add_axes((0.0, 0.28 / tall, 1.0, 1 - 0.6 / tall))
     draw_world(panel, robot, (left, right, bottom, top))
+    panel.xaxis.set_major_locator(MaxNLocator(8, prune="both"))
     clock = panel.text(0.99, 0.98, "", ha="right", va="top", transform=panel.transAxes, fontsize=TEXT + 1, color=BLACK)
     clock.set_animated(True)
     canvas.draw()
@@ -69,9 +75,22 @@ def animation(robot: RobotMotion, title: str) -> bytes:
             artist.remove()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
     # One palette for all frames keeps colours still.
-    palette = frames[len(frames) // 2].quantize(64)
+    palette = _palette([frames[0], frames[len(frames) // 2]])
     flat = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     step = max(round(100 * seconds / (count - 1)), 2) * 10
     content = io.BytesIO()
     flat[0].save(content, "GIF", save_all=True, append_images=flat[1:], duration=[step] * (count - 1) + [PAUSE], loop=0)
     return content.getvalue()
+
+
+def _palette(frames: Sequence[Image.Image]) -> Image.Image:
+    """Return the colours for all frames: those of some of them, and of signs and arrows that are in others."""
+    width, height = frames[0].size
+    colors = ["#ffffff", GREEN, MODES["stick"], MODES["slip"], MODES["impact"], *SERIES]
+    together = Image.new("RGB", (width, height * len(frames) + SWATCH * len(colors)), "white")
+    for number, frame in enumerate(frames):
+        together.paste(frame, (0, number * height))
+    for number, color in enumerate(colors):
+        top = height * len(frames) + number * SWATCH
+        together.paste(Image.new("RGB", (width, SWATCH), color), (0, top))
+    return together.quantize(96)

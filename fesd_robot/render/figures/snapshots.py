@@ -185,7 +185,7 @@ def draw_robot(panel: Axes, robot: RobotMotion, sample: int, scale: float) -> li
         point, force = robot.touching(name, sample)
         mode = contact.mode[sample]
         drawn += panel.plot(*point, "o", color=_face(mode), mec=BLACK, mew=0.6, ms=4, zorder=5)
-        if scale * np.linalg.norm(force) > 0.02 * ARROW * (panel.get_ylim()[1] - panel.get_ylim()[0]):
+        if scale * np.linalg.norm(force) > 0.08 * ARROW * (panel.get_ylim()[1] - panel.get_ylim()[0]):
             arrow = FancyArrowPatch(
                 tuple(point),
                 tuple(point + scale * force),
