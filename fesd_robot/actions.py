@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from fesd_robot.errors import FesdRobotError, PlanFileError
+from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
 from fesd_robot.plans import Plan, export, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.render.files import write_atomically
-from fesd_robot.render.outputs import write_page
+from fesd_robot.render.outputs import write_drawings, write_page
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
@@ -91,28 +91,35 @@ def _drawn(write: Callable[[Path], Path], page: Path | str, name: str) -> Path:
         raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
 
 
-def render_plan(plan: Plan, folder: Path | str, *, task_folder: Path | None = None) -> list[Path]:
+def render_plan(
+    plan: Plan, folder: Path | str, *, task_folder: Path | None = None, overrides: Sequence[str] = ()
+) -> list[Path]:
     """Draw a plan: a web page that plays the motion, ``plan.html``, and the figures, ``figures/``.
 
     Args:
         plan: from `plan` or `read_plan`.
         folder: where to write; earlier drawings in it are replaced.
         task_folder: where relative paths in the task start; default: the folder of the task file when it was planned.
+        overrides: ``output.key=value`` each, in the place of the task's, such as ``output.figure_formats=[svg, pdf]``,
+            ``output.figure_width=one_column`` or ``output.animation=true``.
 
     Returns:
         the files, the page first.
 
     Raises:
-        TaskError: the robot's model or the file of a height map, which the task names, cannot be read any more.
+        TaskError: the robot's model or the file of a height map, which the task names, cannot be read any more; an
+            override that does not fit, or of a key that is no drawing's.
         RobotError: the shapes of the robot cannot be read.
         PlanFileError: the folder cannot be written to.
     """
-    from fesd_robot.render import write_figures  # matplotlib takes long to import
-
     folder = Path(folder)
+    for override in overrides:
+        if not override.startswith("output."):
+            raise TaskError(f"found --set {override}, expected a key of 'output', such as output.figure_formats=[svg]")
     try:
-        page = write_page(plan, task_of(plan, task_folder), folder / PAGE_FILE)
-        return [page, *write_figures(plan, folder / FIGURES_FOLDER)]
+        task = task_of(plan, task_folder, overrides)
+        page = write_page(plan, task, folder / PAGE_FILE)
+        return [page, *write_drawings(plan, task, folder / FIGURES_FOLDER)]
     except OSError as error:
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 

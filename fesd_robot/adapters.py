@@ -237,6 +237,10 @@ def assembled_plan(
         provenance=assemble.provenance(task.folder),
         task=task.model_dump(mode="json"),
         outcome=outcome,
+        control_limits={
+            name: (float(lower), float(upper))
+            for name, lower, upper in zip(drive.names, drive.lower, drive.upper, strict=True)
+        },
     )
     try:
         return with_full_model(plan, motion, physics)

@@ -34,6 +34,16 @@ def render(
             file_okay=False,
         ),
     ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="output.KEY=VALUE",
+            help="How figures are written: output.figure_formats=[png, svg, pdf], output.figure_width=one_column or "
+            "two_columns, output.animation=true for a GIF, output.figures=false for none; may be given several times.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Draw the page and the figures of a plan again, or two plans in one page.
 
@@ -51,10 +61,12 @@ def render(
             page = render_comparison(read_plan(plan), second, target, task_folder=folder, other_folder=folder)
             typer.echo(f"written to {target}: {page.name}, {second.name} is the ghost")
             return
-        page, *figures = render_plan(read_plan(plan), target, task_folder=folder)
+        page, *figures = render_plan(read_plan(plan), target, task_folder=folder, overrides=overrides or [])
     except TaskError as error:
+        if "--set" in str(error) or "output" in (error.key or ""):
+            raise
         hint = "" if folder else "; if the task's files have moved, say where by --folder"
         raise PlanFileError(
             f"{plan if other is None else f'{plan}, {other}'}: its task cannot be drawn again: {error}{hint}"
         ) from error
-    typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} figures)")
+    typer.echo(f"written to {target}: {page.name}, {FIGURES_FOLDER}/ ({len(figures)} files)")

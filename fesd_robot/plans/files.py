@@ -131,7 +131,14 @@ def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | 
         (stage / REPORT_FILE).write_text(report(plan), encoding="utf-8")
         if extras:
             extras(stage)
+            (stage / REPORT_FILE).write_text(report(plan, _picture(stage)), encoding="utf-8")
     return folder
+
+
+def _picture(folder: Path) -> str | None:
+    """Return the snapshots of a motion that a report can show, None where they were not drawn."""
+    names = (f"{FIGURES_FOLDER}/snapshots.{kind}" for kind in ("png", "svg"))
+    return next((name for name in names if (folder / name).is_file()), None)
 
 
 _OWN = {*FILES, *(each.file for each in EXPORTS.values())}

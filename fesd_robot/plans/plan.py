@@ -260,6 +260,8 @@ class Plan(Record):
         controls: ``time`` (start of each control interval, s) and one array per control name.
         contacts: contact name -> history on `trajectory.time`.
         task: the task as it was solved, with every default filled in.
+        control_limits: control -> lower and upper limit, N or N m, infinite where there is none; None in plans that do
+            not say it.
         full_model: the motion on all joints of the model file; None in plans that do not say it.
         outcome: by how much the goal is missed, and flights, slides and impacts of every contact; None in plans that an
             earlier version wrote, which did not measure it.
@@ -285,6 +287,7 @@ class Plan(Record):
     statistics: Statistics
     provenance: Provenance
     task: dict[str, Any]
+    control_limits: dict[str, tuple[float, float]] | None = None
     full_model: FullModelMotion | None = None
     outcome: Outcome | None = None
     replay: ReplaySummary | None = None

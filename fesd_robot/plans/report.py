@@ -5,24 +5,37 @@ from __future__ import annotations
 import numpy as np
 
 from fesd_robot.plans.audit_record import ENTRIES
+from fesd_robot.plans.glossary import glossary
 from fesd_robot.plans.outcome_report import outcome_section
 from fesd_robot.plans.plan import Plan, Statistics, Status
+from fesd_robot.plans.sentences import sentences
+from fesd_robot.plans.stationarity_words import stationarity_sentence
 from fesd_robot.plans.tables import markdown_table, settings_line
 from fesd_robot.plans.verdict import given_limits, near_miss_words
 from fesd_robot.plans.weights import weights_of
 
 
-def report(plan: Plan) -> str:
-    """Return the report: verdict, warnings, outcome, what the contacts did, audit, cost, effort, provenance."""
-    parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n", _answers(plan)]
+def report(plan: Plan, picture: str | None = None) -> str:
+    """Return the report: verdict, five sentences, warnings, outcome, contacts, cost, numbers with their words.
+
+    Args:
+        plan: what to report.
+        picture: the file with the robot at a few moments, from where the report lies; none without it.
+    """
+    parts = [f"# {plan.name}\n", f"**{plan.status.message}**\n"]
+    parts += ["".join(f"- {sentence}\n" for sentence in sentences(plan))]
+    parts += [f"![The robot at a few moments]({picture})\n"] if picture else []
     parts += ["## Warnings\n\n" + "".join(f"- {warning}\n" for warning in plan.warnings)] if plan.warnings else []
     parts += [outcome_section(plan.outcome)] if plan.outcome else []
     parts += [
         _contacts(plan),
         *([_joint_friction(plan)] if plan.joint_friction else []),
-        _audit(plan),
         _cost(plan),
+        "## Numbers\n\nFor readers who want to judge the method; its words are explained [below](#words).\n",
+        _answers(plan),
+        _audit(plan),
         _effort(plan),
+        f"### Words\n\n{glossary()}",
         _provenance(plan),
     ]
     return "\n".join(parts)
@@ -40,7 +53,7 @@ def _answers(plan: Plan) -> str:
         ["kind of stationary point", _stationarity(status)],
         ["physics audit", _passed(plan)],
     ]
-    return "## Status\n\n" + markdown_table(["question", "answer"], rows)
+    return "### Status\n\n" + markdown_table(["question", "answer"], rows)
 
 
 def _passed(plan: Plan) -> str:
@@ -110,12 +123,12 @@ def _audit(plan: Plan) -> str:
         own = f" (the task's; default {plan.audit.defaults[name]:g})" if name in plan.audit.defaults else ""
         part = f"{max(plan.audit.ratio(name), 0.0):.2g}"
         rows.append([name, f"{value:.3e}", entry.bound(limit) + own, entry.unit, part, passed])
-    text = "## Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n"
+    text = "### Audit\n\nRecomputed from the trajectory with Pinocchio's numeric algorithms.\n\n"
     text += markdown_table(["entry", "value", "limit", "unit", "part of it", "passed"], rows)
     failed = [f"- `{name}` is {ENTRIES[name].meaning}.\n" for name in plan.audit.violations]
     text += "".join(["\n", *failed] if failed else [])
     found = [f"- {finding.sentence}\n" for finding in plan.audit.findings]
-    return text + "".join(["\n### Findings\n\n", *found] if found else [])
+    return text + "".join(["\n#### Findings\n\n", *found] if found else [])
 
 
 def _cost(plan: Plan) -> str:
@@ -128,6 +141,7 @@ def _cost(plan: Plan) -> str:
     text = "## Cost\n\n" + markdown_table(
         ["term", "value", "share", "weights"], [*rows, ["total", f"{plan.statistics.objective:.6g}", "", ""]]
     )
+    text += f"\n{stationarity_sentence(plan.status)}\n"
     return text + "\n'regularisation of ...' and 'step equilibration' belong to the method, not to the task.\n"
 
 
@@ -148,7 +162,7 @@ def _effort(plan: Plan) -> str:
     ]
     header = ["sigma", "velocity level", "status", "iterations", "cost", "complementarity", "violation", "seconds"]
     return (
-        f"## Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs"
+        f"### Effort\n\n{s.variables} variables, {s.constraints} constraints, {s.pairs} complementarity pairs"
         f"{_stages(s)}; built in {s.build_seconds:.2f} s, solved in {s.solve_seconds:.1f} s, {s.iterations} "
         f"iterations.{_search(s)}\n\n" + markdown_table(header, rows) + _attempts(plan)
     )
@@ -204,7 +218,7 @@ def _attempts(plan: Plan) -> str:
         else ""
     )
     return (
-        "\n### Attempts\n\nThe cheapest that was solved is kept, else one that only misses the goal, else the first."
+        "\n#### Attempts\n\nThe cheapest that was solved is kept, else one that only misses the goal, else the first."
         f"{spread}\n\n" + markdown_table(header, rows)
     )
 

@@ -28,7 +28,11 @@ def write_optional_files(plan: Plan, task: Task, folder: Path) -> None:
     """
     wanted: list[tuple[str, bool, Callable[[], object]]] = [
         (PAGE_FILE, task.output.page, lambda: write_page(plan, task, folder / PAGE_FILE)),
-        (FIGURES_FOLDER, task.output.figures, lambda: _write_figures(plan, folder / FIGURES_FOLDER)),
+        (
+            FIGURES_FOLDER,
+            task.output.figures or task.output.animation,
+            lambda: write_drawings(plan, task, folder / FIGURES_FOLDER),
+        ),
     ]
     for name, asked, write in wanted:
         if not asked:
@@ -156,7 +160,20 @@ def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual | BoxVisu
     return circles
 
 
-def _write_figures(plan: Plan, folder: Path) -> list[Path]:
-    from fesd_robot.render import write_figures
+def write_drawings(plan: Plan, task: Task, folder: Path) -> list[Path]:
+    """Write the figures and the animation that the section `output` of a task asks for, and return the files.
 
-    return write_figures(plan, folder)
+    Of a robot that cannot be read or a trajectory that is not finite only what needs no robot is drawn, with a warning.
+    """
+    from fesd_robot.errors import FesdRobotError
+    from fesd_robot.render import write_figures
+    from fesd_robot.render.figures import Look, robot_motion, write_animation
+
+    output, robot = task.output, None
+    try:
+        robot = robot_motion(plan, task)
+    except FesdRobotError as error:
+        logger.warning("figures that need the robot are left out: %s", error)
+    look = Look(output.figure_formats, output.figure_width)
+    files = write_figures(plan, folder, robot, look) if output.figures else []
+    return [*files, *([write_animation(robot, folder)] if output.animation and robot is not None else [])]

@@ -35,7 +35,7 @@ from fesd_robot.task.ground import GROUND, Ground, HeightMap, Plane, Step, Steps
 from fesd_robot.task.json_schema import task_json_schema, task_json_schema_text
 from fesd_robot.task.limits import Limits, SpeedOfTime
 from fesd_robot.task.load import load_task
-from fesd_robot.task.method import Formulation, Method, Output, Solver, StepEquilibration
+from fesd_robot.task.method import FigureFormat, FigureWidth, Formulation, Method, Output, Solver, StepEquilibration
 from fesd_robot.task.names import check_names, check_values
 from fesd_robot.task.reference import FromFile, Jumps, Line, Reference, ThroughWaypoints
 from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot
@@ -59,6 +59,8 @@ __all__ = [
     "Contact",
     "ContactWindow",
     "Costs",
+    "FigureFormat",
+    "FigureWidth",
     "ForbiddenZone",
     "Formulation",
     "FrameLimits",

@@ -266,8 +266,21 @@ class Solver(Section):
         return self
 
 
+FigureFormat = Literal["png", "svg", "pdf"]
+
+FigureWidth = Literal["one_column", "two_columns"]
+
+
 class Output(Section):
     """Which optional files a plan leaves."""
 
     page: bool = Field(default=True, description="Whether to write the web page plan.html.")
     figures: bool = Field(default=True, description="Whether to draw figures.")
+    figure_formats: list[FigureFormat] = Field(
+        default=["png"], min_length=1, description="Formats in which every figure is written."
+    )
+    figure_width: FigureWidth = Field(
+        default="two_columns",
+        description="Width of figures, that of a journal's column, 3.5 inch, or of two, 7.16 inch; type of 8 points.",
+    )
+    animation: bool = Field(default=False, description="Whether to write the motion as figures/motion.gif.")

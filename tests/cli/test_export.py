@@ -104,7 +104,7 @@ def test_an_export_that_cannot_be(run: Run, plan: Path, tmp_path: Path, argument
 def test_the_page_and_figures_are_those_of_the_run(run: Run, finished: Any, plan: Path) -> None:
     """`render` finds model and ground from any folder, and draws what `plan` drew."""
     outcome = run("render", plan)
-    assert outcome == (0, f"written to {plan}: plan.html, figures/ (5 figures)\n", "")
+    assert outcome == (0, f"written to {plan}: plan.html, figures/ (9 files)\n", "")
     assert (plan / "plan.html").read_bytes() == (finished.folder / "plan.html").read_bytes()
     for figure in (finished.folder / "figures").iterdir():
         assert (plan / "figures" / figure.name).read_bytes() == figure.read_bytes()

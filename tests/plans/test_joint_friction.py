@@ -21,7 +21,8 @@ from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.exports import export
 from fesd_robot.plans.report import report
 from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.render.timeline import timeline_figure
+from fesd_robot.render.figures.contacts import timeline_figure
+from fesd_robot.render.figures.look import Look
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.task import Task, load_task
 
@@ -196,5 +197,5 @@ def test_report_and_figure_say_where_joints_stick(planned: Plan) -> None:
     text = report(planned)
     assert "## Dry friction of joints" in text and "| hinge | 1 N m |" in text
     assert any(words in text for words in ("stops and sticks", "breaks away"))
-    figure = timeline_figure(planned, "pendulum")
+    figure = timeline_figure(planned, "pendulum", Look())
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["tip", "hinge (joint)"]

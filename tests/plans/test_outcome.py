@@ -174,8 +174,8 @@ def test_terminal_report_and_page_say_the_same(plan: Plan, tmp_path: Path) -> No
     facts = outcome_facts(jump)
     assert lines[1:4] == [f"{name}: {words}" for name, words in facts]
     assert facts[0] == ("goal", goal_words(JUMP))
-    section = report(jump).split("## ")[2]
-    assert section.startswith("Outcome\n"), "right after the status"
+    section = report(jump).split("## ")[1]
+    assert section.startswith("Outcome\n"), "right after the sentences"
     assert "| root_x | 0 m | 0.0826 m | 0.0826 m | 0.01 m | no |" in section
     assert "| root_x velocity | 0 m/s | 0.5866 m/s | 0.587 m/s | none given |  |" in section
     assert "| foot | 2 | 0.353 | 0.6 | 2 | 0.602 | 0.604 | 0 |  |" in section

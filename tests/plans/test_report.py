@@ -59,11 +59,11 @@ def test_limits_of_the_task_are_marked(plan: Plan) -> None:
 
 def test_findings_are_listed(plan: Plan) -> None:
     """What the audit has found stands below its table, one sentence a line; without any there is no such section."""
-    assert "### Findings" not in report(plan)
+    assert "#### Findings" not in report(plan)
     sentences = ["At t = 0.2 s (interval 1) contact 'foot' pulls.", "From t = 0 s on (interval 0) there are two."]
     findings = [Finding(entry="max_normal_force_violation", sentence=sentence) for sentence in sentences]
     text = report(plan.model_copy(update={"audit": plan.audit.model_copy(update={"findings": findings})}))
-    assert "### Findings\n\n" + "".join(f"- {sentence}\n" for sentence in sentences) in text
+    assert "#### Findings\n\n" + "".join(f"- {sentence}\n" for sentence in sentences) in text
 
 
 def test_contacts_costs_and_effort(plan: Plan) -> None:
@@ -95,3 +95,11 @@ def test_a_plan_without_contact(plan: Plan) -> None:
     """A motion with neither switch nor impulse nor cost still has a report."""
     statistics = plan.statistics.model_copy(update={"cost_terms": {}, "homotopy": []})
     assert "# drop" in report(plan.model_copy(update={"switches": [], "impulses": [], "statistics": statistics}))
+
+
+def test_people_come_before_numbers(plan: Plan) -> None:
+    """Sections in the order of what a reader asks; the picture is there if it was drawn."""
+    headings = [line for line in report(plan).splitlines() if line.startswith("## ")]
+    assert headings == ["## Outcome", "## Contact", "## Cost", "## Numbers", "## Provenance"]
+    assert "![" not in report(plan)
+    assert "![The robot at a few moments](figures/snapshots.png)\n" in report(plan, "figures/snapshots.png")

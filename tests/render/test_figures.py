@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patches import StepPatch
 from PIL import Image
 
@@ -19,7 +19,7 @@ from fesd_robot.render.timeline import mode_spans
 
 from .conftest import FRICTION, NAMES
 
-FIGURES = ["positions", "velocities", "controls", "contacts", "contact_timeline"]
+FIGURES = ["positions", "velocities", "controls", "contacts", "friction_cones", "contact_timeline"]
 
 
 def drawn(panel: Axes) -> tuple[np.ndarray, np.ndarray]:
@@ -28,13 +28,18 @@ def drawn(panel: Axes) -> tuple[np.ndarray, np.ndarray]:
     return time[np.isfinite(time)], values[np.isfinite(values)]
 
 
+def cones(panel: Axes) -> list[PolyCollection]:
+    """Return the areas in a panel in front of its shading."""
+    return [area for area in panel.collections if isinstance(area, PolyCollection) and area.get_zorder() >= 0]
+
+
 def changed(plan: Plan, part: str, **fields: Any) -> Plan:
     """Return the plan with some fields of one of its parts changed."""
     return plan.model_copy(update={part: getattr(plan, part).model_copy(update=fields)})
 
 
 def test_every_figure_is_written(plan: Plan, tmp_path: Path) -> None:
-    """Five PNG files of a size that a report can show, not blank, and no other file."""
+    """PNG files of a size that a report can show, not blank, and no other file."""
     paths = write_figures(plan, tmp_path / "figures")
     assert paths == [tmp_path / "figures" / f"{name}.png" for name in FIGURES]
     assert sorted((tmp_path / "figures").iterdir()) == sorted(paths)
@@ -59,7 +64,8 @@ def test_velocity_jumps_are_parted(plan: Plan) -> None:
     """At an impact the line stops before and starts again after; a dotted line joins the two."""
     panel = build_figures(plan)["velocities"].axes[0]
     assert np.isnan(panel.lines[0].get_ydata()).sum() == 3
-    ((start, end), *_) = [segment[:, 1] for segment in panel.collections[0].get_segments()]
+    dotted = next(lines for lines in panel.collections if isinstance(lines, LineCollection) and lines.get_zorder() > 0)
+    ((start, end), *_) = [segment[:, 1] for segment in dotted.get_segments()]
     touchdown = int(np.flatnonzero(np.diff(plan.trajectory.time) == 0)[0])
     velocity = plan.trajectory.velocity["root_x"]
     assert (start, end) == (velocity[touchdown], velocity[touchdown + 1])
@@ -80,9 +86,11 @@ def test_forces_stand_in_their_cone(plan: Plan, own: float | None) -> None:
     task = {"ground": {"friction": FRICTION}, "contacts": {"foot": {"friction": own}}}
     gap, normal, tangential = build_figures(plan.model_copy(update={"task": task}))["contacts"].axes
     contact = plan.contacts["foot"]
-    for panel, values in ((gap, contact.gap), (normal, contact.normal_force), (tangential, contact.tangential_force)):
-        np.testing.assert_array_equal(drawn(panel), (plan.trajectory.time, values))
-    (cone,) = [entry for entry in tangential.collections if isinstance(entry, PolyCollection)]
+    np.testing.assert_array_equal(drawn(gap), (plan.trajectory.time, contact.gap))
+    for panel, values in ((normal, contact.normal_force), (tangential, contact.tangential_force)):
+        samples = set(zip(*drawn(panel), strict=True))
+        assert set(zip(plan.trajectory.time, values, strict=True)) <= samples
+    (cone,) = cones(tangential)
     limits = [path.vertices[:, 1] for path in cone.get_paths()]
     assert max(limit.max() for limit in limits) == pytest.approx((own or FRICTION) * contact.normal_force.max())
     assert min(limit.min() for limit in limits) == pytest.approx(-(own or FRICTION) * contact.normal_force.max())
@@ -93,13 +101,13 @@ def test_the_cone_of_a_wall(plan: Plan) -> None:
     ground = {"friction": FRICTION, "walls": {"end": {"x": 1, "friction": 0.2}}}
     task = {"ground": ground, "contacts": {"foot": {"surface": "end", "friction": None}}}
     tangential = build_figures(plan.model_copy(update={"task": task}))["contacts"].axes[2]
-    assert tangential.get_title(loc="right").endswith("0.2")
+    assert tangential.get_title(loc="right") == "µ = 0.2"
 
 
 def test_no_friction_no_cone(plan: Plan) -> None:
     """A task that names no friction gives forces without a cone."""
     axes = build_figures(plan.model_copy(update={"task": {}}))["contacts"].axes
-    assert not [entry for entry in axes[2].collections if isinstance(entry, PolyCollection)]
+    assert not cones(axes[2])
 
 
 def test_spans_of_one_mode_tile_the_time(plan: Plan) -> None:

@@ -1,0 +1,167 @@
+"""What the robot of a plan adds to its numbers: bodies, contact points, energy, power, limits and reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.contact import CircleOnBox, CircleOnCircle, CircleOnSurface, ContactGeometry, Scene
+from fesd_robot.errors import FesdRobotError
+from fesd_robot.ocp import load_task_robot
+from fesd_robot.ocp.actuation import Actuation, build_actuation
+from fesd_robot.ocp.reference_types import reference_of
+from fesd_robot.ocp.scene import scene_of
+from fesd_robot.ocp.timing import time_grid
+from fesd_robot.ocp.vectors import StateLimits, endpoints_of, limits_of
+from fesd_robot.plans.columns import control_interval
+from fesd_robot.plans.plan import Plan
+from fesd_robot.render.figures.silhouettes import Silhouettes
+from fesd_robot.render.outputs import ground_visual
+from fesd_robot.render.terrain import GroundVisual
+from fesd_robot.robot import Robot
+from fesd_robot.task import Task
+
+REFERENCE_SAMPLES, PATH_SAMPLES = 120, 120
+
+
+@dataclass(frozen=True, eq=False)
+class RobotMotion:
+    """A planned motion with its robot.
+
+    Attributes:
+        task: with its contacts in their places.
+        plan: the plan.
+        configuration, velocity: along `Trajectory.time`, shapes (n, n_q) and (n, n_v).
+    """
+
+    task: Task
+    robot: Robot
+    plan: Plan
+    configuration: np.ndarray
+    velocity: np.ndarray
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        return self.robot.model.createData()
+
+    @cached_property
+    def scene(self) -> Scene:
+        """What the contacts touch."""
+        return scene_of(self.task)
+
+    @cached_property
+    def ground(self) -> GroundVisual:
+        """The ground as a line."""
+        return ground_visual(self.task)
+
+    @cached_property
+    def limits(self) -> StateLimits:
+        """Of configuration and velocity."""
+        return limits_of(self.task, self.robot)
+
+    @cached_property
+    def actuation(self) -> Actuation:
+        """Directions and bounds of the controls."""
+        return build_actuation(self.task, self.robot)
+
+    @cached_property
+    def silhouettes(self) -> Silhouettes:
+        """The outlines of the robot's shapes."""
+        places = {name: one.touching_frame for name, one in self.task.single_contacts.items()}
+        return Silhouettes(self.robot, places)
+
+    @cached_property
+    def center_of_mass(self) -> np.ndarray:
+        """Along `Trajectory.time`, m, (n, 3)."""
+        model, data = self.robot.model, self.robot.model.createData()
+        return np.array([pin.centerOfMass(model, data, q).copy() for q in self.configuration])
+
+    @cached_property
+    def energies(self) -> dict[str, np.ndarray]:
+        """``kinetic`` (with armature), ``potential`` (gravity and springs) and ``total`` energy, J, (n) each."""
+        model, data = self.robot.model, self.robot.model.createData()
+        kinetic = np.empty(len(self.configuration))
+        for k, (q, v) in enumerate(zip(self.configuration, self.velocity, strict=True)):
+            upper = np.triu(pin.crba(model, data, q))
+            kinetic[k] = 0.5 * v @ (upper + np.triu(upper, 1).T) @ v
+        weight = float(pin.computeTotalMass(model)) * model.gravity.linear
+        potential = -self.center_of_mass @ weight
+        for _, entry, stiffness, rest in self.robot.springs:
+            potential = potential + 0.5 * stiffness * (self.configuration[:, entry] - rest) ** 2
+        return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}
+
+    @cached_property
+    def power(self) -> dict[str, np.ndarray]:
+        """What every control does, u_i (Bᵀ v)_i, along `Trajectory.time`, W, (n) each."""
+        interval = control_interval(self.plan)
+        rates = np.array(
+            [np.asarray(self.actuation.matrix(q)).T @ v for q, v in zip(self.configuration, self.velocity, strict=True)]
+        )
+        return {name: self.plan.controls[name][interval] * rates[:, i] for i, name in enumerate(self.actuation.names)}
+
+    @cached_property
+    def reference(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times, s, (m,), and the configurations of the reference motion, (m, n_q); of a free duration, stretched."""
+        grid = time_grid(self.task)
+        motion = reference_of(self.task, self.robot, endpoints_of(self.task, self.robot), self.limits, grid)
+        times = np.linspace(0.0, grid.nominal, REFERENCE_SAMPLES)
+        end = float(self.plan.trajectory.time[-1]) if grid.free else grid.nominal
+        return times * end / grid.nominal, np.array([motion.configuration(time) for time in times])
+
+    @cached_property
+    def contact_paths(self) -> list[np.ndarray]:
+        """Where every contact touches or would touch, x, z in m, thinned to what can be seen, (m, 2) each."""
+        last = len(self.configuration) - 1
+        samples = [*range(0, last, max(last // PATH_SAMPLES, 1)), last]
+        return [np.array([self.touching(name, sample)[0] for sample in samples]) for name in self.plan.contacts]
+
+    def touching(self, name: str, sample: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return where a contact touches or would touch, and its force there, x, z in m and N, (2,) each.."""
+        pin.framesForwardKinematics(self.robot.model, self._data, self.configuration[sample])
+        history = self.plan.contacts[name]
+        point, normal = _place(self.robot, self._data, self.scene.geometries[name])
+        tangent = np.array([normal[2], 0.0, -normal[0]])
+        force = history.normal_force[sample] * normal + history.tangential_force[sample] * tangent
+        return point[[0, 2]], force[[0, 2]]
+
+
+def _place(robot: Robot, data: pin.Data, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
+    """Return the point that touches and the direction in which the contact pushes, (3,) each."""
+    pose = data.oMf[robot.frame_id(geometry.frame)]
+    center = np.array(pose.translation)
+    if isinstance(geometry, CircleOnCircle):
+        normal = _unit(center - data.oMf[robot.frame_id(geometry.other_frame)].translation)
+        return center - geometry.radius * normal, normal
+    if isinstance(geometry, CircleOnBox):
+        box, half = data.oMf[robot.frame_id(geometry.other_frame)], 0.5 * np.array(geometry.other_size)
+        local = box.actInv(center)
+        local[[0, 2]] = np.clip(local[[0, 2]], -half, half)
+        normal = _unit(center - box.act(local))
+        return center - geometry.radius * normal, normal
+    if isinstance(geometry, CircleOnSurface):
+        normal = _unit(np.asarray(geometry.path.normal(center), dtype=float))
+        return center - geometry.radius * normal, normal
+    return center, _unit(np.asarray(geometry.surface.normal(center), dtype=float))
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12))
+
+
+def robot_motion(plan: Plan, task: Task) -> RobotMotion:
+    """Return a plan with its robot.
+
+    Raises:
+        TaskError: a file that the task names cannot be read any more.
+        FesdRobotError: the trajectory is not finite.
+    """
+    task, robot = load_task_robot(task)
+    trajectory = plan.trajectory
+    q = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
+    v = np.column_stack([trajectory.velocity[name] for name in robot.velocity_names])
+    if not (np.isfinite(q).all() and np.isfinite(v).all()):
+        raise FesdRobotError("the trajectory is not finite everywhere, expected numbers: the robot cannot be drawn")
+    return RobotMotion(task, robot, plan, np.array([pin.normalize(robot.model, each) for each in q]), v)
