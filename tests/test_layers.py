@@ -28,7 +28,7 @@ BELOW: dict[str, set[str]] = {
     "plans": {"contact", "mpcc", "recovery", "replay", "robot", "task"},
     "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
     "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
-    "render": {"contact", "native", "ocp", "plans", "robot", "task"},
+    "render": {"contact", "native", "ocp", "plans", "recovery", "robot", "task"},
     "simulation": {"adapters", "contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
     "first_task": {"ocp", "robot", "task"},
     "strategies": {"mpcc", "plans", "task"},

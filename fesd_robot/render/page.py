@@ -225,8 +225,8 @@ def _badge(verdict: Verdict | None) -> str:
     """Return the badge of a plan, green or red."""
     if verdict is None:
         return ""
-    kind, words = ("solved", "solved") if verdict.solved else ("unsolved", "not solved")
-    return f'<span id="badge" class="{kind}">{words}</span>'
+    kind = "solved" if verdict.solved else "unsolved"
+    return f'<span id="badge" class="{kind}">{html.escape(verdict.badge)}</span>'
 
 
 def _goal(rows: Sequence[tuple[str, str, str, str]]) -> str:

@@ -16,14 +16,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a plan is solved, and why in one sentence."""
+    """Whether a plan is solved, why in one sentence, and the words of the badge."""
 
     solved: bool
     sentence: str
+    words: str = ""
+
+    @property
+    def badge(self) -> str:
+        """The words of the badge."""
+        return self.words or ("solved" if self.solved else "not solved")
 
 
 def verdict_of(plan: Plan) -> Verdict:
     """Return whether a plan is solved, and what that means for its goal."""
+    if plan.simulation is not None:
+        return Verdict(plan.status.solved, plan.status.message, "simulated" if plan.status.solved else "not unique")
     if not plan.status.solved:
         return Verdict(False, plan.status.message)
     goal = [] if plan.outcome is None else plan.outcome.goal
@@ -42,7 +50,7 @@ NOTHING = 1e-9
 
 
 def goal_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
-    """Return name with unit, goal, end and miss of every position of the goal, and of the worst velocity by unit."""
+    """Return name, goal, end and miss of every position of the goal, and of the worst velocity of each unit."""
     if plan.outcome is None:
         return []
     positions = [entry for entry in plan.outcome.goal if entry.kind == "position"]
@@ -59,7 +67,7 @@ def goal_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
 
 def effort_facts(plan: Plan, actuation: Actuation) -> list[tuple[str, str]]:
     """Return the cost, and the control that comes nearest to its limit, both in words."""
-    facts = [("cost", f"{plan.statistics.objective:.4g}")]
+    facts = [] if plan.simulation is not None else [("cost", f"{plan.statistics.objective:.4g}")]
     peaks = []
     for name, low, high, unit in zip(actuation.names, actuation.lower, actuation.upper, actuation.units, strict=True):
         for value, limit in ((float(np.max(plan.controls[name])), high), (float(np.min(plan.controls[name])), low)):

@@ -110,6 +110,15 @@ def test_the_page_and_figures_are_those_of_the_run(run: Run, finished: Any, plan
         assert (plan / "figures" / figure.name).read_bytes() == figure.read_bytes()
 
 
+def test_two_plans_in_one_page(run: Run, plan: Path, tmp_path: Path) -> None:
+    """`render PLAN OTHER` writes one page of both and leaves the plan's own drawings alone; a wrong OTHER is named."""
+    outcome = run("render", plan, plan, "--out", tmp_path / "drawn")
+    assert outcome.code == 0 and "comparison.html" in outcome.out
+    assert [file.name for file in (tmp_path / "drawn").iterdir()] == ["comparison.html"]
+    outcome = run("render", plan, tmp_path / "nowhere")
+    assert outcome.code == 2 and outcome.err.count("\n") == 1 and "nowhere" in outcome.err
+
+
 def moved(plan: Path) -> None:
     """Let the plan say that its task was in a folder that is no more."""
     data = json.loads((plan / "plan.json").read_text(encoding="utf-8"))

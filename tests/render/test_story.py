@@ -11,6 +11,7 @@ from fesd_robot.ocp import load_task_robot
 from fesd_robot.ocp.actuation import build_actuation
 from fesd_robot.ocp.scene import friction_of, scene_of
 from fesd_robot.plans import Plan, read_plan, task_of
+from fesd_robot.plans.plan import SimulationSummary
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.render.feet import feet_of
 from fesd_robot.render.story import story_of
@@ -88,7 +89,9 @@ def test_the_verdict_is_a_sentence_that_is_true() -> None:
     assert "reaches" not in verdict_of(plan.model_copy(update={"outcome": None})).sentence
     status = plan.status.model_copy(update={"solved": False, "message": "Too slow."})
     verdict = verdict_of(plan.model_copy(update={"status": status}))
-    assert (verdict.solved, verdict.sentence) == (False, "Too slow.")
+    assert (verdict.solved, verdict.sentence, verdict.badge) == (False, "Too slow.", "not solved")
+    simulated = plan.model_copy(update={"simulation": SimulationSummary(events=0, impacts=0, steps=1, notes=[])})
+    assert verdict_of(simulated).badge == "simulated" and "goal" not in verdict_of(simulated).sentence
 
 
 def test_goal_and_peak_are_in_figures() -> None:

@@ -16,8 +16,11 @@ function makeContacts(viewer, labels) {
     const group = new THREE.Group(), material = paint(color);
     const shaft = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0), material);
     const head = new THREE.Mesh(new THREE.ConeGeometry(1, 1, 16).translate(0, 0.5, 0), material);
-    group.add(shaft, head);
+    // A white rim keeps the arrow readable on a dark body.
+    const rim = new THREE.Mesh(shaft.geometry, paint("#ffffff")), headRim = new THREE.Mesh(head.geometry, rim.material);
+    group.add(shaft, head, rim, headRim);
     for (const part of [shaft, head]) part.renderOrder = order;
+    for (const part of [rim, headRim]) part.renderOrder = order - 0.5;
     scene.add(group);
     return {
       group, material,
@@ -29,6 +32,10 @@ function makeContacts(viewer, labels) {
         shaft.scale.set(thick, length - tip, thick);
         head.scale.set(0.5 * tip, tip, 0.5 * tip);
         head.position.set(0, length - tip, 0);
+        rim.scale.set(1.7 * thick, length - tip, 1.7 * thick);
+        headRim.scale.set(0.7 * tip, 1.35 * tip, 0.7 * tip);
+        headRim.position.set(0, length - 1.13 * tip, 0);
+        rim.material.opacity = material.opacity;
         group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...vector).normalize());
         return length;
       },

@@ -8,7 +8,9 @@ async function begin() {
   });
   const small = window.matchMedia("(max-width: 720px)");
   byId("more").open = !small.matches;
-  byId("scene").classList.toggle("unsolved", Boolean(document.querySelector("#badge.unsolved")));
+  const unsolved = document.querySelector("#badge.unsolved");
+  byId("scene").classList.toggle("unsolved", Boolean(unsolved));
+  if (unsolved) byId("scene").dataset.words = unsolved.textContent;
   const labels = makeLabels(viewer);
   mark(viewer, labels);
   dress(viewer);

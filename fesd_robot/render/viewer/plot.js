@@ -1,5 +1,6 @@
 // One plot, of a curve that the reader chooses, with a line at the moment that the scene shows.
 const LINES = ["#0072b2", "#d55e00"];
+const FLAT = 1e-3; // half of the least range that a plot shows, so that round-off is flat
 const PLOT_HEIGHT = 170, LOW_PLOT_HEIGHT = 120; // pixels
 
 function makePlot(seek) {
@@ -23,7 +24,9 @@ function makePlot(seek) {
     }
     groups.get(curve.group).append(new Option(`${curve.group}: ${curve.name} (${curve.unit})`, index));
   });
-  choice.value = String(Math.max(curves.findIndex((curve) => curve.group === "contact force"), 0));
+  // The contact that carries most is what a reader asks for first.
+  const strength = (curve) => curve.group === "contact force" ? Math.max(...curve.lines[0].values) : -1;
+  choice.value = String(curves.reduce((best, curve, index) => strength(curve) > strength(curves[best]) ? index : best, 0));
   let plot = null, playhead = null, now = start;
 
   function draw() {
@@ -43,9 +46,8 @@ function makePlot(seek) {
     }));
     const axis = { stroke: "#3d454d", grid: { stroke: "#eaeef2" }, ticks: { stroke: "#d0d7de" }, font: "11px system-ui, sans-serif" };
     const height = window.innerWidth <= 720 ? LOW_PLOT_HEIGHT : PLOT_HEIGHT;
-    // A curve that is zero but for round-off is flat.
     const range = (_, low, high) => {
-      const middle = (low + high) / 2, half = Math.max((high - low) * 0.55, 1e-6, 1e-6 * Math.abs(middle));
+      const middle = (low + high) / 2, half = Math.max((high - low) * 0.55, FLAT, 1e-6 * Math.abs(middle));
       return [middle - half, middle + half];
     };
     plot = new uPlot({
