@@ -55,15 +55,18 @@ SIZE, SHOT_SCALE = (320, 200), 3
 MOST_SHOTS = 6
 """Times a picture is taken until the scene is in it; on a busy machine the browser may be too early."""
 
-DARK = 128
-"""Brightness, of 255, below which the last row of a picture is no ground."""
+LEAST_CONTRAST = 40
+"""Between the darkest and the brightest pixel, of 255; a picture with less has no robot in it."""
 
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
            "position missed by", "velocity missed by", "flights", "longest slide", "does what it says",
            "replay differs by", "refined to", "cost", "complementarity", "stationarity", "status")  # fmt: skip
 BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
            "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
-WITHOUT_CAPTION = "<style>#caption, #bar { display: none; }</style></head>"
+WITHOUT_CAPTION = (
+    "<style>aside, #time, #bar { display: none !important; } "
+    "body { grid-template: 'scene' minmax(0, 1fr) / minmax(0, 1fr) !important; }</style></head>"
+)
 
 
 @dataclass(frozen=True)
@@ -265,7 +268,7 @@ def draw(entry: Entry) -> None:
         shot = Path(folder) / "shot.png"
         browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
         if browser is None:
-            shutil.copy(entry.folder / "figures" / "positions.png", shot)
+            shutil.copy(entry.folder / "figures" / "snapshots.png", shot)
         else:
             bare = Path(folder) / "plan.html"
             html = (entry.folder / "plan.html").read_text(encoding="utf-8")
@@ -285,10 +288,9 @@ def draw(entry: Entry) -> None:
 
 
 def is_empty(shot: Path) -> bool:
-    """Return whether a picture was taken before the scene was there: below, the viewer is dark without it."""
+    """Return whether a picture was taken before the scene was there."""
     with Image.open(shot) as image:
-        rows = np.asarray(image.convert("L"))
-    return bool(rows[-1].mean() < DARK)
+        return bool(np.ptp(np.asarray(image.convert("L")).astype(int)) < LEAST_CONTRAST)
 
 
 def parse(names: Sequence[str], words: Sequence[str] | None = None) -> argparse.Namespace:
