@@ -29,11 +29,14 @@ class Trajectory(Record):
         time: physical time, s, shape (n,), non-decreasing.
         configuration: name of a configuration coordinate -> values, m or rad, shape (n,).
         velocity: name of a velocity coordinate -> values, m/s or rad/s, shape (n,).
+        acceleration: the same names -> values, m/s² or rad/s², shape (n,); of a motion that was sampled again at a
+            rate, empty otherwise.
     """
 
     time: Array
     configuration: dict[str, Array]
     velocity: dict[str, Array]
+    acceleration: dict[str, Array] = Field(default_factory=dict)
 
 
 class ContactHistory(Record):
