@@ -11,6 +11,7 @@ from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
 from fesd_robot.plans import Plan, export, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE
+from fesd_robot.recovery.model_motion import ModelMotion
 from fesd_robot.render.files import write_atomically
 from fesd_robot.render.outputs import write_drawings, write_page
 from fesd_robot.robot import Robot
@@ -150,20 +151,36 @@ def render_comparison(
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 
 
-def exported(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix: str = "") -> bytes:
+def exported(
+    plan: Plan,
+    kind: str,
+    *,
+    joints: Sequence[str] | None = None,
+    suffix: str = "",
+    rate: float | None = None,
+) -> bytes:
     """Return the trajectory of a plan as the content of a file, `fesd_robot.plans.export`, also of an earlier version.
 
     Plans that do not say how all joints of the model file move get it from their task's robot; tables of plans whose
     robot cannot be read any more leave it out with a warning.
 
+    Args:
+        plan, joints, suffix: as there.
+        kind: name of the format.
+        rate: samples a second, Hz, from the polynomials of the finite elements; default: the samples of the plan.
+
     Raises:
-        TaskError: a file that the task names cannot be read any more, and a format that consists of these joints.
-        FesdRobotError: the plan cannot be written in this format.
+        TaskError: a file that the task names cannot be read any more, and it is needed: for a rate, a format that
+            consists of these joints or one with the model.
+        FesdRobotError: the plan cannot be written in this format, or not at this rate.
     """
     chosen = export_format(kind, joints)
+    if rate is not None or chosen.model:
+        plan, motion = _on_model(plan, rate, chosen.model)
+        return export(plan, chosen.name, joints=joints, suffix=suffix, motion=motion)
     if plan.full_model is None:
         try:
-            plan = _with_full_model(plan)
+            plan = _on_model(plan)[0]
         except FesdRobotError as error:
             if chosen.joints:
                 raise
@@ -171,36 +188,55 @@ def exported(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suff
     return export(plan, chosen.name, joints=joints, suffix=suffix)
 
 
-def _with_full_model(plan: Plan) -> Plan:
-    from fesd_robot.adapters import numeric_physics, with_full_model  # formulating takes long to import
+def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tuple[Plan, ModelMotion | None]:
+    """Return a plan with the motion of all joints of the model file, sampled at a rate, and its states if asked for."""
+    from fesd_robot.adapters import model_motion_of, numeric_physics, with_full_model, with_gaps  # formulating is slow
     from fesd_robot.ocp import formulate
+    from fesd_robot.plans.resample import resampled
 
+    samples = None if rate is None else resampled(plan, rate)
     motion = formulate(task_of(plan))
-    return with_full_model(plan, motion, numeric_physics(motion))
+    physics = numeric_physics(motion)
+    if samples is not None:
+        plan = with_gaps(samples, motion, physics)
+    if plan.full_model is None:
+        plan = with_full_model(plan, motion, physics)
+    return plan, model_motion_of(plan, motion, physics) if states else None
 
 
-def export_plan(plan: Plan, file: Path | str, kind: str | None = None, *, joints: Sequence[str] | None = None) -> Path:
+def export_plan(
+    plan: Plan,
+    file: Path | str,
+    kind: str | None = None,
+    *,
+    joints: Sequence[str] | None = None,
+    rate: float | None = None,
+) -> Path:
     """Write the trajectory of a plan into a file for another program.
 
     Args:
         plan: from `plan` or `read_plan`.
         file: where to write.
-        kind: name of a format, a key of `plans.EXPORTS`, whose values say what each holds: ``csv``, ``npz``, ``json``
-            or ``joint-trajectory``. Default: the first one for the ending of the file.
+        kind: name of a format, a key of `plans.EXPORTS`, whose values say what each holds: ``csv``, ``npz``, ``json``,
+            ``joint-trajectory``, ``parquet``, ``mcap``, ``mujoco``, ``drake`` or ``pinocchio``. Default: the first one
+            for the ending of the file.
         joints: names of the joints, for a format that lets one choose; default: all it can hold.
+        rate: samples a second, Hz, from the polynomials of the finite elements; impacts have two samples, and the end
+            has one. Default: the samples of the plan, the stages of its elements.
 
     Returns:
         the file.
 
     Raises:
-        PlanFileError: no such format, joints for a format that holds all of them, or the file cannot be written.
+        PlanFileError: no such format, joints for a format that holds all of them, a rate that is none or of a plan
+            without its finite elements, or the file cannot be written.
         TaskError: the joints of a plan of an earlier version, whose task names a file that cannot be read any more.
     """
     path = Path(file)
     if path.is_dir():
         raise PlanFileError(f"{path}: is a folder, expected the name of a file")
     chosen = format_of_suffix(path) if kind is None else export_format(kind, joints)
-    content = exported(plan, chosen.name, joints=joints, suffix=path.suffix)
+    content = exported(plan, chosen.name, joints=joints, suffix=path.suffix, rate=rate)
     try:
         return write_atomically(path, content)
     except OSError as error:

@@ -33,9 +33,11 @@ from fesd_robot.plans.replay_record import replay_entries
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion, recover
 from fesd_robot.recovery.full_model import FullModel
+from fesd_robot.recovery.model_motion import ModelMotion, model_motion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
+from fesd_robot.robot.root import square_placements
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
 
@@ -260,20 +262,63 @@ def with_full_model(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
     Raises:
         FesdRobotError: the model cannot be read any more.
     """
-    section, robot, contacts = motion.task.robot, motion.robot, [contact.name for contact in motion.contacts]
-    scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
-    model = FullModel(robot, _full_robot(motion), section.locked, section.coupled, scene)
-    trajectory, interval = plan.trajectory, control_interval(plan)
-    forces = [(plan.contacts[name].normal_force, plan.contacts[name].tangential_force) for name in contacts]
-    samples = zip(
-        np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),
-        np.column_stack([trajectory.velocity[name] for name in robot.velocity_names]),
-        np.column_stack([plan.controls[name][interval] for name in motion.actuation.names]),
-        np.moveaxis(np.array(forces), -1, 0),
-        strict=True,
-    )
-    full = model.motion(physics, samples, _dry_friction(plan, robot))
+    full = _full_model(motion).motion(physics, _samples(plan, motion), _dry_friction(plan, motion.robot))
     return plan.model_copy(update={"full_model": full_model_of(full)})
+
+
+def with_gaps(plan: Plan, motion: MotionProblem, physics: NumericPhysics) -> Plan:
+    """Return the plan with the gaps of its contacts at its samples, computed again from its robot."""
+    names = motion.robot.configuration_names
+    samples = zip(*[plan.trajectory.configuration[name] for name in names], strict=True)
+    gaps = np.array([physics.gaps(np.array(q)) for q in samples])
+    contacts = {
+        contact.name: plan.contacts[contact.name].model_copy(update={"gap": gaps[:, i]})
+        for i, contact in enumerate(motion.contacts)
+    }
+    return plan.model_copy(update={"contacts": contacts})
+
+
+def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) -> ModelMotion:
+    """Return the plan's samples as states of the model of its file, `fesd_robot.recovery.model_motion`.
+
+    Args:
+        plan: with the motion of all joints of the model file.
+        motion: its task, formulated.
+        physics: of the task's robot.
+
+    Raises:
+        FesdRobotError: the model cannot be read any more.
+    """
+    task, full = motion.task, _full_model(motion)
+    floating = task.robot.root != "fixed"
+    free = load_robot(task.locate_model(), root="free_flyer", search_path=task.folder) if floating else full.robot
+    if task.robot.root == "sagittal":
+        square_placements(free.model)
+    joints = plan.full_model.joints if plan.full_model else {}
+    efforts = {name: joint.effort for name, joint in joints.items()}
+    return model_motion(full, free, physics, _samples(plan, motion), _dry_friction(plan, motion.robot), efforts)
+
+
+def _full_model(motion: MotionProblem) -> FullModel:
+    section, contacts = motion.task.robot, [contact.name for contact in motion.contacts]
+    scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
+    return FullModel(motion.robot, _full_robot(motion), section.locked, section.coupled, scene)
+
+
+def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:
+    """Return q, v, u and f, (n_c, 2), of every sample of a plan."""
+    trajectory, interval, robot = plan.trajectory, control_interval(plan), motion.robot
+    contacts = [plan.contacts[contact.name] for contact in motion.contacts]
+    forces = np.array([(contact.normal_force, contact.tangential_force) for contact in contacts])
+    return list(
+        zip(
+            np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),
+            np.column_stack([trajectory.velocity[name] for name in robot.velocity_names]),
+            np.column_stack([plan.controls[name][interval] for name in motion.actuation.names]),
+            np.moveaxis(forces, -1, 0),
+            strict=True,
+        )
+    )
 
 
 def _dry_friction(plan: Plan, robot: Robot) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -56,6 +57,16 @@ def export(
             show_default=False,
         ),
     ] = None,
+    rate: Annotated[
+        float | None,
+        typer.Option(
+            "--rate",
+            metavar="HZ",
+            help="Samples a second, from the polynomials of the plan's finite elements; an impact has two samples. "
+            "Default: the samples of the plan.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Write the trajectory of a plan for another program."""
     from fesd_robot.actions import export_plan, exported
@@ -64,7 +75,7 @@ def export(
 
     chosen, loaded = export_format(kind, joints or None), read_plan(plan)
     if str(out) == "-":
-        typer.echo(exported(loaded, kind, joints=joints or None), nl=False)
+        sys.stdout.buffer.write(exported(loaded, kind, joints=joints or None, rate=rate))
         return
     path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
-    typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None)}")
+    typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None, rate=rate)}")

@@ -42,6 +42,8 @@ def columns_of(plan: Plan) -> dict[str, np.ndarray]:
         columns[f"{name} [{units.configuration[name]}]"] = values
     for name, values in trajectory.velocity.items():
         columns[f"{name} velocity [{units.velocity[name]}]"] = values
+    for name, values in trajectory.acceleration.items():
+        columns[f"{name} acceleration [{units.velocity[name]}²]"] = values
     interval = control_interval(plan)
     for name, values in plan.controls.items():
         if name != "time":

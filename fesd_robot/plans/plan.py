@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from fesd_robot.plans.audit_record import Audit
@@ -13,6 +15,9 @@ from fesd_robot.plans.joint_friction import JointFrictionHistory, JointSwitch
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
 from fesd_robot.plans.replay_record import ReplaySummary
+
+if TYPE_CHECKING:
+    from fesd_robot.plans.sampling import MotionAt, Side
 
 SCHEMA_VERSION: Literal[1] = 1
 
@@ -24,11 +29,14 @@ class Trajectory(Record):
         time: physical time, s, shape (n,), non-decreasing.
         configuration: name of a configuration coordinate -> values, m or rad, shape (n,).
         velocity: name of a velocity coordinate -> values, m/s or rad/s, shape (n,).
+        acceleration: the same names -> values, m/s² or rad/s², shape (n,); of a motion that was sampled again at a
+            rate, empty otherwise.
     """
 
     time: Array
     configuration: dict[str, Array]
     velocity: dict[str, Array]
+    acceleration: dict[str, Array] = Field(default_factory=dict)
 
 
 class ContactHistory(Record):
@@ -296,3 +304,23 @@ class Plan(Record):
     warnings: list[str] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None
     simulation: SimulationSummary | None = None
+
+    def at(self, time: float | Sequence[float] | np.ndarray, side: Side | Sequence[Side] = "before") -> MotionAt:
+        """Return the motion at any time, from the polynomials that the scheme has in every finite element.
+
+        Positions and velocities are those of the collocation polynomials, accelerations their derivatives by the clock,
+        forces the polynomials through those at the stages: the equations of motion hold exactly at the stages, and as
+        accurately as the plan is between them.
+
+        Args:
+            time: physical time, s, or several, (m,), within the motion, in any order.
+            side: at an impact, where velocities jump, and at the end of a control interval, where controls do, which
+                of the two values is meant: ``before`` or ``after``; or one for every time, (m,).
+
+        Raises:
+            PlanFileError: a time outside of the motion, or a plan without its finite elements, as one that is not
+                exact or that an earlier version wrote.
+        """
+        from fesd_robot.plans.sampling import planned_motion  # scipy takes long to import
+
+        return planned_motion(self).at(time, side)

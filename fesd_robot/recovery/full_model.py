@@ -144,11 +144,9 @@ class FullModel:
         sharing, no_friction = self._sharing_of_friction(), np.zeros(self._robot.model.nv)
         for k, (q_r, v_r, u, f) in enumerate(samples):
             rubbing = no_friction if dry_friction is None else dry_friction[k]
-            driving = physics.contact_jacobian(q_r).T @ stacked_rows(f) + rubbing
-            driving = driving - physics.required_force(q_r, v_r, np.zeros_like(v_r), u)
-            a_r = np.linalg.lstsq(physics.mass_matrix(q_r), driving, rcond=None)[0]
+            a_r = acceleration_under(physics, q_r, v_r, u, f, rubbing)
             q, v, a = self.configuration(q_r), self.velocity(v_r), self.velocity(a_r)
-            feet = f[self._of_contact] * self._shares[:, None]
+            feet = self.forces_on_feet(f)
             tau = pin.rnea(model, self._data, q, v, a) + self._physics.resistance(q, v)
             tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet) - sharing @ rubbing
             position.append([_position(link, q) for link in links])
@@ -171,6 +169,34 @@ class FullModel:
             feet=self._feet_names,
             foot_force=np.array(forces),
         )
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the file with nothing locked or coupled, and a frame for every foot."""
+        return self._full
+
+    @property
+    def base_joint(self) -> int:
+        """Pinocchio's index of the joint under the first link, 0 if that has at most one degree of freedom."""
+        return self._base_joint
+
+    @property
+    def feet(self) -> list[str]:
+        """Name of every foot: that of its contact, or of its frame where a contact stands for several."""
+        return [
+            frame if len(frames) > 1 else contact for contact, frames in self._feet_names.items() for frame in frames
+        ]
+
+    def forces_on_feet(self, force: np.ndarray) -> np.ndarray:
+        """Return normal and tangential force on every foot, N, of those on contacts, (n_c, 2)."""
+        return np.asarray(force[self._of_contact] * self._shares[:, None])
+
+    def feet_at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of all feet at a configuration, m, (n_f, 3), and their normals and tangents, (n_f, 2, 3).
+
+        Both are in the world.
+        """
+        return self._physics.contact_points(q), self._physics.contact_axes(q)
 
     def _sharing_of_friction(self) -> np.ndarray:
         """Return which part of a reduced coordinate's dry friction every joint has, with its sign, (n_v, n_v there)."""
@@ -292,6 +318,22 @@ class FullModel:
 
     def _led(self, chain: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(self._coupled.get(name, name) for name in chain)
+
+
+def acceleration_under(
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray, force: np.ndarray, rubbing: np.ndarray
+) -> np.ndarray:
+    """Return M^-1 (B u + J^T f + r - k - h), the acceleration under controls and forces, m/s² or rad/s², (n_v).
+
+    Args:
+        physics: of the robot.
+        q, v, u: its state and controls.
+        force: normal and tangential, N, (n_c, 2).
+        rubbing: dry friction of joints, N or N m, (n_v).
+    """
+    driving = physics.contact_jacobian(q).T @ stacked_rows(force) + rubbing
+    driving = driving - physics.required_force(q, v, np.zeros_like(v), u)
+    return np.asarray(np.linalg.lstsq(physics.mass_matrix(q), driving, rcond=None)[0])
 
 
 def _position(link: Link, q: np.ndarray) -> float:

@@ -65,6 +65,11 @@ class NumericPhysics:
         pin.framesForwardKinematics(self._model, self._data, q)
         return np.array([self._point(geometry) for geometry in self._geometries]).reshape(-1, 3)
 
+    def contact_axes(self, q: np.ndarray) -> np.ndarray:
+        """Normal and tangent of every contact in the world, (n_c, 2, 3); a force on the robot has its parts in them."""
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return np.array([self._axes(geometry) for geometry in self._geometries]).reshape(-1, 2, 3)
+
     def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
@@ -142,6 +147,14 @@ class NumericPhysics:
             tangent = geometry.path.tangent(position)
             return position - geometry.radius * np.array([-tangent[2], 0.0, tangent[0]])
         return position - geometry.radius * self._closest(geometry)[1]
+
+    def _axes(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
+        position = self._position(geometry.frame)
+        if isinstance(geometry, TwoBodies):
+            normal = self._closest(geometry)[1]
+            return normal, np.array([normal[2], 0.0, -normal[0]])
+        surface = geometry.surface if isinstance(geometry, PointOnSurface) else geometry.path
+        return surface.normal(position), surface.tangent(position)
 
     def _rows(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""

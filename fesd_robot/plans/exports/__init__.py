@@ -7,13 +7,21 @@ from pathlib import Path
 
 from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.plans.exports.csv_table import CSV
+from fesd_robot.plans.exports.drake_arrays import DRAKE
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.exports.joint_trajectory import JOINT_TRAJECTORY
 from fesd_robot.plans.exports.json_columns import JSON
+from fesd_robot.plans.exports.mcap_recording import MCAP
+from fesd_robot.plans.exports.mujoco_arrays import MUJOCO
 from fesd_robot.plans.exports.npz_arrays import NPZ
+from fesd_robot.plans.exports.parquet_table import PARQUET
+from fesd_robot.plans.exports.pinocchio_arrays import PINOCCHIO
 from fesd_robot.plans.plan import Plan
+from fesd_robot.recovery.model_motion import ModelMotion
 
-EXPORTS: dict[str, ExportFormat] = {each.name: each for each in (CSV, NPZ, JSON, JOINT_TRAJECTORY)}
+EXPORTS: dict[str, ExportFormat] = {
+    each.name: each for each in (CSV, NPZ, JSON, JOINT_TRAJECTORY, PARQUET, MCAP, MUJOCO, DRAKE, PINOCCHIO)
+}
 """Name of a format -> what it writes."""
 
 
@@ -25,13 +33,15 @@ def export_format(name: str, joints: Sequence[str] | None = None) -> ExportForma
         joints: the joints asked for, None if all are meant.
 
     Raises:
-        PlanFileError: no such format, or joints for a format that always holds all of them.
+        PlanFileError: no such format, joints for a format that always holds all of them, or a format whose packages
+            are not installed.
     """
     if name not in EXPORTS:
         raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}{nearest(name, EXPORTS)}")
     if joints is not None and not EXPORTS[name].joints:
         choosing = ", ".join(other for other, each in EXPORTS.items() if each.joints)
         raise PlanFileError(f"found joints for format '{name}', which holds all of them; expected {choosing}")
+    EXPORTS[name].refuse_missing()
     return EXPORTS[name]
 
 
@@ -50,7 +60,14 @@ def format_of_suffix(file: Path) -> ExportFormat:
     return endings[file.suffix]
 
 
-def export(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix: str = "") -> bytes:
+def export(
+    plan: Plan,
+    kind: str,
+    *,
+    joints: Sequence[str] | None = None,
+    suffix: str = "",
+    motion: ModelMotion | None = None,
+) -> bytes:
     """Return the trajectory of a plan as the content of a file.
 
     Args:
@@ -58,11 +75,19 @@ def export(plan: Plan, kind: str, *, joints: Sequence[str] | None = None, suffix
         kind: name of the format, a key of `EXPORTS`.
         joints: names of the joints to write, for a format that lets one choose; default: all it can hold.
         suffix: of the file, e.g. ``.json``, where a format has several; default: that of its usual file.
+        motion: the samples as states of the model of the robot's file, for a format with a model.
 
     Raises:
-        PlanFileError: no such format, or joints for a format that always holds all of them.
+        PlanFileError: no such format, joints for a format that always holds all of them, or no motion for one that
+            needs it.
         FesdRobotError: the plan cannot be written in this format.
     """
     chosen = export_format(kind, joints)
     write = chosen.writer(suffix)
+    if chosen.model:
+        if motion is None:
+            raise PlanFileError(
+                f"found no motion of the model of {plan.name} for format '{kind}'; fesd_robot.export_plan reads it"
+            )
+        return write(plan, motion)
     return write(plan, joints) if chosen.joints else write(plan)

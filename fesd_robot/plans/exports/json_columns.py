@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 
 from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of
+from fesd_robot.plans.exports.facts import facts
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
 
 
 def json_columns(plan: Plan) -> bytes:
-    """Return name, verdict, columns by name with unit, which controls they hold, and modes.
+    """Return name, verdict, units, impulses, switches, columns by name with unit, their controls, and modes.
 
     Modes are those of contacts, and of joints with dry friction if there are any.
     """
     joints = plan.joint_friction
     content = {
-        "name": plan.name,
-        "solved": plan.status.solved,
+        **facts(plan),
         "controls": CONTROL_CONVENTION,
         "columns": {name: values.tolist() for name, values in columns_of(plan).items()},
         "modes": {name: contact.mode for name, contact in plan.contacts.items()},

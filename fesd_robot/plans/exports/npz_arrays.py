@@ -18,7 +18,9 @@ def npz_arrays(plan: Plan) -> bytes:
     ``control`` has a row for every interval, and ``control_interval`` the row that acts at every sample, by
     `fesd_robot.plans.columns.CONTROL_CONVENTION`. ``joint_position``, ``joint_velocity`` and ``joint_effort``,
     (n, number of joints), ``base``, (n, 7), and the forces on feet are those of the model file. ``dry_friction`` is
-    the force of the dry friction of the velocity coordinates ``dry_friction_names``, if there are any.
+    the force of the dry friction of the velocity coordinates ``dry_friction_names``, if there are any. Of a motion that
+    was sampled at a rate there is ``acceleration``, (n, n_v). ``units`` are those of configuration, velocity and
+    controls in this order; impulses are in N s.
     """
     trajectory = plan.trajectory
     arrays = {
@@ -36,12 +38,36 @@ def npz_arrays(plan: Plan) -> bytes:
         "normal_force": np.column_stack([contact.normal_force for contact in plan.contacts.values()]),
         "tangential_force": np.column_stack([contact.tangential_force for contact in plan.contacts.values()]),
         "mode": np.column_stack([contact.mode for contact in plan.contacts.values()]),
+        **_fact_arrays(plan),
+        **({"acceleration": np.column_stack(list(rates.values()))} if (rates := trajectory.acceleration) else {}),
         **(_dry_friction_arrays(plan) if plan.joint_friction else {}),
         **(_full_model_arrays(plan.full_model) if plan.full_model else {}),
     }
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
     return content.getvalue()
+
+
+def _fact_arrays(plan: Plan) -> dict[str, np.ndarray]:
+    units, impulses, switches = plan.units, plan.impulses, plan.switches
+    return {
+        "solved": np.array(plan.status.solved),
+        "verdict": np.array(plan.status.message),
+        "units": np.array(
+            [
+                *(units.configuration[name] for name in plan.trajectory.configuration),
+                *(units.velocity[name] for name in plan.trajectory.velocity),
+                *(units.controls[name] for name in plan.controls if name != "time"),
+            ]
+        ),
+        "impulse_time": np.array([each.time for each in impulses]),
+        "impulse_contact": np.array([each.contact for each in impulses], dtype=str),
+        "impulse_normal": np.array([each.normal for each in impulses]),
+        "impulse_tangential": np.array([each.tangential for each in impulses]),
+        "switch_time": np.array([each.time for each in switches]),
+        "switch_contact": np.array([each.contact for each in switches], dtype=str),
+        "switch_kind": np.array([each.kind for each in switches], dtype=str),
+    }
 
 
 def _dry_friction_arrays(plan: Plan) -> dict[str, np.ndarray]:

@@ -1,0 +1,99 @@
+"""The motion as MuJoCo's qpos, qvel and ctrl."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+
+from fesd_robot.errors import FesdRobotError
+from fesd_robot.plans.exports.base_state import floating_bodies
+from fesd_robot.plans.exports.format import ExportFormat
+from fesd_robot.plans.plan import Plan
+from fesd_robot.recovery.model_motion import ModelMotion
+
+
+def mujoco_arrays(plan: Plan, motion: ModelMotion) -> bytes:
+    """Return an archive with time, (n,), qpos, (n, nq), qvel, (n, nv), ctrl, (n, nu), and joint_effort, (n, nv).
+
+    They are in the order of the model that MuJoCo compiles of the robot's file. ``ctrl`` is what its motors need for
+    the plan's efforts; an actuator whose ctrl is no force, as a position servo, has NaN, and ``joint_effort`` holds
+    the forces on all joints for ``qfrc_applied``.
+
+    Raises:
+        FesdRobotError: a robot whose file is not MuJoCo's, or one to which the task gave a root that it does not have.
+    """
+    import mujoco  # takes long to import
+
+    robot = motion.robot
+    if robot.format != "mjcf":
+        raise FesdRobotError(
+            f"{plan.name}: found a robot of a {robot.format.upper()} file, {robot.source.name}, expected one of a "
+            "MuJoCo file, whose order of joints is MuJoCo's; the format 'pinocchio' holds the motion of any robot"
+        )
+    model = mujoco.MjModel.from_xml_path(str(robot.source))
+    n = len(plan.trajectory.time)
+    qpos, qvel = np.tile(model.qpos0, (n, 1)), np.zeros((n, model.nv))
+    effort, ctrl = np.zeros((n, model.nv)), np.full((n, model.nu), np.nan)
+    bodies, kinds = floating_bodies(motion), mujoco.mjtJoint
+    for joint in range(model.njnt):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint) or f"joint{joint}"
+        at, along, kind = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), model.jnt_type[joint]
+        if kind == kinds.mjJNT_FREE:
+            if not bodies:
+                raise FesdRobotError(f"{plan.name}: found a free joint '{name}' in {robot.source.name} that is held")
+            body = next((each for each in bodies if each.joint == name), bodies[0])
+            qpos[:, at : at + 7] = np.hstack([body.position, body.quaternion])
+            qvel[:, along : along + 6] = np.hstack([body.velocity, body.turning_in_body])
+            continue
+        own = robot.model.joints[robot.model.getJointId(name)]
+        if kind == kinds.mjJNT_BALL:
+            qpos[:, at : at + 4] = motion.configuration[:, own.idx_q : own.idx_q + 4][:, [3, 0, 1, 2]]
+            qvel[:, along : along + 3] = motion.velocity[:, own.idx_v : own.idx_v + 3]
+            continue
+        value = motion.configuration[:, own.idx_q : own.idx_q + own.nq]
+        qpos[:, at] = value[:, 0] if own.nq == 1 else np.unwrap(np.arctan2(value[:, 1], value[:, 0]))
+        qvel[:, along], effort[:, along] = motion.velocity[:, own.idx_v], motion.effort[:, own.idx_v]
+    for index in range(model.nu):
+        ctrl[:, index] = _control(model, index, effort)
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        time=plan.trajectory.time,
+        qpos=qpos,
+        qvel=qvel,
+        ctrl=ctrl,
+        joint_effort=effort,
+        solved=np.array(plan.status.solved),
+    )
+    return content.getvalue()
+
+
+def _control(model: Any, index: int, effort: np.ndarray) -> np.ndarray | float:
+    """Return the ctrl of a motor with a joint to itself, NaN of any other actuator, (n,)."""
+    import mujoco
+
+    joint = int(model.actuator_trnid[index][0])
+    kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    same = (model.actuator_trntype == model.actuator_trntype[index]) & (model.actuator_trnid[:, 0] == joint)
+    motor = (
+        model.actuator_trntype[index] in [int(kind) for kind in kinds]
+        and model.actuator_biastype[index] == mujoco.mjtBias.mjBIAS_NONE
+        and model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED
+        and model.jnt_type[joint] in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+        and same.sum() == 1
+    )
+    if not motor:
+        return np.nan
+    gear, gain = model.actuator_gear[index][0], model.actuator_gainprm[index][0]
+    return np.asarray(effort[:, int(model.jnt_dofadr[joint])] / (gear * gain))
+
+
+MUJOCO = ExportFormat(
+    name="mujoco",
+    stem="mujoco",
+    content="qpos, qvel and ctrl as numpy arrays in the order of MuJoCo's model, for robots of MuJoCo files",
+    writers={".npz": mujoco_arrays},
+    model=True,
+)
