@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from fesd_robot.plans import read_plan
+from fesd_robot.render.verdict import verdict_of
 from fesd_robot.strategies.stations import Station
 
 from .conftest import settings
@@ -64,11 +65,11 @@ def test_two_starts_are_told_of(run: Callable[..., Any], task: Path, small: list
 
 
 def test_the_page_shows_the_path_of_each_contact(finished: Any) -> None:
-    """The page has the task's name, the verdict, the outcome and the name of the contact."""
+    """The page has the task's name, the verdict in words, the goal, and what the contact does."""
     page = (finished.folder / "plan.html").read_text(encoding="utf-8")
-    plan = read_plan(finished.folder)
-    assert "<title>published_hopper_one_jump" in page and plan.status.message in page and "</i>foot</li>" in page
-    assert "<th>goal</th><td>position missed by " in page and "<th>foot</th><td>no flight; " in page
+    assert "<title>published_hopper_one_jump" in page and "</i>path of foot</li>" in page
+    assert verdict_of(read_plan(finished.folder)).sentence in page
+    assert "<th>missed by</th>" in page and "<td>no flight; " in page
 
 
 def test_an_earlier_plan_is_replaced_as_a_whole(
