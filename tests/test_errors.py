@@ -20,6 +20,9 @@ ALLOWED = {
 }
 """(file, exception) -> why it may be raised although it is none of this package's."""
 
+OTHERS = SOURCES / "render/meshcat"
+"""Meshcat's own code, unchanged."""
+
 
 def _raised(tree: ast.AST) -> Iterator[str]:
     """Yield the names of the built-in exceptions that are raised."""
@@ -35,6 +38,7 @@ def test_only_errors_of_this_package_are_raised() -> None:
     raised = {
         (file.relative_to(SOURCES).as_posix(), name)
         for file in SOURCES.rglob("*.py")
+        if OTHERS not in file.parents
         for name in _raised(ast.parse(file.read_text(encoding="utf-8")))
     }
     assert sorted(raised) == sorted(ALLOWED)

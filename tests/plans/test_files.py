@@ -128,6 +128,16 @@ def test_npz_keys_and_shapes(plan: Plan, tmp_path: Path) -> None:
         "joint_position": (n, 4),
         "joint_velocity": (n, 4),
         "joint_effort": (n, 4),
+        "impulse_time": (1,),
+        "impulse_contact": (1,),
+        "impulse_normal": (1,),
+        "impulse_tangential": (1,),
+        "switch_time": (1,),
+        "switch_contact": (1,),
+        "switch_kind": (1,),
+        "units": (10,),
+        "solved": (),
+        "verdict": (),
     }
     np.testing.assert_array_equal(arrays["configuration"][:, 3], plan.trajectory.configuration["leg"])
     np.testing.assert_array_equal(arrays["control"][:, 1], plan.controls["leg_force"])
