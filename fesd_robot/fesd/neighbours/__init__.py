@@ -4,16 +4,19 @@ from fesd_robot.fesd.neighbours.grid import KnownElements, on_grid
 from fesd_robot.fesd.neighbours.moves import Move, moves
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.neighbours.pivots import Pivots
+from fesd_robot.fesd.neighbours.mode_shifts import ModeShift, mode_shifts
 from fesd_robot.fesd.neighbours.room import filled, with_room, without_room
 from fesd_robot.fesd.neighbours.window import Surroundings
 
 __all__ = [
     "KnownElements",
+    "ModeShift",
     "Move",
     "Pivots",
     "Surroundings",
     "filled",
     "intervals_of",
+    "mode_shifts",
     "moves",
     "on_grid",
     "with_room",

@@ -66,7 +66,7 @@ class Placing:
         sequences = {k: self._with_others(modes, pattern, k, first) for k, pattern in patterns.items()}
         if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
             return None
-        return self._placed(sequences)
+        return self.with_sequences(sequences)
 
     def _is_uniform(self, modes: ContactModes, interval: int) -> bool:
         """Whether all other contacts keep their modes in an interval."""
@@ -91,8 +91,12 @@ class Placing:
             *(with_mode(modes, others[-1], mode) for mode in pattern),
         ]
 
-    def _placed(self, sequences: Mapping[int, Sequence[Factors]]) -> Placing:
-        """Return elements and branch with other factors in some intervals, whose elements become equally long."""
+    def with_sequences(self, sequences: Mapping[int, Sequence[Factors]]) -> Placing:
+        """Return elements and branch with other factors in some intervals, whose elements become equally long.
+
+        Args:
+            sequences: interval -> the factors of its elements one after the other, at most as many as it has elements.
+        """
         factors, without_length = list(self.branch.factors), list(self.branch.without_length)
         elements = list(self.elements)
         for k, sequence in sequences.items():

@@ -1,0 +1,59 @@
+"""How an optimal control problem is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fesd_robot.errors import OptionError
+from fesd_robot.mpcc import HomotopyOptions
+
+
+@dataclass(frozen=True)
+class OptimalControlSettings:
+    """How an optimal control problem is solved.
+
+    Args:
+        tolerance: product G H asked for in every pair before switches are located exactly.
+        starts: initial guesses: the problem's own, a straight line from start to end, then random controls.
+        more_starts: further ones that are tried if none of these is solved.
+        seed: of the random controls.
+        search: whether switches are moved from interval to interval as long as that lowers the cost.
+        time_limit: seconds; None for no limit. At its end the cheapest solution so far is returned.
+        linear_solver: ``fesd``, ``auto`` or one of IPOPT's, see `HomotopyOptions`.
+
+    Raises:
+        OptionError: a tolerance that is not positive, no start, or a time limit that is not positive.
+    """
+
+    tolerance: float = 1e-8
+    starts: int = 4
+    more_starts: int = 4
+    seed: int = 0
+    search: bool = True
+    time_limit: float | None = None
+    linear_solver: str = "auto"
+
+    def __post_init__(self) -> None:
+        if not 0 < self.tolerance < 1:
+            raise OptionError(f"tolerance must be between 0 and 1, found {self.tolerance:g}")
+        if self.starts < 1 or self.more_starts < 0:
+            raise OptionError(
+                f"starts must be at least 1 and more_starts at least 0, found {self.starts} and {self.more_starts}"
+            )
+        if self.time_limit is not None and not self.time_limit > 0:
+            raise OptionError(f"time_limit must be positive, found {self.time_limit:g}")
+
+    def homotopy(self, seconds: float | None, *, polish: bool) -> HomotopyOptions:
+        """Return the options of one homotopy.
+
+        Args:
+            seconds: left of the time limit, None for none.
+            polish: whether it is loose, and its end exact.
+        """
+        return HomotopyOptions(
+            tolerance=self.tolerance,
+            sigma_start=None,
+            time_limit=seconds,
+            linear_solver=self.linear_solver,
+            polish=polish,
+        )
