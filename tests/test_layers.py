@@ -22,6 +22,7 @@ BELOW: dict[str, set[str]] = {
     "dcs": {"complementarity"},
     "mpcc": {"complementarity", "native"},
     "fesd": {"complementarity", "dcs", "mpcc"},
+    "optimal_control": {"complementarity", "dcs", "fesd", "mpcc"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
     "replay": {"recovery"},

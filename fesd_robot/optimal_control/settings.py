@@ -52,7 +52,7 @@ class OptimalControlSettings:
         """
         return HomotopyOptions(
             tolerance=self.tolerance,
-            sigma_start=None,
+            sigma_start=1.0,
             time_limit=seconds,
             linear_solver=self.linear_solver,
             polish=polish,

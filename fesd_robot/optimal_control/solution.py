@@ -13,6 +13,9 @@ from fesd_robot.errors import ModelError
 from fesd_robot.fesd import Element, OptimalControlProblem, Phase, Transcription
 from fesd_robot.mpcc import Certificate, NlpStatus, Residuals
 
+AT_BOUND = 1e-6
+"""An element is as long as it may be up to this part of its length."""
+
 
 @dataclass(frozen=True)
 class StartReport:
@@ -87,15 +90,38 @@ class OptimalControlSolution:
                 f"Not solved from {len({start.number for start in self.starts})} starts: constraints are violated by "
                 f"{worst.constraint_violation:.1e} ({worst.worst_constraint}), products by {worst.complementarity:.1e}."
             )
+        longest = self.longest_elements
+        bound = (
+            f" Elements of interval {', '.join(map(str, longest))} are as long as step_freedom "
+            f"{self.transcription.options.gamma:g} allows; a larger one may lower the cost."
+            if longest
+            else ""
+        )
         found = f"Solved at a cost of {self.cost:.6g}, " + (
             "switches located exactly" if self.exact else f"products at most {self.residuals.complementarity:.1e}"
         )
         verdict = self.certificate.b_stationary if self.certificate else "unknown"
-        return {
+        words = {
             "certified": f"{found}; no cheaper motion nearby (B-stationary).",
             "refuted": f"{found}; a direction descends from it that could not be followed.",
             "unknown": f"{found}; whether a cheaper motion is nearby is not known.",
-        }[verdict]
+        }
+        return words[verdict] + bound
+
+    @property
+    def longest_elements(self) -> list[int]:
+        """The intervals with an element that `FesdOptions.step_freedom` keeps from being longer."""
+        options, counts = self.transcription.options, self.transcription.elements
+        mean = self.problem.duration / self.problem.intervals
+        return sorted(
+            {
+                element.interval
+                for element in self.elements
+                if options.switch_detection
+                and 1.0 + options.gamma < counts[element.interval]
+                and element.step > (1.0 - AT_BOUND) * (1.0 + options.gamma) * mean / counts[element.interval]
+            }
+        )
 
     @property
     def stretch(self) -> float:

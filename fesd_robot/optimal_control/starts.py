@@ -39,6 +39,8 @@ def start_of(problem: OptimalControlProblem, number: int, seed: int) -> OptimalC
 def _line(problem: OptimalControlProblem) -> Callable[[float], np.ndarray]:
     begin, own_end = problem.state_guess(0.0), problem.state_guess(problem.duration)
     begin = np.clip(begin, problem.initial_lower, problem.initial_upper)
-    middle = (problem.terminal_lower + problem.terminal_upper) / 2
-    end = np.where(np.isfinite(middle), middle, np.clip(own_end, problem.terminal_lower, problem.terminal_upper))
+    bounds = problem.terminal_lower, problem.terminal_upper
+    bounded = np.isfinite(bounds[0]) & np.isfinite(bounds[1])
+    end = np.clip(own_end, *bounds)
+    end[bounded] = (bounds[0][bounded] + bounds[1][bounded]) / 2
     return lambda time: begin + (end - begin) * time / problem.duration

@@ -18,7 +18,7 @@ OPTIMUM = 5.592183296579032
 """Over controls constant on six intervals; arcs are polynomials, the switch times roots of polynomials."""
 
 
-def _problem(form: str) -> OptimalControlProblem:
+def problem(form: str) -> OptimalControlProblem:
     """q' = -sign(phi(q)) + v, v' = 2 u, from BEGIN to q = TARGET, cost v^2: arXiv 2205.05337, section 5.3."""
     q, v, u = ca.SX.sym("q", 2), ca.SX.sym("v", 2), ca.SX.sym("u", 2)
     surfaces = (q[0] + 0.15 * q[1] ** 2, q[1] - 0.05 * q[0] ** 3)
@@ -50,7 +50,7 @@ def _problem(form: str) -> OptimalControlProblem:
 def test_optimum_with_sliding_modes(form: str) -> None:
     """From a straight line at rest the homotopy ends in the optimum that is known in closed form."""
     options = FesdOptions(tableau=make_tableau("radau_iia", 3), elements=3, step_equilibration="difference_tanh")
-    transcription = Transcription(_problem(form), options)
+    transcription = Transcription(problem(form), options)
     solution = solve(
         transcription.problem, HomotopyOptions(tolerance=1e-9, sigma_factor=0.1, linear_solver="auto", compile="never")
     )

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+from scipy.linalg.blas import dnrm2
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from fesd_robot.dcs import ComplementaritySystem
@@ -22,7 +23,7 @@ SAMPLES = 12
 """Places in an element at which signs are looked at, besides its stages."""
 
 ROUND_OFF = 1e-12
-"""Largest residual of a solved element, in units of its largest value."""
+"""Norm of the residual of a solved element, in units of that of its values."""
 
 
 @dataclass
@@ -182,7 +183,7 @@ class OneElement:
             else:
                 (rows,) = self._rows(y, x, h, u, p, m)
                 fresh = False
-            size, scale = float(np.abs(rows).max()), 1.0 + float(np.abs(y).max())
+            size, scale = dnrm2(rows), 1.0 + dnrm2(y)
             if not size < np.inf:
                 return None
             if size <= ROUND_OFF * scale:
@@ -217,7 +218,7 @@ class OneElement:
         for iteration in range(MAX_ITERATIONS):
             rows, jacobian, by_h, G, by_y = self._by_length(y, x, h, u, p, m)
             value = np.append(rows, G[pair])
-            size, scale = float(np.abs(value).max()), 1.0 + float(np.abs(y).max())
+            size, scale = dnrm2(value), 1.0 + dnrm2(y)
             if not size < np.inf:
                 return None
             if size <= ROUND_OFF * scale:
@@ -252,8 +253,8 @@ class _Factors:
 
     def __init__(self, matrix: np.ndarray) -> None:
         self._lu, self._pivots, info = dgetrf(matrix)
-        diagonal = np.abs(np.diagonal(self._lu))
-        self._singular = info != 0 or not diagonal.min() > 1e-14 * diagonal.max()
+        diagonal = [abs(entry) for entry in self._lu.diagonal().tolist()]  # faster than arrays of a few entries
+        self._singular = info != 0 or not min(diagonal) > 1e-14 * max(diagonal)
         self._matrix = matrix.copy() if self._singular else matrix
 
     def solve(self, right: np.ndarray) -> np.ndarray | None:

@@ -60,7 +60,10 @@ def _shifted(sequences: Sequence[Sequence[Factors]]) -> Iterator[tuple[str, Mapp
         early, late = at[:count], at[count:]
         yield f"{count} switches go into the intervals before them, the others after", _moved(sequences, early, late)
         if 0 < count < len(at):
-            yield f"{count} switches go into the intervals after them, the others before", _moved(sequences, late, early)
+            yield (
+                f"{count} switches go into the intervals after them, the others before",
+                _moved(sequences, late, early),
+            )
     for k in at:
         yield f"the switch between intervals {k} and {k + 1} goes into the first", _moved(sequences, [k], [])
         yield f"the switch between intervals {k} and {k + 1} goes into the second", _moved(sequences, [], [k])

@@ -1,0 +1,321 @@
+"""The search for the cheapest solution of an optimal control problem: exact ends, moves between branches, descent."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription
+from fesd_robot.fesd.interval import EQUILIBRATION
+from fesd_robot.fesd.neighbours import filled, mode_shifts, with_room, without_room
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import (
+    BranchPoint,
+    BranchSolver,
+    Certificate,
+    MpccSolution,
+    NlpReport,
+    PolishingReport,
+    Residuals,
+    certify,
+    solve,
+)
+from fesd_robot.mpcc.assembly import assemble
+from fesd_robot.mpcc.polishing import EXACT_PRODUCT
+from fesd_robot.mpcc.relaxations import relaxation_named
+from fesd_robot.optimal_control.settings import OptimalControlSettings
+from fesd_robot.optimal_control.solution import StartReport
+from fesd_robot.optimal_control.starts import start_of
+
+LEAST_GAIN = 1e-7
+"""Of the cost, relative to the larger of it and one; less is no improvement."""
+
+UNEVEN = 2.0
+"""Ratio of the lengths of neighbouring elements of one mode from which they are not equally long."""
+
+MOST_ROUNDS = 100
+"""Improvements of a solution, one after the other."""
+
+MOST_FILLINGS = 2
+"""How often elements that have shrunk to nothing are put to use again."""
+
+SHIFT_ITERATIONS = 60
+"""IPOPT iterations on the branch of a neighbour."""
+
+DESCENT_STEPS = (1.0, 0.1, 1e-2, 1e-3)
+"""Parts of a direction of descent at whose ends branches are read."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A point that may be returned, and the moves that led to it.
+
+    Attributes:
+        transcription, w, branch: the point, (n), and its branch.
+        residuals: there.
+        solved, exact: whether products are at most the tolerance, or zero to round-off.
+        cost_terms: name -> part of the cost, without step equilibration.
+        moves: in words.
+    """
+
+    transcription: Transcription
+    w: np.ndarray
+    branch: Branch
+    residuals: Residuals
+    solved: bool
+    exact: bool
+    cost_terms: dict[str, float]
+    moves: tuple[str, ...] = ()
+
+    @property
+    def cost(self) -> float:
+        """Sum of the cost's terms."""
+        return sum(self.cost_terms.values())
+
+    @property
+    def rank(self) -> tuple[bool, bool, float]:
+        """Solved ones first, then those with even steps, then the cheaper; else that which violates least."""
+        return not self.solved, not self._is_even, self.cost if self.solved else self.residuals.constraint_violation
+
+    @property
+    def _is_even(self) -> bool:
+        """Whether elements of one mode that follow each other in an interval are about equally long.
+
+        Where they are not, an interval is left to fewer elements, whose errors a cost can gain from.
+        """
+        whole = list(zip(self.transcription.unpack(self.w), self.branch.factors, strict=True))
+        return all(
+            one.interval != other.interval
+            or mode != next_mode
+            or max(one.step, other.step) < UNEVEN * min(one.step, other.step)
+            for (one, mode), (other, next_mode) in pairwise(whole)
+        )
+
+
+@dataclass
+class Search:
+    """The transcriptions of a problem, whose functions are made once, and what was found on them.
+
+    Attributes:
+        problem, options, settings: what is solved, and how.
+        progress: called after every NLP.
+        begin: `time.perf_counter` when the time limit began.
+        starts: what became of every start.
+        iterations: of IPOPT.
+    """
+
+    problem: OptimalControlProblem
+    options: FesdOptions
+    settings: OptimalControlSettings
+    progress: Callable[[NlpReport], None] | None
+    begin: float
+    starts: list[StartReport] = field(default_factory=list)
+    iterations: int = 0
+
+    def __post_init__(self) -> None:
+        self._base = Transcription(self.problem, self.options)
+        homotopy = self.settings.homotopy(None, polish=True)
+        self._relaxed = assemble(self._base.problem, relaxation_named(homotopy.relaxation), homotopy.compile)
+        self._polisher = BranchTranscription(self._base)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no time is left."""
+        left = self._seconds_left()
+        return left is not None and left <= 0
+
+    def candidates(self, number: int) -> list[Candidate]:
+        """Return the ends of the two homotopies from a start, exact where they can be made so.
+
+        Args:
+            number: of the start, from 0.
+        """
+        start = Transcription(start_of(self.problem, number, self.settings.seed), self.options).bounds_and_start()[2]
+        found: list[Candidate] = []
+        for way in ("loose", "converging"):
+            if found and self.is_over:
+                break
+            options = self.settings.homotopy(self._seconds_left(), polish=way == "loose")
+            solution = solve(
+                replace(self._base.problem, start=start),
+                options,
+                nlp=self._relaxed,
+                polisher=self._polisher if way == "loose" else None,
+                progress=self._report,
+            )
+            own = self._of_solution(solution)
+            found += [own, *self._exact_ends(own)]
+            best = self.best_of(found[-2:])
+            self.starts.append(StartReport(number, way, best.solved, best.cost, solution.status, solution.iterations))
+        return found
+
+    def best_of(self, candidates: list[Candidate]) -> Candidate:
+        """Return the cheapest that is solved; of those that cost the same an exact one, in elements with room."""
+        best = min(candidates, key=lambda one: one.rank)
+        if not best.solved:
+            return best
+        same = [one for one in candidates if one.rank[:2] == best.rank[:2] and one.cost <= _above(best.cost)]
+        return min(same, key=lambda one: (not self._is_roomy(one), not one.exact, one.cost))
+
+    def finished(self, candidate: Candidate) -> tuple[Candidate, Certificate | None]:
+        """Return the candidate from which no move and no direction leads to a cheaper one, and its certificate."""
+        for _ in range(MOST_ROUNDS):
+            if self.settings.search and self._is_roomy(candidate):
+                candidate = self._shifted(candidate)
+            certificate = self._certificate(candidate)
+            better = self._descended(candidate, certificate)
+            if better is None:
+                break
+            candidate = better
+        fewer = self._without_room(candidate)
+        return fewer, certificate if fewer is candidate else self._certificate(fewer)
+
+    def _of_solution(self, solution: MpccSolution) -> Candidate:
+        branch = solution.branch or self._polisher.branch(solution.w)
+        costs = _costs(self._base, solution.w)
+        return Candidate(self._base, solution.w, branch, solution.residuals, solution.solved, solution.exact, costs)
+
+    def _exact_ends(self, candidate: Candidate) -> list[Candidate]:
+        """Return the exact end near a candidate with room for its switches, or nothing if there is none."""
+        if not (self._has_room and candidate.solved):
+            return []
+        branches = [candidate.branch] if candidate.exact else self._polisher.candidate_branches(candidate.w)
+        for branch in branches:
+            _, w, own = with_room(self._base, candidate.w, branch)
+            if found := self._exact(w, own, candidate.moves):
+                return [found]
+        return []
+
+    def _exact(self, w: np.ndarray, branch: Branch, moves: tuple[str, ...], *, freer: bool = False) -> Candidate | None:
+        """Return the exact end on a branch with room, None if there is none nearby."""
+        solver, transcription = self._branch_solver, self._room.transcription
+        end = solver.exact(BranchPoint(w, branch, freer), iterations=SHIFT_ITERATIONS)
+        if end is None:
+            return None
+        end = self._filled(end)
+        costs = _costs(transcription, end.w)
+        return Candidate(transcription, end.w, end.branch, end.residuals, True, True, costs, moves)
+
+    def _filled(self, end: PolishingReport) -> PolishingReport:
+        """Return an exact end with all elements in use: those that have shrunk to nothing hide where a switch is."""
+        room, transcription = self._room, self._room.transcription
+        for _ in range(MOST_FILLINGS):
+            branch = room.updated_branch(end.branch, end.w) or end.branch
+            if not any(branch.without_length):
+                break
+            again = self._branch_solver.exact(BranchPoint(*filled(transcription, end.w, branch)))
+            if again is None or again.residuals.objective > _above(end.residuals.objective):
+                break
+            end = again
+        return end
+
+    def _shifted(self, candidate: Candidate) -> Candidate:
+        """Return the candidate from which no shift of a switch leads to a cheaper one."""
+        for _ in range(MOST_ROUNDS):
+            better = self._one_shifted(candidate)
+            if better is None:
+                break
+            candidate = better
+        return candidate
+
+    def _one_shifted(self, candidate: Candidate) -> Candidate | None:
+        below = _below(candidate.cost)
+        for shift in mode_shifts(candidate.transcription, candidate.w, candidate.branch):
+            if self.is_over:
+                return None
+            found = self._exact(shift.w, shift.branch, (*candidate.moves, shift.name), freer=True)
+            if found and found.cost < below:
+                return found
+        return None
+
+    def _certificate(self, candidate: Candidate) -> Certificate | None:
+        left = self._seconds_left()
+        if not candidate.solved or self.is_over:
+            return None
+        polisher = BranchTranscription(candidate.transcription)
+        problem = polisher.with_equal_steps(candidate.branch) if candidate.exact else candidate.transcription.problem
+        product = EXACT_PRODUCT if candidate.exact else self.settings.tolerance
+        seconds = 30.0 if left is None else min(30.0, 0.5 * left)
+        return certify(problem, candidate.w, tolerance=product, time_limit=seconds)
+
+    def _descended(self, candidate: Candidate, certificate: Certificate | None) -> Candidate | None:
+        """Return a cheaper candidate on a branch that a direction of descent points to, None if there is none."""
+        if certificate is None or certificate.direction is None or not self._is_roomy(candidate):
+            return None
+        polisher, below = BranchTranscription(candidate.transcription), _below(candidate.cost)
+        tried: list[Branch] = [candidate.branch]
+        for step in DESCENT_STEPS:
+            w = candidate.w + step * certificate.direction
+            for branch in polisher.candidate_branches(w):
+                if branch in tried or self.is_over:
+                    continue
+                tried.append(branch)
+                found = self._exact(candidate.w, branch, (*candidate.moves, "a direction of descent"), freer=True)
+                if found and found.cost < below:
+                    return found
+        return None
+
+    def _without_room(self, candidate: Candidate) -> Candidate:
+        """Return an exact candidate with as many elements as it needs, as it is if that fails."""
+        if not candidate.exact or candidate.transcription is self._base:
+            return candidate
+        fewer, w, branch = without_room(candidate.transcription, candidate.w, candidate.branch, self._base.elements)
+        polisher, options = BranchTranscription(fewer), self.settings.homotopy(None, polish=True)
+        solver = BranchSolver(fewer.problem, polisher, options, self._seconds_left, progress=self._report)
+        end = solver.exact(BranchPoint(w, branch))
+        if end is None or end.residuals.objective > _above(candidate.cost):
+            return candidate
+        return Candidate(fewer, end.w, end.branch, end.residuals, True, True, _costs(fewer, end.w), candidate.moves)
+
+    def _is_roomy(self, candidate: Candidate) -> bool:
+        """Whether a candidate is exact in elements with room for its switches."""
+        return candidate.exact and candidate.transcription is not self._base
+
+    @property
+    def _has_room(self) -> bool:
+        """Whether elements can be added between those of a solution."""
+        return self.options.tableau.collocation and self.options.switch_detection
+
+    @cached_property
+    def _room(self) -> BranchTranscription:
+        branch = self._polisher.branch(self._base.problem.start)
+        return BranchTranscription(with_room(self._base, self._base.problem.start, branch)[0])
+
+    @cached_property
+    def _branch_solver(self) -> BranchSolver:
+        return BranchSolver(
+            self._room.transcription.problem,
+            self._room,
+            self.settings.homotopy(None, polish=True),
+            self._seconds_left,
+            few_evaluations=False,
+            progress=self._report,
+        )
+
+    def _seconds_left(self) -> float | None:
+        limit = self.settings.time_limit
+        return None if limit is None else limit - (time.perf_counter() - self.begin)
+
+    def _report(self, report: NlpReport) -> None:
+        self.iterations += report.iterations
+        if self.progress:
+            self.progress(report)
+
+
+def _costs(transcription: Transcription, w: np.ndarray) -> dict[str, float]:
+    terms = transcription.cost_terms(w)
+    return {name: value for name, value in terms.items() if name != EQUILIBRATION}
+
+
+def _above(cost: float) -> float:
+    return cost + LEAST_GAIN * max(1.0, abs(cost))
+
+
+def _below(cost: float) -> float:
+    return cost - LEAST_GAIN * max(1.0, abs(cost))
