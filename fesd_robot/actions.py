@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
 from fesd_robot.plans import Plan, export, task_of
@@ -13,6 +14,7 @@ from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.plans.files import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE
 from fesd_robot.recovery.model_motion import ModelMotion
 from fesd_robot.render.files import write_atomically
+from fesd_robot.render.inline import inline_html
 from fesd_robot.render.outputs import write_drawings, write_page
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
@@ -123,6 +125,22 @@ def render_plan(
         return [page, *write_drawings(plan, task, folder / FIGURES_FOLDER)]
     except OSError as error:
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
+
+
+def plan_html(plan: Plan) -> str:
+    """Return a plan as HTML for a notebook: verdict, five sentences, and the page that plays the motion, in a frame.
+
+    A plan whose robot cannot be read any more is shown without the page, and with the reason.
+
+    Args:
+        plan: from `plan` or `read_plan`.
+    """
+    try:
+        with TemporaryDirectory() as folder:
+            page = write_page(plan, task_of(plan), Path(folder) / PAGE_FILE).read_text(encoding="utf-8")
+    except (FesdRobotError, OSError) as error:
+        return inline_html(plan, None, str(error))
+    return inline_html(plan, page)
 
 
 def render_comparison(

@@ -33,3 +33,15 @@ def lazy_exports(
         return sorted([*special, *home])
 
     return load, names
+
+
+def by_name(module: str, name: str) -> Any:
+    """Return what a module that stands above the caller calls by a name, imported when it is needed.
+
+    For methods of a value that users expect on it, but that need rooms above its own: a plan that shows itself.
+
+    Args:
+        module: full name of the module.
+        name: of what it has.
+    """
+    return getattr(importlib.import_module(module), name)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
+import numpy as np
 
 from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
 from fesd_robot.contact.multipliers import multiplier_contact_system
@@ -32,7 +34,15 @@ def contact_system(
         joints = ", ".join(dynamics.dry_friction)
         raise OptionError(f"dry friction of joints ({joints}) needs the form 'multipliers', found 'steps'")
     if options.form == "steps":
-        return step_contact_system(dynamics, contacts, options, parameters)
+        return _with_gaps_bounded(step_contact_system(dynamics, contacts, options, parameters), dynamics)
     if options.gap != "integrated":
         raise OptionError("the form 'multipliers' needs gap='integrated', found gap='true'")
-    return multiplier_contact_system(dynamics, contacts, options, parameters)
+    return _with_gaps_bounded(multiplier_contact_system(dynamics, contacts, options, parameters), dynamics)
+
+
+def _with_gaps_bounded(contact: ContactSystem, dynamics: MultibodyDynamics) -> ContactSystem:
+    """Return the system whose integrated gaps have their lower bound also where nobody states it."""
+    lower = np.full(contact.system.state.numel(), -np.inf)
+    first = dynamics.configuration.numel() + dynamics.velocity.numel() + 1  # behind the clock
+    lower[first : first + contact.gap_states] = contact.gap_lower
+    return replace(contact, system=replace(contact.system, state_lower=lower))

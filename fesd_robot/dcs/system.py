@@ -29,6 +29,8 @@ class ComplementaritySystem:
         residual: g, SX: the relations between the switching functions of x and the multipliers, and lifted products.
         complementarities: the conditions; G and H of those that are no vanishing constraints are functions of z.
         algebraic_lower, algebraic_upper: bounds of z.
+        state_lower: lower bounds of x that belong to the system, as a gap's; a simulation keeps them, and a problem of
+            optimal control states its own. None if there are none.
         regularisation: cost added at every stage, not multiplied by a step; picks one z where several are valid.
         regularisation_name: name of that term of the cost.
         guess: (x, u, p) -> z, numbers consistent with the state.
@@ -62,6 +64,7 @@ class ComplementaritySystem:
     quadratures: Mapping[str, ca.SX] = field(default_factory=dict)
     lifted: Mapping[str, ca.SX] = field(default_factory=dict)
     describe: Callable[[np.ndarray], str] | None = None
+    state_lower: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         n_x, n_u, n_z = (part.numel() for part in (self.state, self.control, self.algebraic))
@@ -72,6 +75,7 @@ class ComplementaritySystem:
             *((f"quadratures['{name}']", integrand.shape, (1, 1)) for name, integrand in self.quadratures.items()),
             ("algebraic_lower", self.algebraic_lower.shape, (n_z,)),
             ("algebraic_upper", self.algebraic_upper.shape, (n_z,)),
+            ("state_lower", (n_x,) if self.state_lower is None else self.state_lower.shape, (n_x,)),
             ("state_names", (len(self.state_names),), (n_x,)),
             ("control_names", (len(self.control_names),), (n_u,)),
             ("algebraic_names", (len(self.algebraic_names),), (n_z,)),

@@ -27,6 +27,9 @@ from fesd_robot.mpcc.relaxations import relaxation_named
 HOMOTOPY_STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
 """First sigma, factor and velocity level ratio of a step's homotopy, and those that are tried when it fails."""
 
+ROBOTS = "; a task or a plan is simulated from event to event, without control intervals, by fesd_robot.simulate"
+"""What helps where a step with contact fails."""
+
 
 @dataclass(frozen=True)
 class SimulationSettings:
@@ -36,7 +39,7 @@ class SimulationSettings:
         tolerance: how negative G or H may be.
         homotopy: of a step whose modes are not found directly; its first sigma, factor and velocity level ratio are
             those of `HOMOTOPY_STARTS`.
-        state_lower, state_upper: bounds of the state, (n_x); none if omitted.
+        state_lower, state_upper: bounds of the state, (n_x); if omitted, those of the system alone.
         sensitivities: also compute the derivatives of the end state.
     """
 
@@ -105,8 +108,9 @@ class Stepper:
 
     @cached_property
     def state_bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds of the state, (n_x) each."""
-        return self.settings.state_bounds(self.system.state.numel())
+        """Lower and upper bounds of the state, (n_x) each; the system's own hold, too."""
+        lower, upper = self.settings.state_bounds(self.system.state.numel())
+        return (lower if self.system.state_lower is None else np.maximum(lower, self.system.state_lower)), upper
 
     @property
     def direct(self) -> bool:
@@ -191,9 +195,10 @@ class Stepper:
                 return self._finished(step, solution, trial, iterations)
         worst = solution.residuals
         reason = f"{self.search.reason}; " if self.direct and self.search.reason else ""
+        in_contact = any(condition.label.contact for condition in self.system.complementarities)
         return StepFailure(
             f"{reason}{solution.status}: violation {worst.constraint_violation:.1e} at {worst.worst_constraint}, "
-            f"complementarity {worst.complementarity:.1e} at {worst.worst_pair}",
+            f"complementarity {worst.complementarity:.1e} at {worst.worst_pair}{ROBOTS if in_contact else ''}",
             max(worst.constraint_violation, worst.complementarity),
         )
 

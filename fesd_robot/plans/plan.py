@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from fesd_robot.lazy import by_name
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.plans.full_model import FullModelMotion
@@ -324,3 +325,11 @@ class Plan(Record):
         from fesd_robot.plans.sampling import planned_motion  # scipy takes long to import
 
         return planned_motion(self).at(time, side)
+
+    def __repr__(self) -> str:
+        """Return the plan in a line; its fields are many."""
+        return f"<Plan {self.name}: {self.status.message}>"
+
+    def _repr_html_(self) -> str:
+        """Return the plan as a notebook shows it: its verdict in words, and the page that plays the motion."""
+        return str(by_name("fesd_robot.actions", "plan_html")(self))

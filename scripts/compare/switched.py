@@ -80,10 +80,8 @@ class SwitchedProblem:
         return cost, {"error of x(T)": f"{np.nanmax(np.abs(samples.points[-1, -1] - self.target)):.1e}"}
 
 
-def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome:
-    """Solve with fesd-robot."""
-    begin = time.perf_counter(), time.process_time()
-    problem = describe()
+def optimal_control_problem(problem: SwitchedProblem) -> OptimalControlProblem:
+    """Return a problem in fesd-robot's words."""
     n_u, count = problem.control.numel(), problem.intervals
     system = stewart(
         Model(problem.state, problem.control),
@@ -97,7 +95,7 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
             for i, side in enumerate(problem.sides)
         ],
     )
-    ocp = OptimalControlProblem(
+    return OptimalControlProblem(
         system=system,
         duration=problem.duration,
         intervals=count,
@@ -112,6 +110,13 @@ def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome
         running_cost={"running": problem.running},
         terminal_cost={"terminal": problem.terminal},
     )
+
+
+def ours(describe: Callable[[], SwitchedProblem], settings: Settings) -> Outcome:
+    """Solve with fesd-robot."""
+    begin = time.perf_counter(), time.process_time()
+    problem = describe()
+    ocp = optimal_control_problem(problem)
     transcription = Transcription(
         ocp,
         FesdOptions(
