@@ -92,6 +92,33 @@ def test_everything_follows_the_slider(opened: Browser, shown: Shown) -> None:
         assert value != seen[1][key], key
 
 
+TICKS = """(() => {
+  const viewer = fesdRobot.viewer, box = viewer.renderer.domElement.getBoundingClientRect();
+  viewer.camera.updateMatrixWorld(true);
+  const shown = [...document.querySelectorAll('#labels .tick')].filter((one) => one.style.visibility === 'visible');
+  return shown.map((one) => {
+    const at = one.getBoundingClientRect(), x = parseFloat(one.textContent);
+    const [here, further] = [0, 1].map((more) => {
+      const column = new MeshCat.THREE.Vector3(x + more, 0, 0).project(viewer.camera).x;
+      return box.x + box.width * (column + 1) / 2;
+    });
+    return [at.x + at.width / 2 - here, further - here];
+  });
+})()"""
+"""Pixels by which a label stands beside its place in the scene, and pixels of a metre there."""
+
+
+def test_labels_stand_where_the_scene_has_them(opened: Browser, shown: Shown) -> None:
+    """Every distance label that is shown is within 1 cm of the place it names, wherever the camera has followed to."""
+    for moment in (0.1, 0.5, 0.9):
+        slide(opened, moment * shown.plan.trajectory.time[-1])
+        opened.screenshot()
+        ticks = opened.run(TICKS)
+        assert len(ticks) >= 2
+        for beside, metre in ticks:
+            assert abs(beside) <= 0.01 * metre
+
+
 def test_arrows_are_the_forces_of_the_plan(opened: Browser, shown: Shown) -> None:
     """At every sample that touches, the arrows of a contact add up to its force, in direction and in proportion."""
     plan = shown.plan
