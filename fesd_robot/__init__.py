@@ -19,8 +19,9 @@ Tasks: `load_task` -> `Task`, `explain`, `draw_task`. Planning: `plan` -> `Plan`
 `export_plan`, `render_plan`, `report`. Simulating: `simulate`, of a task, a plan, or a system. Every error that a user
 can meet is a `FesdRobotError`, and its message says what to change.
 
-Three rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
-(discretisation with switch detection, `simulate`) and `mpcc` (mathematical programs with complementarity constraints).
+Four rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
+(discretisation with switch detection, `simulate`), `mpcc` (mathematical programs with complementarity constraints) and
+`optimal_control` (`optimize`: optimal control of systems with switches).
 """
 
 from __future__ import annotations
@@ -54,6 +55,7 @@ __all__ = [
     "fesd",
     "load_task",
     "mpcc",
+    "optimal_control",
     "plan",
     "read_plan",
     "render_plan",
@@ -63,7 +65,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from fesd_robot import dcs, fesd, mpcc
+    from fesd_robot import dcs, fesd, mpcc, optimal_control
     from fesd_robot.actions import draw_task, explain, export_plan, render_plan
     from fesd_robot.errors import (
         DimensionError,
@@ -92,6 +94,7 @@ else:
             "fesd_robot.dcs": ["dcs"],
             "fesd_robot.fesd": ["fesd", "SimulationError"],
             "fesd_robot.mpcc": ["mpcc"],
+            "fesd_robot.optimal_control": ["optimal_control"],
             "fesd_robot.actions": ["draw_task", "explain", "export_plan", "render_plan"],
             "fesd_robot.errors": [
                 "DimensionError",

@@ -213,7 +213,7 @@ def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tu
     from fesd_robot.plans.resample import resampled
 
     samples = None if rate is None else resampled(plan, rate)
-    motion = formulate(task_of(plan))
+    motion = formulate(task_of(plan), driven=False)
     physics = numeric_physics(motion)
     if samples is not None:
         plan = with_gaps(samples, motion, physics)

@@ -314,7 +314,7 @@ def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:
         zip(
             np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),
             np.column_stack([trajectory.velocity[name] for name in robot.velocity_names]),
-            np.column_stack([plan.controls[name][interval] for name in motion.actuation.names]),
+            np.array([plan.controls[name][interval] for name in motion.actuation.names]).reshape(-1, len(interval)).T,
             np.moveaxis(forces, -1, 0),
             strict=True,
         )

@@ -2,8 +2,8 @@
 
     python scripts/contact_drops.py                 # writes docs/results/contact_drops.md
 
-Each of eight throws (seed 0) of each body is simulated on four control grids, on which the same zero controls are
-given: 64 motions. Every impact of a single contact is compared with Routh's law, worked out here: the impulse grows
+Each of eight throws (seed 0) of each body is simulated on four control grids, on which nothing drives it:
+64 motions. Every impact of a single contact is compared with Routh's law, worked out here: the impulse grows
 along the side of the friction cone that opposes slipping; where slipping ends before the approach does, it goes on so
 that the contact sticks, or, where that would leave the cone, along the other side.
 """
@@ -29,7 +29,7 @@ BODY = """<robot name="{body}"><link name="{body}"><inertial><mass value="{mass}
 FRAME = """<link name="{frame}"/><joint name="to_{frame}" type="fixed"><parent link="{body}"/><child link="{frame}"/>
 <origin xyz="{arm} 0 0"/></joint>"""
 TASK = """name: {body}
-robot: {{model: {body}.urdf, root: sagittal, actuators: {{push: {{type: joint, joint: root_x, lower: -1, upper: 1}}}}}}
+robot: {{model: {body}.urdf, root: sagittal}}
 ground: {{type: plane, friction: {friction}}}
 contacts: {{{contacts}}}
 horizon: {{duration: {duration}, intervals: {intervals}}}

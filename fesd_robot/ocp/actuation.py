@@ -65,17 +65,11 @@ def build_actuation(task: Task, robot: Robot) -> Actuation:
     """Return the control directions and bounds of a task.
 
     Raises:
-        TaskError: no control at all, a joint actuator that has neither bounds in the task nor in the model, that has
+        TaskError: a joint actuator that has neither bounds in the task nor in the model, that has
             them twice in the task, or that drives a joint with more than one degree of freedom, or an effort limit of a
             joint that no actuator drives.
     """
     actuators = actuators_of(task, robot)
-    if not actuators:
-        raise task.error(
-            "robot",
-            "found no actuators and no joint with an effort limit that is not passive, expected an entry 'actuators' "
-            "or one in limits.effort",
-        )
     _check_effort_limits(task, actuators)
     q = ca.SX.sym("q", len(robot.configuration_names))
     values = dict(zip(robot.configuration_names, ca.vertsplit(q), strict=True))
@@ -97,8 +91,23 @@ def build_actuation(task: Task, robot: Robot) -> Actuation:
         lower.append(low)
         upper.append(high)
         units.append("N" if speed_units[first] == "m/s" else "N m")
-    matrix = ca.Function("B", [q], [ca.horzcat(*columns)])
+    directions = ca.horzcat(*columns) if columns else ca.SX(len(robot.velocity_names), 0)
+    matrix = ca.Function("B", [q], [directions])
     return Actuation(list(actuators), np.array(lower), np.array(upper), units, matrix)
+
+
+def check_driven(task: Task, robot: Robot) -> None:
+    """Raise if a task that is to be planned leaves nothing to choose.
+
+    Raises:
+        TaskError: the robot has no control at all.
+    """
+    if not actuators_of(task, robot):
+        raise task.error(
+            "robot",
+            "found no actuators and no joint with an effort limit that is not passive, expected an entry 'actuators' "
+            "or one in limits.effort",
+        )
 
 
 def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -> tuple[int, float, float]:

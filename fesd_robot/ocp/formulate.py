@@ -20,7 +20,7 @@ from fesd_robot.contact import (
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
-from fesd_robot.ocp.actuation import Actuation, build_actuation
+from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven
 from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_forces, check_inertia, check_pace
 from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
@@ -84,8 +84,12 @@ class MotionProblem:
     fesd: FesdOptions
 
 
-def formulate(task: Task) -> MotionProblem:
+def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
     """Return the optimal control problem of a task.
+
+    Args:
+        task: from `load_task`.
+        driven: whether a robot without controls is an error; a body that is only let go has none.
 
     Raises:
         TaskError: a name, value or combination that this robot cannot satisfy, with file, line and key.
@@ -93,6 +97,8 @@ def formulate(task: Task) -> MotionProblem:
     task, robot = load_task_robot(task)
     task = with_slipping(task)
     check_dry_friction(task, robot)
+    if driven:
+        check_driven(task, robot)
     actuation = build_actuation(task, robot)
     scene = scene_of(task)
     dynamics = _multibody_dynamics(robot, actuation)

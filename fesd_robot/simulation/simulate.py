@@ -61,7 +61,7 @@ def simulate_robot(what: Task | Plan, controls: Controls | None = None, *, durat
     plan = what if isinstance(what, Plan) else None
     task = task_of(plan) if plan else what
     assert isinstance(task, Task)
-    motion = formulate(task)
+    motion = formulate(task, driven=False)
     names, physics = motion.actuation.names, numeric_physics(motion)
     length = _duration(motion, plan, duration)
     given = controls if controls is not None else plan

@@ -8,7 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot import FesdRobotError, OptionError, Plan, Task, load_task, read_plan, simulate, write_plan
+from fesd_robot import (
+    FesdRobotError,
+    OptionError,
+    Plan,
+    Task,
+    explain,
+    load_task,
+    read_plan,
+    render_plan,
+    simulate,
+    write_plan,
+)
 from fesd_robot.errors import MotionFileError, TaskError
 
 TASKS = Path(__file__).parents[2] / "tasks"
@@ -87,6 +98,42 @@ def test_no_impact_makes_energy_and_nothing_sinks(name: str, override: str) -> N
     assert motion.audit.max_impact_law_error <= 1e-9
     assert motion.audit.min_gap >= -1e-9 and motion.audit.max_energy_error <= 1e-8
     assert motion.audit.max_friction_cone_violation <= 1e-8
+
+
+ROD = """<robot name="rod"><link name="rod"><inertial><mass value="1"/>
+<inertia ixx="0.0833333333333333" iyy="0.0833333333333333" izz="0.0833333333333333" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><box size="1 0.02 0.02"/></geometry></visual></link>
+<link name="left"/><joint name="to_left" type="fixed"><parent link="rod"/><child link="left"/><origin xyz="-0.5 0 0"/>
+</joint><link name="right"/><joint name="to_right" type="fixed"><parent link="rod"/><child link="right"/>
+<origin xyz="0.5 0 0"/></joint></robot>
+"""
+
+
+def test_a_rod_that_is_let_go_needs_no_controls(tmp_path: Path) -> None:
+    """Its first impact is that of the closed form without friction, it comes to rest on both ends, and all is drawn."""
+    (tmp_path / "rod.urdf").write_text(ROD)
+    (tmp_path / "rod.yaml").write_text(
+        "name: rod\n"
+        "robot: {model: rod.urdf, root: sagittal}\n"
+        "ground: {type: plane, friction: 0}\n"
+        "contacts: {left: {frame: left}, right: {frame: right}}\n"
+        "horizon: {duration: 1.5, intervals: 1}\n"
+        "initial: {configuration: {root_x: 0, root_z: 1, root_pitch: 0.5}}\n"
+        "goal: {configuration: {root_x: 0}}\n"
+    )
+    task = load_task(tmp_path / "rod.yaml")
+    motion = simulate(task)
+    first = motion.impulses[0]
+    lever = 0.5 * np.cos(0.5)
+    fallen = np.sqrt(2 * GRAVITY * (1 - 0.5 * np.sin(0.5)))
+    assert first.contact == "right" and first.normal == pytest.approx(fallen / (1 + 12 * lever**2), abs=1e-9)
+    end = {name: values[-1] for name, values in motion.trajectory.configuration.items()}
+    assert end == pytest.approx({"root_x": 0, "root_z": 0, "root_pitch": 0}, abs=1e-8)
+    folder = write_plan(motion, tmp_path / "run")
+    assert "The task has no controls." in (folder / "report.md").read_text()
+    assert {path.name for path in render_plan(motion, folder)} >= {"plan.html", "energy.png"}
+    with pytest.raises(TaskError, match="found no actuators"):
+        explain(task)
 
 
 def test_a_plan_is_driven_to_where_it_ends(short_plan: Plan, tmp_path: Path) -> None:

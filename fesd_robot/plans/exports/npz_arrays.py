@@ -23,15 +23,16 @@ def npz_arrays(plan: Plan) -> bytes:
     controls in this order; impulses are in N s.
     """
     trajectory = plan.trajectory
+    controls = {name: values for name, values in plan.controls.items() if name != "time"}  # none of a body let go
     arrays = {
         "time": trajectory.time,
         "configuration": np.column_stack(list(trajectory.configuration.values())),
         "velocity": np.column_stack(list(trajectory.velocity.values())),
         "configuration_names": np.array(list(trajectory.configuration)),
         "velocity_names": np.array(list(trajectory.velocity)),
-        "control_names": np.array([name for name in plan.controls if name != "time"]),
+        "control_names": np.array(list(controls), dtype=str),
         "control_time": plan.controls["time"],
-        "control": np.column_stack([values for name, values in plan.controls.items() if name != "time"]),
+        "control": np.array(list(controls.values())).reshape(len(controls), len(plan.controls["time"])).T,
         "control_interval": control_interval(plan),
         "contact_names": np.array(list(plan.contacts)),
         "gap": np.column_stack([contact.gap for contact in plan.contacts.values()]),
@@ -41,10 +42,10 @@ def npz_arrays(plan: Plan) -> bytes:
         **_fact_arrays(plan),
         **({"acceleration": np.column_stack(list(rates.values()))} if (rates := trajectory.acceleration) else {}),
         **(_dry_friction_arrays(plan) if plan.joint_friction else {}),
-        **(_full_model_arrays(plan.full_model) if plan.full_model else {}),
+        **(_full_model_arrays(plan.full_model, len(trajectory.time)) if plan.full_model else {}),
     }
     content = io.BytesIO()
-    np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
+    np.savez_compressed(content, **arrays)
     return content.getvalue()
 
 
@@ -79,13 +80,13 @@ def _dry_friction_arrays(plan: Plan) -> dict[str, np.ndarray]:
     }
 
 
-def _full_model_arrays(model: FullModelMotion) -> dict[str, np.ndarray]:
+def _full_model_arrays(model: FullModelMotion, samples: int) -> dict[str, np.ndarray]:
     joints, feet = model.joints.values(), model.feet.values()
     arrays = {
-        "joint_names": np.array(list(model.joints)),
-        "joint_position": np.column_stack([joint.position for joint in joints]),
-        "joint_velocity": np.column_stack([joint.velocity for joint in joints]),
-        "joint_effort": np.column_stack([joint.effort for joint in joints]),
+        "joint_names": np.array(list(model.joints), dtype=str),
+        "joint_position": np.array([joint.position for joint in joints]).reshape(len(joints), samples).T,
+        "joint_velocity": np.array([joint.velocity for joint in joints]).reshape(len(joints), samples).T,
+        "joint_effort": np.array([joint.effort for joint in joints]).reshape(len(joints), samples).T,
     }
     if model.base:
         arrays |= {"base_names": np.array(list(model.base)), "base": np.column_stack(list(model.base.values()))}

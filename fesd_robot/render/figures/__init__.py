@@ -80,7 +80,7 @@ def build_figures(plan: Plan, robot: RobotMotion | None = None, look: Look | Non
         figures["positions"] = coordinates_figure(plan, "configuration", _title(plan, "positions"), phases, look, robot)
     if trajectory.velocity:
         figures["velocities"] = coordinates_figure(plan, "velocity", _title(plan, "velocities"), phases, look, robot)
-    if plan.controls:
+    if set(plan.controls) - {"time"}:
         figures["controls"] = controls_figure(plan, _title(plan, "controls"), phases, look, robot)
     if plan.contacts:
         figures["contacts"] = contacts_figure(plan, _title(plan, "contacts"), phases, look)

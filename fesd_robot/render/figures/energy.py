@@ -27,10 +27,10 @@ def energy_figure(robot: RobotMotion, title: str, phases: Phases, look: Look) ->
         panel.axhline(0.0, color=GREY, linewidth=0.5, alpha=0.6, zorder=0)
     edges = edges_of(robot.plan.controls["time"], [*phases.switches, *phases.impacts])
     stepped = {name: with_steps(time, each, edges, stages_of(robot.plan)) for name, each in robot.power.items()}
-    times = next(iter(stepped.values()))[0]
+    times = next(iter(stepped.values()))[0] if stepped else time  # a body that is let go has no controls
     powers = {name: values for name, (_, values) in stepped.items()}
     single = {name: each for name, each in powers.items() if len(powers) <= NAMED_CONTROLS}
-    total = np.sum(list(powers.values()), axis=0)
+    total = np.sum([np.zeros(len(times)), *powers.values()], axis=0)
     for number, (name, values) in enumerate(single.items()):
         draw = draw_series(power, times, values, series_color(number + 1))
         draw.set_label(name)
@@ -49,15 +49,16 @@ def energy_figure(robot: RobotMotion, title: str, phases: Phases, look: Look) ->
     name_panel(energy, "energy", "J")
     set_range(energy, [*kinds.values(), np.zeros(1)], "J")
     for panel in (power, energy):
-        panel.legend(
-            fontsize=TEXT,
-            framealpha=0.7,
-            edgecolor="none",
-            handlelength=1.0,
-            labelspacing=0.2,
-            borderaxespad=0.1,
-            loc="best",
-        )
+        if panel.get_legend_handles_labels()[1]:
+            panel.legend(
+                fontsize=TEXT,
+                framealpha=0.7,
+                edgecolor="none",
+                handlelength=1.0,
+                labelspacing=0.2,
+                borderaxespad=0.1,
+                loc="best",
+            )
         panel.set_xlabel("time (s)", fontsize=TEXT, labelpad=2)
         panel.set_xlim(float(time[0]), float(np.max(time)))
     add_legend(figure, *legend_of(phases))
