@@ -81,8 +81,15 @@ CLAIMS: dict[str, Claim] = {
     "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
     "biped_walk": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.5, highest=0.025)}),
     "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),
+    "block_slope": Claim({name: ContactClaim() for name in ("rear", "front")}),
     "cart_pole_friction": Claim({"runner": ContactClaim(slides=FREE)}),
     "double_pendulum_wall": Claim({"tip": ContactClaim((1, 3), highest=0.9, slides=(0.0, 0.05))}),
+    "gripper_lift": Claim(
+        {
+            **{name: ContactClaim((0, 1)) for name in ("left", "right")},  # one on the way to the box
+            **{name: ContactClaim((1, 1), highest=0.19) for name in ("floor_1", "floor_2")},
+        }
+    ),
     "hopper_downhill": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
     "hopper_five_jumps": Claim({"foot": ContactClaim((5, 5), longest=0.9, highest=0.3)}),
     "hopper_one_jump": Claim({"foot": ContactClaim((1, 1), longest=0.8, highest=0.3)}),
@@ -92,6 +99,7 @@ CLAIMS: dict[str, Claim] = {
     "monoped_two_jumps": Claim({"foot": ContactClaim((2, 12), longest=0.3, highest=0.15)}),
     "published_hopper_five_jumps": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "published_hopper_one_jump": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
+    "puck_shot": Claim({"sole": ContactClaim(slides=(0.78, 0.82)), "push": ContactClaim((2, 2))}),
     "pusher_slider": Claim({"sole": ContactClaim(slides=(0.39, 0.41)), "push": ContactClaim((2, 2))}),
     "solo12_bound": Claim({name: ContactClaim((1, 2), longest=0.05, highest=0.015) for name in ("front", "hind")}),
     "solo12_jump": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in ("front", "hind")}),

@@ -43,6 +43,10 @@ from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from tests.render.browser import Browser  # noqa: E402
+
 PAGE = ROOT / "docs" / "results" / "gallery.md"
 PICTURES = ROOT / "docs" / "images" / "gallery"
 README = ROOT / "README.md"
@@ -52,17 +56,10 @@ LONG_SECONDS = 30.0
 """Seconds above which a task is marked as long."""
 
 SIZE, SHOT_SCALE = (320, 200), 3
-MOST_SHOTS = 6
-"""Times a picture is taken until the scene is in it; on a busy machine the browser may be too early."""
-
-LEAST_CONTRAST = 40
-"""Between the darkest and the brightest pixel, of 255; a picture with less has no robot in it."""
 
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
            "position missed by", "velocity missed by", "flights", "longest slide", "does what it says",
            "replay differs by", "refined to", "cost", "complementarity", "stationarity", "status")  # fmt: skip
-BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars",
-           "--no-first-run", "--virtual-time-budget=10000")  # fmt: skip
 WITHOUT_CAPTION = (
     "<style>aside, #time, #bar { display: none !important; } "
     "body { grid-template: 'scene' minmax(0, 1fr) / minmax(0, 1fr) !important; }</style></head>"
@@ -265,32 +262,18 @@ def draw(entry: Entry) -> None:
     if plan is None:
         return
     with tempfile.TemporaryDirectory() as folder:
-        shot = Path(folder) / "shot.png"
-        browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-        if browser is None:
-            shutil.copy(entry.folder / "figures" / "snapshots.png", shot)
-        else:
+        if shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome"):
             bare = Path(folder) / "plan.html"
             html = (entry.folder / "plan.html").read_text(encoding="utf-8")
             bare.write_text(html.replace("</head>", WITHOUT_CAPTION, 1), encoding="utf-8")
-            width, height = (SHOT_SCALE * pixels for pixels in SIZE)
-            where = f"{bare.as_uri()}#t={telling_time(plan):.6f}"
-            options = [f"--user-data-dir={folder}/profile", f"--window-size={width},{height}", f"--screenshot={shot}"]
-            for _ in range(MOST_SHOTS):
-                subprocess.run([browser, *BROWSER, *options, where], capture_output=True, check=True, timeout=120)
-                if not is_empty(shot):
-                    break
-        with Image.open(shot) as image:
-            small = image.convert("RGB")
-            small.thumbnail(SIZE, Image.Resampling.LANCZOS)
+            with Browser((SHOT_SCALE * SIZE[0], SHOT_SCALE * SIZE[1])) as browser:
+                browser.open(bare, f"#t={telling_time(plan):.6f}")
+                small = Image.fromarray(browser.screenshot())
+        else:
+            small = Image.open(entry.folder / "figures" / "snapshots.png").convert("RGB")
+        small.thumbnail(SIZE, Image.Resampling.LANCZOS)
         PICTURES.mkdir(parents=True, exist_ok=True)
         small.save(PICTURES / f"{entry.name}.png", optimize=True)
-
-
-def is_empty(shot: Path) -> bool:
-    """Return whether a picture was taken before the scene was there."""
-    with Image.open(shot) as image:
-        return bool(np.ptp(np.asarray(image.convert("L")).astype(int)) < LEAST_CONTRAST)
 
 
 def parse(names: Sequence[str], words: Sequence[str] | None = None) -> argparse.Namespace:

@@ -58,6 +58,9 @@ VARIED = {
     "arm_push": Varied("box_x", count=FEW),
     "biped_walk": Varied(None, count=FEW),
     "solo12_bound": Varied(None, count=FEW),
+    "block_slope": Varied(None, efforts=("robot.actuators.push.upper",), count=FEW),
+    "puck_shot": Varied("slider_x", count=FEW),
+    "gripper_lift": Varied("box_z", count=FEW),
 }
 """Name of a task -> what is varied in it; new ones at the end, for their numbers seed the draws."""
 
