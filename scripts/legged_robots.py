@@ -17,9 +17,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
@@ -32,6 +33,7 @@ from fesd_robot import load_task, plan
 from fesd_robot.actions import render_plan
 from fesd_robot.ocp import formulate
 from fesd_robot.plans.files import write_plan
+from fesd_robot.plans.outcome import ContactOutcome
 from fesd_robot.plans.tables import markdown_table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -77,11 +79,11 @@ ROBOTS = {
 
 HEADER = (
     "robot",
-    "mass [kg]",
     "solved",
     "settings tried",
     "flights",
-    "slides [m]",
+    "longest [m]",
+    "in the air [s]",
     "iterations",
     "seconds",
     "cost",
@@ -140,11 +142,22 @@ def jumped(name: str, limit: float, overrides: list[str], keep: Path | None) -> 
         str(statistics.settings_tried),
         str(sum(len(contact.flights) for contact in contacts)),
         f"{max((flight.length for contact in contacts for flight in contact.flights), default=0.0):.3g}",
+        f"{in_the_air(contacts):.2f}",
         str(sum(one.iterations for one in statistics.attempts)),
         f"{seconds:.0f}",
         f"{statistics.objective:.5g}",
         result.status.message.partition(". ")[0],
     ]
+
+
+def in_the_air(contacts: Collection[ContactOutcome]) -> float:
+    """Return how long no contact touches, s."""
+    ends = sorted({at for one in contacts for flight in one.flights for at in (flight.start, flight.end)})
+    return sum(
+        end - start
+        for start, end in pairwise(ends)
+        if all(any(flight.start <= start and end <= flight.end for flight in one.flights) for one in contacts)
+    )
 
 
 def main() -> int:
@@ -192,6 +205,8 @@ def page(rows: list[list[str]], solved: int, arguments: str) -> str:
         f"**{solved} of {len(rows)} solved.**",
         "",
         markdown_table(HEADER, rows),
+        "",
+        "*Flights* are of all contacts together, *longest* is the longest of them, *in the air* how long nothing touches.",
     ]
     return "\n".join(lines)
 

@@ -14,6 +14,7 @@ from fesd_robot.first_task.base import leaf_joints
 from fesd_robot.first_task.proposal import Contact
 from fesd_robot.robot import Robot
 from fesd_robot.robot.body_shapes import outline_points
+from fesd_robot.robot.outline import Outline, touching_outlines
 
 NEAR = 0.03
 """m; a frame at most this far above the lowest point of its body, as in the middle of a ball, is where it touches."""
@@ -93,14 +94,15 @@ def feet_of(robot: Robot, q: np.ndarray, names: Sequence[str] = ()) -> list[Cont
     labels = labels_of([limb.frame for limb in feet], [float(place[limb.frame][0]) for limb in feet])
     return [
         Contact(
-            f"{label}_{part}" if part else label,
-            frame,
-            offset,
-            shapes,
-            beside=tuple(name for name in limb.bodies if name != frame and _beside(robot, data, name, frame)),
+            f"{label}_{place.part}" if place.part else label,
+            limb.frame,
+            place.offset,
+            place.shapes,
+            place.radius,
+            beside=tuple(name for name in limb.bodies if name != limb.frame and _beside(robot, data, name, limb.frame)),
         )
         for label, (limb, places) in zip(labels, contacts, strict=True)
-        for part, frame, offset, shapes in places
+        for place in places
     ]
 
 
@@ -113,31 +115,60 @@ def labels_of(frames: list[str], forward: list[float]) -> list[str]:
     return frames
 
 
-_Place = tuple[str, str, tuple[float, float, float], bool]
+class _Place(NamedTuple):
+    """A place of a foot that touches.
+
+    Attributes:
+        part: of the foot's name, empty where it has one place only.
+        offset: from the frame's origin, m.
+        shapes: whether all shapes of the body touch.
+        radius: of a circle, m; None for a point.
+    """
+
+    part: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shapes: bool = False
+    radius: float | None = None
 
 
 def _places(robot: Robot, data: pin.Data, limb: Limb) -> list[_Place]:
-    """Return part of the foot's name, frame, offset and whether shapes touch, of every contact of a foot."""
-    nothing = (0.0, 0.0, 0.0)
+    """Return where a foot touches: its frame, the shapes of its body, those of their ends that are low, or a sole's."""
     pose = data.oMf[robot.frame_id(limb.frame)]
     corners = _lowest_points(robot, data, limb)
     # Ends of a sole that are away from the frame are places of their own.
     aside = 0.0 if corners is None else float(np.abs(corners[0] - pose.translation[0]).max())
     if corners is None or (pose.translation[2] - corners[2].min() <= NEAR and aside <= WIDE):
-        return [("", limb.frame, nothing, False)]
+        return [_Place("")]
     shapes = [shape for shape in robot.collision_shapes if shape.body == limb.frame]
     if shapes and all(isinstance(shape.geometry, _EXACT) for shape in shapes):
-        return [("", limb.frame, nothing, True)]
+        return _ends(touching_outlines(shapes, pose, np.array([0.0, 0.0, -1.0])), pose)
     # A sole that is a mesh: its ends in the plane, straight below the frame.
     ends = [("heel", float(corners[0].min())), ("toe", float(corners[0].max()))]
     if ends[1][1] - ends[0][1] <= NEAR:
         ends = [("", float(corners[0].mean()))]
     places = [np.array([x, pose.translation[1], corners[2].min()]) for _, x in ends]
-    offsets = [np.round(pose.actInv(place), 4) + 0.0 for place in places]
+    return [_Place(part, _rounded(pose.actInv(place))) for (part, _), place in zip(ends, places, strict=True)]
+
+
+def _ends(outlines: Sequence[Outline], pose: pin.SE3) -> list[_Place]:
+    """Return the places of a body's outlines; without those high up, as the upper end of a shank that is a capsule."""
+    centers = np.array([pose.act(outline.place) for outline in outlines])
+    bottoms = centers[:, 2] - [outline.radius for outline in outlines]
+    lowest = int(np.argmin(bottoms))
+    # A sole is less steep than 45 degrees from its lowest end.
+    low = np.flatnonzero(bottoms - bottoms[lowest] <= np.abs(centers[:, 0] - centers[lowest, 0]))
+    if len(low) == len(outlines):
+        return [_Place("", shapes=True)]
+    parts = [str(number) for number in range(1, len(low) + 1)] if len(low) > 1 else [""]
     return [
-        (part, limb.frame, (float(at[0]), float(at[1]), float(at[2])), False)
-        for (part, _), at in zip(ends, offsets, strict=True)
+        _Place(part, _rounded(outlines[k].place), radius=outlines[k].radius or None)
+        for part, k in zip(parts, low, strict=True)
     ]
+
+
+def _rounded(place: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = np.round(place, 4) + 0.0
+    return float(x), float(y), float(z)
 
 
 def _lowest_points(robot: Robot, data: pin.Data, limb: Limb) -> np.ndarray | None:

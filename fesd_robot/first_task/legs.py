@@ -46,8 +46,8 @@ def jump(name: str, robot: Robot, section: RobotSection, base: Base, feet: Seque
         RobotError: if no joint moves a foot.
     """
     proposals = []
-    for posture, q in _postures(robot, base, feet):
-        contacts = feet_of(robot, q, feet)
+    for posture, q, names in _postures(robot, base, feet):
+        contacts = feet_of(robot, q, names)
         legs = [leg_to(robot, contact.frame, base.names) for contact in contacts]
         height = _height(robot, q, contacts)
         values = {} if posture else _joint_values(robot, q, [j for leg in legs for j in leg.joints])
@@ -77,8 +77,12 @@ def jump(name: str, robot: Robot, section: RobotSection, base: Base, feet: Seque
     return proposals
 
 
-def _postures(robot: Robot, base: Base, feet: Sequence[str]) -> list[tuple[str, np.ndarray]]:
-    """Return the postures of the model file in which its legs are stretched, each with its name, then a found one."""
+def _postures(robot: Robot, base: Base, feet: Sequence[str]) -> list[tuple[str, np.ndarray, Sequence[str]]]:
+    """Return the postures of the model file in which its legs are stretched, then a found one.
+
+    Each comes with its name, its configuration and its feet: those of a posture of the file are guessed in it, those of
+    the found one where it began, for bending may lift a foot.
+    """
     neutral = clipped(robot, robot.neutral)
     result = []
     for name in (each for each in _POSTURES if each in robot.postures):
@@ -88,12 +92,12 @@ def _postures(robot: Robot, base: Base, feet: Sequence[str]) -> list[tuple[str, 
                 q[robot.configuration_names.index(coordinate)] = value
         legs = [leg_to(robot, contact.frame, base.names) for contact in feet_of(robot, q, feet)]
         if all(leg.joints and _reach(robot, q, leg.joints[0], leg.frame) > _LEAST_STAND * leg.length for leg in legs):
-            result.append((name, q))
+            result.append((name, q, feet))
     legs = [leg_to(robot, contact.frame, base.names) for contact in feet_of(robot, neutral, feet)]
     if not all(leg.joints and leg.length > 0 for leg in legs):
         frame = next(leg.frame for leg in legs if not (leg.joints and leg.length > 0))
         raise RobotError(f"{robot.source}: found no joint that moves the foot {frame}; name the feet by --foot")
-    return [*result, ("", standing_posture(robot, legs))]
+    return [*result, ("", standing_posture(robot, legs), list(dict.fromkeys(leg.frame for leg in legs)))]
 
 
 def _reach(robot: Robot, q: np.ndarray, hip: int, frame: str) -> float:

@@ -40,7 +40,7 @@ class Contact:
         frame: on which it is.
         offset: from the frame's origin, m.
         shapes: whether the collision shapes of the frame's body touch, instead of a point.
-        radius: of a circle about the frame that touches, m; None for a point.
+        radius: of a circle about that place, m; None for a point.
         beside: bodies that it stands for as well, because their legs move in unison.
     """
 

@@ -83,10 +83,10 @@ def _contacts(proposal: Proposal) -> list[str]:
 def _contact(contact: Contact) -> str:
     if contact.shapes:
         return f"  {_text(contact.name)}: {{body: {_text(contact.frame)}}} # its collision shapes"
+    offset = f", offset: [{', '.join(f'{value:g}' for value in contact.offset)}]" if any(contact.offset) else ""
     if contact.radius:
         frame, radius = _text(contact.frame), f"{contact.radius:g}"
-        return f"  {_text(contact.name)}: {{type: circle, frame: {frame}, radius: {radius}}} # m; it rolls"
-    offset = f", offset: [{', '.join(f'{value:g}' for value in contact.offset)}]" if any(contact.offset) else ""
+        return f"  {_text(contact.name)}: {{type: circle, frame: {frame}{offset}, radius: {radius}}} # m; it rolls"
     beside = f" # and {', '.join(contact.beside)}" if contact.beside else ""
     return f"  {_text(contact.name)}: {{frame: {_text(contact.frame)}{offset}}}{beside}"
 

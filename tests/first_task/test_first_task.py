@@ -26,6 +26,8 @@ FEET = {
     str(MODELS / "block" / "block.urdf"): {"front": "front", "hind": "rear"},
     str(MODELS / "wheel" / "wheel.urdf"): {"rim": "wheel"},
     str(MUJOCO / "hopper.xml"): {"foot_1": "foot", "foot_2": "foot"},
+    str(MUJOCO / "walker2d.xml"): {"foot_1": "foot", "foot_2": "foot"},
+    str(MUJOCO / "half_cheetah.xml"): {"front": "ffoot", "hind": "bfoot"},
     "solo12": {"front": "FL_FOOT", "hind": "HL_FOOT"},
     "a1": {"front": "FL_foot", "hind": "RL_foot"},
     "go2": {"front": "FL_foot", "hind": "RL_foot"},
