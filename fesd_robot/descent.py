@@ -47,12 +47,12 @@ def descended(
 
     Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
     (`fesd.neighbours.Pivots`), and the branch NLP is solved there from the same point. What costs less and is as true
-    takes its place.
+    takes its place. Without `solver.local_search` the contacts stay as they are, and there is the certificate alone.
 
     Args:
         solved: the motion; it stays as it is if it is not exact.
         options: of the homotopy.
-        task: its solver's tolerance, and its accuracy: what descends is refined again.
+        task: its solver's tolerance, whether contacts may change, and its accuracy: what descends is refined again.
         deadline: of the task.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the descent.
@@ -65,7 +65,7 @@ def descended(
     """
     reached(Station.CERTIFYING)
     certificate = _certificate(solved, task, deadline)
-    for _ in range(MOST_DESCENTS):
+    for _ in range(MOST_DESCENTS if task.solver.local_search else 0):
         if certificate and certificate.direction is not None:
             reached(Station.IMPROVING)
         better, followed = _better(solved, certificate, options, task, deadline, progress, stop)

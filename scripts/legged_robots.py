@@ -206,7 +206,8 @@ def page(rows: list[list[str]], solved: int, arguments: str) -> str:
         "",
         markdown_table(HEADER, rows),
         "",
-        "*Flights* are of all contacts together, *longest* is the longest of them, *in the air* how long nothing touches.",
+        "*Flights* are of all contacts together, *longest* is the longest of them, *in the air* is how long nothing "
+        "touches.",
     ]
     return "\n".join(lines)
 

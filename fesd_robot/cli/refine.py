@@ -26,15 +26,15 @@ def refine(
     """Plan the task of a plan again, changed by --set, from the plan: with its contact sequence, states and controls.
 
     On a control grid that contains that of the plan, as with twice the horizon.intervals, the motion costs no more than
-    the plan. Any other change of the task is possible, too.
+    the plan. Any other change of the task is possible, too. Contacts that cost less there are looked for with --set
+    solver.local_search=true.
     """
 
     def load() -> tuple[Task, Path]:
-        from fesd_robot.plans import read_plan, task_of
+        from fesd_robot.plans import task_to_refine
 
         file = plan.absolute()
         folder = file if file.is_dir() else file.parent
-        task = task_of(read_plan(plan), overrides=[*(overrides or []), f"solver.warm_start={file}"])
-        return task, folder.with_name(f"{folder.name}_refined") if out is None else out
+        return task_to_refine(plan, overrides or []), folder.with_name(f"{folder.name}_refined") if out is None else out
 
     planned(load, quiet)

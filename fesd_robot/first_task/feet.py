@@ -162,7 +162,7 @@ def _ends(outlines: Sequence[Outline], pose: pin.SE3) -> list[_Place]:
     parts = [str(number) for number in range(1, len(low) + 1)] if len(low) > 1 else [""]
     return [
         _Place(part, _rounded(outlines[k].place), radius=outlines[k].radius or None)
-        for part, k in zip(parts, low, strict=True)
+        for part, k in zip(parts, low.tolist(), strict=True)
     ]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from fesd_robot.plans.files import read_plan
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import Task
 from fesd_robot.task.document import override_keys
@@ -35,3 +36,17 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     except ValidationError as error:
         raise validation_error(error, origins) from error
     return task.with_origins(origins)
+
+
+def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
+    """Return the task of a plan that begins from the plan and keeps its contacts, changed.
+
+    Args:
+        path: ``plan.json`` or its folder.
+        overrides: as those of `task_of`; they go before what is kept.
+
+    Raises:
+        TaskError, PlanFileError: as those of `task_of` and `read_plan`.
+    """
+    kept = ("solver.starts=null", "solver.local_search=false")
+    return task_of(read_plan(path), overrides=[*kept, *overrides, f"solver.warm_start={path.absolute()}"])

@@ -200,7 +200,8 @@ class Solver(Section):
         default=True,
         description="Whether, once an exact motion is found, its contacts are changed one by one as long as that "
         "lowers the cost: touchdowns and take-offs an interval earlier or later, inside an interval or on its "
-        "boundary, with an impact or without; a short flight or contact left out; stick and slip swapped.",
+        "boundary, with an impact or without; a short flight or contact left out; stick and slip swapped; and "
+        "whatever a direction of descent leaves that the certificate finds.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
