@@ -31,6 +31,10 @@ from fesd_robot.strategies.deadline import Deadline
 ROUNDS = 20
 """Most refinements of a plan to one accuracy, one after the other."""
 
+ENOUGH_ROUNDS = 8
+"""Refinements after which a motion whose audit has something to spare is taken, although a local error is larger than
+asked for: errors that are not small by then, as of stiff springs or light links, cost a large problem each round."""
+
 SPARE = 0.1
 """Of its limit: an audit whose entries are all below that passes with something to spare."""
 
@@ -96,9 +100,9 @@ def refined(
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
     else holds the bounds that are violated between stages, all of them or those that are violated least, else holds
     contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
-    branch NLP again from the interpolated point. A coarse motion may do what no finer one does: where there is no
-    solution, or one that costs much more, branches near by are looked for (`repair`). A round that finds none ends it,
-    and so do `MOST_FAILURES`.
+    branch NLP again from the interpolated point. After `ENOUGH_ROUNDS` the audit alone decides whether to go on. A
+    coarse motion may do what no finer one does: where there is no solution, or one that costs much more, branches near
+    by are looked for (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact.
@@ -131,6 +135,8 @@ def _to_accuracy(
     """
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
     while solved.rounds < last:
+        if solved.rounds >= ENOUGH_ROUNDS and solved.audit.worst[0] <= SPARE:
+            break
         following = None
         for finer in _finer(solved, accuracy):
             if finer.repair and repairs == MOST_REPAIRS:
