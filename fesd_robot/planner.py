@@ -96,6 +96,8 @@ def plan(
         waiting=lambda: reached(Station.WAITING),
     )
     for overrides in _further_settings(task, attempts, stop):
+        if attempts and deadline.left <= 0:
+            break
         if attempts and retrying:
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
@@ -223,6 +225,8 @@ def _with_what_helps(
     """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
     last = plan
     for changes, changed in suggestions(task):
+        if deadline.left <= 0:
+            break
         if retrying:
             retrying(changes, last)
         settings: Overrides = {"solver.local_search": False, **time_left(deadline)}

@@ -115,16 +115,19 @@ def refined(
     continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
     best = solved
     for factor in TIGHTENED if solved.solution.exact else ():
-        solved = _to_accuracy(solved, factor * accuracy, continued)
+        solved = _to_accuracy(solved, factor * accuracy, continued, deadline)
         if factor == TIGHTENED[0] or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
-        if best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
+        if deadline.left <= 0 or best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
             break
     return best if best is solved else replace(best, rounds=solved.rounds, seconds=solved.seconds)
 
 
 def _to_accuracy(
-    solved: SolvedMotion, accuracy: float, continued: Callable[[SolvedMotion, Finer], SolvedMotion | None]
+    solved: SolvedMotion,
+    accuracy: float,
+    continued: Callable[[SolvedMotion, Finer], SolvedMotion | None],
+    deadline: Deadline,
 ) -> SolvedMotion:
     """Return an exact solution refined to an accuracy.
 
@@ -132,9 +135,10 @@ def _to_accuracy(
         solved: of a collocation scheme.
         accuracy: largest local error of an element.
         continued: solves a finer transcription.
+        deadline: of the task; no round begins after it.
     """
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
-    while solved.rounds < last:
+    while solved.rounds < last and deadline.left > 0:
         if solved.rounds >= ENOUGH_ROUNDS and solved.audit.worst[0] <= SPARE:
             break
         following = None

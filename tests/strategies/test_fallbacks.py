@@ -149,6 +149,14 @@ def test_the_time_limit_is_for_all_attempts(
     assert planned.task["solver"]["time_limit"] == short_plan.task["solver"]["time_limit"]
 
 
+def test_no_attempt_begins_after_the_time_limit(
+    monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan
+) -> None:
+    """The first is made, however short the time; equations of another are not even built when it is over."""
+    _, attempts, reported = _planned(monkeypatch, short_task, short_plan, ["infeasible", "solved"], time_limit=1e-9)
+    assert len(attempts.tasks) == 1 and reported == []
+
+
 def test_attempts_are_written_down(
     monkeypatch: pytest.MonkeyPatch, short_task: Task, short_plan: Plan, tmp_path: Path
 ) -> None:
