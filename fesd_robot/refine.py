@@ -60,6 +60,10 @@ RAISES_ORDER = 0.2
 GROSS = 1e-4
 """Local error of an element that is made smaller before others: its motion may be none."""
 
+NO_MOTION = 0.1
+"""Local error of an element, relative to the largest value of a state, above which it is none: a search with one more
+stage finds a motion sooner than refinement, which would go on for minutes and end on another branch."""
+
 GAIN_OF_A_STAGE = 100.0
 """Factor by which one more stage of all elements reduces their errors, roughly."""
 
@@ -105,7 +109,7 @@ def refined(
     by are looked for (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`.
 
     Args:
-        solved: of a collocation scheme; returned as it is if it is not exact.
+        solved: of a collocation scheme; returned as it is if it is not exact, or too coarse to be a motion at all.
         options: of the homotopy.
         accuracy: largest local error of an element, relative to one plus the largest value of each state.
         deadline: of the task.
@@ -114,7 +118,9 @@ def refined(
     """
     continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
     best = solved
-    for factor in TIGHTENED if solved.solution.exact else ():
+    if not solved.solution.exact or _is_no_motion(solved):
+        return solved
+    for factor in TIGHTENED:
         solved = _to_accuracy(solved, factor * accuracy, continued, deadline)
         if factor == TIGHTENED[0] or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
@@ -158,6 +164,12 @@ def _to_accuracy(
             break
         solved = following
     return replace(solved, seconds=solved.seconds + time.perf_counter() - begin)
+
+
+def _is_no_motion(solved: SolvedMotion) -> bool:
+    """Whether errors of elements are gross; those that cannot be estimated do not count."""
+    errors = solved.local_errors
+    return bool((errors[np.isfinite(errors)] > NO_MOTION).any())
 
 
 def _cost(solved: SolvedMotion) -> float:
