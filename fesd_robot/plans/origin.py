@@ -41,6 +41,8 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
 def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
     """Return the task of a plan that begins from the plan and keeps its contacts, changed.
 
+    The plan may be that of another start than the first, whose seed would ask for another start again.
+
     Args:
         path: ``plan.json`` or its folder.
         overrides: as those of `task_of`; they go before what is kept.
@@ -48,5 +50,5 @@ def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
     Raises:
         TaskError, PlanFileError: as those of `task_of` and `read_plan`.
     """
-    kept = ("solver.starts=null", "solver.local_search=false")
+    kept = ("solver.starts=null", "solver.seed=0", "solver.local_search=false")
     return task_of(read_plan(path), overrides=[*kept, *overrides, f"solver.warm_start={path.absolute()}"])

@@ -34,6 +34,18 @@ def test_a_plan_is_refined_beside_it(run: Callable[..., Any], folder: Path) -> N
     assert fine.task["solver"]["warm_start"] == str(folder)
 
 
+def test_a_plan_from_another_start_keeps_its_contacts_too(run: Callable[..., Any], folder: Path) -> None:
+    """The cheapest of several starts has its seed in its task; nothing is relaxed all the same."""
+    file = folder / "plan.json"
+    record = json.loads(file.read_text(encoding="utf-8"))
+    record["task"]["solver"]["seed"] = 1
+    file.write_text(json.dumps(record), encoding="utf-8")
+    outcome = run("refine", folder, "--set", "horizon.intervals=4", *BARE)
+    assert outcome.code == 0, outcome.err
+    fine = read_plan(folder.with_name("jump_refined"))
+    assert fine.status.solved and all(step.sigma == 0 for step in fine.statistics.homotopy)
+
+
 def test_plan_json_and_out_serve_as_well(run: Callable[..., Any], folder: Path, tmp_path: Path) -> None:
     """The plan may be named by its file, and the results may go anywhere."""
     outcome = run("refine", folder / "plan.json", "--out", tmp_path / "here", "--quiet", *BARE)
