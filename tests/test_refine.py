@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
 
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
@@ -30,3 +35,14 @@ def test_a_motion_that_no_finer_grid_has_leads_to_one_that_is_true() -> None:
     after = refined(before, options, 1e-7, Deadline(), None, None)
     assert after.audit.worst[0] <= SPARE and after.local_errors.max() <= 1e-7
     assert after.rounds > 0 and after.stages > before.stages
+
+
+@pytest.mark.parametrize(("errors", "none"), [([0.2, 1e-9], True), ([0.09, np.inf], False)])
+def test_what_is_no_motion_is_not_refined(errors: list[float], none: bool) -> None:
+    """An element that errs by a tenth of its states is none; one whose error cannot be estimated may be."""
+    coarse = SimpleNamespace(solution=SimpleNamespace(exact=True), local_errors=np.array(errors))
+    if none:
+        assert refined(cast(Any, coarse), cast(Any, None), 1e-7, Deadline(), None, None) is coarse
+    else:
+        with pytest.raises(AttributeError, match="rounds"):  # it goes on
+            refined(cast(Any, coarse), cast(Any, None), 1e-7, Deadline(), None, None)
