@@ -17,7 +17,6 @@ import argparse
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -45,7 +44,7 @@ from fesd_robot.task import Task, load_task
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.render.browser import Browser  # noqa: E402
+from tests.render.browser import Browser, installed  # noqa: E402
 
 PAGE = ROOT / "docs" / "results" / "gallery.md"
 PICTURES = ROOT / "docs" / "images" / "gallery"
@@ -262,7 +261,7 @@ def draw(entry: Entry) -> None:
     if plan is None:
         return
     with tempfile.TemporaryDirectory() as folder:
-        if shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome"):
+        if installed():
             bare = Path(folder) / "plan.html"
             html = (entry.folder / "plan.html").read_text(encoding="utf-8")
             bare.write_text(html.replace("</head>", WITHOUT_CAPTION, 1), encoding="utf-8")

@@ -44,12 +44,15 @@ REQUIRED = "FESD_ROBOT_REQUIRE_BROWSER"
 """Variable of the environment that makes a missing browser a failure."""
 
 
+def installed() -> str | None:
+    """Return the browser's path; None without one."""
+    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
 def chromium() -> str:
     """Return the browser's path; without one skip the test, or fail if a browser is required."""
-    for name in ("chromium", "chromium-browser", "google-chrome"):
-        path = shutil.which(name)
-        if path:
-            return path
+    if path := installed():
+        return path
     if os.environ.get(REQUIRED):
         pytest.fail(f"{NOT_FOUND}, and {REQUIRED} is set: {INSTALL}", pytrace=False)
     pytest.skip(NOT_FOUND)
