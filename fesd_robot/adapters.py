@@ -77,7 +77,10 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
     friction = {contact.name: contact.friction for contact in motion.contacts}
     matrix = motion.actuation.matrix
-    return NumericPhysics(motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()))
+    in_space = any(contact.in_space for contact in motion.contacts)
+    return NumericPhysics(
+        motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()), in_space=in_space
+    )
 
 
 def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: Branch) -> PhysicalMotion:
@@ -302,20 +305,21 @@ def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
 def _full_model(motion: MotionProblem) -> FullModel:
     section, contacts = motion.task.robot, [contact.name for contact in motion.contacts]
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
-    return FullModel(motion.robot, _full_robot(motion), section.locked, section.coupled, scene)
+    in_space = any(contact.in_space for contact in motion.contacts)
+    return FullModel(motion.robot, _full_robot(motion), section.locked, section.coupled, scene, in_space=in_space)
 
 
 def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:
-    """Return q, v, u and f, (n_c, 2), of every sample of a plan."""
+    """Return q, v, u and f, (n_c, rows), of every sample of a plan."""
     trajectory, interval, robot = plan.trajectory, control_interval(plan), motion.robot
     contacts = [plan.contacts[contact.name] for contact in motion.contacts]
-    forces = np.array([(contact.normal_force, contact.tangential_force) for contact in contacts])
+    forces = np.stack([contact.force for contact in contacts], axis=1)
     return list(
         zip(
             np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),
             np.column_stack([trajectory.velocity[name] for name in robot.velocity_names]),
             np.array([plan.controls[name][interval] for name in motion.actuation.names]).reshape(-1, len(interval)).T,
-            np.moveaxis(forces, -1, 0),
+            forces,
             strict=True,
         )
     )

@@ -7,6 +7,7 @@ from typing import Literal
 
 import casadi as ca
 
+from fesd_robot.complementarity.branch import ActiveFactor
 from fesd_robot.complementarity.labels import Label
 from fesd_robot.errors import DimensionError, ModelError
 
@@ -41,6 +42,12 @@ class Complementarity:
         left_boundary_only: within a finite element hold the condition for G at the left boundary only.
         stages_only: within a finite element hold the condition for G at the stages only, where G is a function of the
             algebraic variables, too.
+        companions: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
+            H at zero holds them there, too, and leaves those rows out.
+        together: of the conditions of a contact with this H and a G of their own either all G are the active factor or
+            all H: parts of a vector that vanishes.
+        met_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has that
+            active factor, a smooth problem does not hold this one again.
         share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds up to
             that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
             vanish whatever G is.
@@ -62,6 +69,9 @@ class Complementarity:
     invariant: bool = False
     left_boundary_only: bool = False
     stages_only: bool = False
+    companions: tuple[ca.SX, ...] = ()
+    together: bool = False
+    met_by: tuple[tuple[str, ActiveFactor], ...] = ()
     share: bool = False
 
     def __post_init__(self) -> None:

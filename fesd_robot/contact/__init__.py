@@ -12,9 +12,10 @@ from fesd_robot.contact.geometry import (
     Scene,
     TwoBodies,
     contact_of,
+    needs_space,
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
-from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
 from fesd_robot.contact.modes import ContactMode, contact_modes, joint_modes
 from fesd_robot.contact.points import point_contact
 
@@ -22,13 +23,13 @@ __all__ = [
     "CircleOnBox",
     "CircleOnCircle",
     "CircleOnSurface",
+    "Contact",
     "ContactGeometry",
     "ContactMode",
     "ContactOptions",
     "ContactSystem",
     "Ground",
     "MultibodyDynamics",
-    "PlanarContact",
     "Plane",
     "PointOnSurface",
     "Profile",
@@ -42,6 +43,7 @@ __all__ = [
     "contact_of",
     "contact_system",
     "joint_modes",
+    "needs_space",
     "point_contact",
     "two_circles_contact",
 ]

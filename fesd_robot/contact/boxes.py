@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.contact.circles import COINCIDENCE
-from fesd_robot.contact.model import PlanarContact
+from fesd_robot.contact.model import Contact
 from fesd_robot.contact.points import planar_frame
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, frame_placement
@@ -24,7 +24,7 @@ def circle_box_contact(
     radius: float,
     size: tuple[float, float],
     friction: float,
-) -> PlanarContact:
+) -> Contact:
     """Return gap, normal and tangent directions of a circle and a box, each turning with its frame.
 
     f_c(q) = |max(|d| - s/2, 0)| + min(max(|d_x| - s_x/2, |d_z| - s_z/2), 0) - r with the centre d of the circle in the
@@ -59,11 +59,11 @@ def circle_box_contact(
     jacobian = first[1] - second[1]
     across = n_x * reach[1] - n_z * reach[0]
     along = n_z * reach[1] + n_x * reach[0]
-    return PlanarContact(
+    return Contact(
         name=name,
         gap=distance - radius,
         normal=ca.densify(ca.mtimes(jacobian.T, ca.vertcat(n_x, ca.SX(1, 1), n_z)) - across * second[2].T),
-        tangent=ca.densify(
+        tangents=ca.densify(
             ca.mtimes(jacobian.T, ca.vertcat(n_z, ca.SX(1, 1), -n_x)) - radius * first[2].T - along * second[2].T
         ),
         friction=friction,

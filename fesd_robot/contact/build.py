@@ -8,7 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
 from fesd_robot.contact.multipliers import multiplier_contact_system
 from fesd_robot.contact.steps import step_contact_system
 from fesd_robot.errors import OptionError
@@ -16,11 +16,11 @@ from fesd_robot.errors import OptionError
 
 def contact_system(
     dynamics: MultibodyDynamics,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
 ) -> ContactSystem:
-    """Return rigid-body motion with planar contacts in the form that `options` names.
+    """Return rigid-body motion with contacts in the form that `options` names.
 
     Args:
         dynamics, contacts: of the robot, (n_c) contacts.
@@ -28,11 +28,14 @@ def contact_system(
         parameters: SX symbols that costs and constraints will use, constant on each control interval.
 
     Raises:
-        OptionError: the multiplier form with a gap that is not integrated, or dry friction of joints in the step form.
+        OptionError: the multiplier form with a gap that is not integrated; dry friction of joints or contact in space
+            in the step form.
     """
     if options.form == "steps" and dynamics.dry_friction:
         joints = ", ".join(dynamics.dry_friction)
         raise OptionError(f"dry friction of joints ({joints}) needs the form 'multipliers', found 'steps'")
+    if options.form == "steps" and any(contact.in_space for contact in contacts):
+        raise OptionError("contact in space needs the form 'multipliers', found 'steps'")
     if options.form == "steps":
         return _with_gaps_bounded(step_contact_system(dynamics, contacts, options, parameters), dynamics)
     if options.gap != "integrated":

@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 
 from fesd_robot.contact.ground import Ground
-from fesd_robot.contact.model import PlanarContact
-from fesd_robot.contact.points import planar_frame, surface_at
-from fesd_robot.robot import Robot
+from fesd_robot.contact.model import Contact
+from fesd_robot.contact.points import lateral_axis, planar_frame, surface_at
+from fesd_robot.robot import Robot, frame_jacobian, frame_placement
 
 COINCIDENCE = 1e-8
 """Share of r_1 + r_2 that is added to the distance of two centres, in squares: below round-off where circles touch,
@@ -15,9 +15,17 @@ and a derivative where centres coincide."""
 
 
 def circle_contact(
-    robot: Robot, configuration: ca.SX, path: Ground, *, name: str, frame: str, radius: float, friction: float
-) -> PlanarContact:
-    """Return gap, normal and tangent directions of a circle that turns with a frame, over a surface.
+    robot: Robot,
+    configuration: ca.SX,
+    path: Ground,
+    *,
+    name: str,
+    frame: str,
+    radius: float,
+    friction: float,
+    in_space: bool = False,
+) -> Contact:
+    """Return gap, normal and tangents of a circle, in space of a ball, that turns with a frame, over a surface.
 
     f_c(q) = f_r(p(q)), J_n = J_p^T grad f_r, J_t = J_p^T t - r J_w with the surface f_r on which the centre p runs and
     the Jacobian J_w of the angle about +y: the point that touches, at -r n, has the velocity p' + w x (-r n).
@@ -28,17 +36,38 @@ def circle_contact(
         frame: name of the frame about whose origin the circle lies.
         radius: m.
         friction: coefficient mu.
+        in_space: whether it is a ball, which has two tangents.
 
     Raises:
-        RobotError: the frame can move or turn out of the x-z plane.
+        RobotError: the frame of a circle can move or turn out of the x-z plane.
     """
+    if in_space:
+        return _ball_contact(robot, configuration, path, name=name, frame=frame, radius=radius, friction=friction)
     center, jacobian, turning = planar_frame(robot, configuration, frame, name=name, turning=True)
     gap, normal, tangent = surface_at(path, center)
-    return PlanarContact(
+    return Contact(
         name=name,
         gap=gap,
         normal=ca.densify(ca.mtimes(jacobian.T, normal)),
-        tangent=ca.densify(ca.mtimes(jacobian.T, tangent) - radius * turning.T),
+        tangents=ca.densify(ca.mtimes(jacobian.T, tangent) - radius * turning.T),
+        friction=friction,
+    )
+
+
+def _ball_contact(
+    robot: Robot, configuration: ca.SX, path: Ground, *, name: str, frame: str, radius: float, friction: float
+) -> Contact:
+    """The same in space: J_tk = J_p^T t_k - r J_w^T (n x t_k), where n x t_1 = t_2 and n x t_2 = -t_1."""
+    _, center = frame_placement(robot, configuration, frame)
+    jacobian = frame_jacobian(robot, configuration, frame)
+    gap, normal, tangent = surface_at(path, center)
+    tangents, turned = ca.horzcat(tangent, lateral_axis()), ca.horzcat(lateral_axis(), -tangent)
+    moving = ca.mtimes(jacobian[:3, :].T, tangents) - radius * ca.mtimes(jacobian[3:, :].T, turned)
+    return Contact(
+        name=name,
+        gap=gap,
+        normal=ca.densify(ca.mtimes(jacobian[:3, :].T, normal)),
+        tangents=ca.densify(moving),
         friction=friction,
     )
 
@@ -51,7 +80,7 @@ def two_circles_contact(
     frames: tuple[str, str],
     radii: tuple[float, float],
     friction: float,
-) -> PlanarContact:
+) -> Contact:
     """Return gap, normal and tangent directions of two circles that turn with their frames.
 
     f_c(q) = |d| - r_1 - r_2 with d = p_1 - p_2 in the x-z plane, n = d / |d|, t = (n_z, -n_x), J_n = (J_1 - J_2)^T n,
@@ -72,10 +101,10 @@ def two_circles_contact(
     length = ca.sqrt(apart[0] ** 2 + apart[2] ** 2 + (COINCIDENCE * reach) ** 2)
     x, z = apart[0] / length, apart[2] / length
     turning = radii[0] * first[2] + radii[1] * second[2]
-    return PlanarContact(
+    return Contact(
         name=name,
         gap=length - reach,
         normal=ca.densify(ca.mtimes(jacobian.T, ca.vertcat(x, ca.SX(1, 1), z))),
-        tangent=ca.densify(ca.mtimes(jacobian.T, ca.vertcat(z, ca.SX(1, 1), -x)) - turning.T),
+        tangents=ca.densify(ca.mtimes(jacobian.T, ca.vertcat(z, ca.SX(1, 1), -x)) - turning.T),
         friction=friction,
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from fesd_robot.contact.model import ContactOptions, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, ContactOptions, MultibodyDynamics
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,7 @@ class FreezingState:
     control_names: list[str]
 
 
-def freezing_state(
-    dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact], options: ContactOptions
-) -> FreezingState:
+def freezing_state(dynamics: MultibodyDynamics, contacts: Sequence[Contact], options: ContactOptions) -> FreezingState:
     """Return the symbols of the time-freezing system.
 
     Args:
@@ -58,7 +56,7 @@ def freezing_state(
 
 
 def stabilised_normal_velocities(
-    dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact], options: ContactOptions, symbols: FreezingState
+    dynamics: MultibodyDynamics, contacts: Sequence[Contact], options: ContactOptions, symbols: FreezingState
 ) -> list[ca.SX]:
     """Return the stabilised normal velocity of every contact: J_n v, or J_n v + kappa (f_c - p) with an integrated gap.
 
@@ -83,32 +81,33 @@ def stabilised_normal_velocities(
 
 def freezing_dynamics(
     dynamics: MultibodyDynamics,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     options: ContactOptions,
     symbols: FreezingState,
     theta_ode: ca.SX,
-    multipliers: Sequence[tuple[ca.SX, ca.SX]],
+    multipliers: Sequence[AuxiliaryMultipliers],
 ) -> tuple[ca.SX, ca.SX]:
     """Return mass matrix and right-hand side, E y' = f.
 
     ``y' = theta_ODE s (dq/dt, M^-1 (B u - h), 1, J_n v + kappa (f_c - p)) + sum_c (theta_+ f_+ + theta_- f_-)`` with
-    ``f_+ = (0, M^-1 (J_n - mu J_t) a_n, 0, 0)`` and ``f_- = (0, M^-1 (J_n + mu J_t) a_n, 0, 0)``. E carries the mass
-    matrix, so that M is never inverted.
+    ``f_+ = (0, M^-1 (J_n - mu J_t) a_n, 0, 0)`` and ``f_- = (0, M^-1 (J_n + mu J_t) a_n, 0, 0)``; in space they push
+    with ``beta J_n + mu sum_k (theta_k- - theta_k+) J_tk``. E carries the mass matrix, so that M is never inverted.
 
     Args:
         dynamics, contacts, options: as in `freezing_state`.
         symbols: of the system.
         theta_ode: Filippov multiplier of the free motion, SX scalar.
-        multipliers: (theta_+, theta_-) of every contact; plus belongs to J_t v > 0.
+        multipliers: of every contact.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 3; the integrated gap is ours.
     """
     rate = theta_ode * symbols.speed
     push = ca.SX.zeros(dynamics.velocity.numel())
-    for contact, (plus, minus) in zip(contacts, multipliers, strict=True):
-        push += (plus + minus) * contact.normal
+    for contact, own in zip(contacts, multipliers, strict=True):
+        push += own.normal * contact.normal
         if contact.friction > 0:
-            push += contact.friction * (minus - plus) * contact.tangent
+            for direction, share in zip(contact.directions, own.tangential, strict=True):
+                push += contact.friction * share * direction
     gap_rates = []
     if symbols.gaps.numel():
         gap_rates = [rate * velocity for velocity in stabilised_normal_velocities(dynamics, contacts, options, symbols)]

@@ -10,8 +10,8 @@ import casadi as ca
 from fesd_robot.contact.boxes import circle_box_contact
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
 from fesd_robot.contact.ground import Ground
-from fesd_robot.contact.model import PlanarContact
-from fesd_robot.contact.points import point_contact
+from fesd_robot.contact.model import Contact
+from fesd_robot.contact.points import leaves_plane, point_contact
 from fesd_robot.robot import Robot
 
 
@@ -80,19 +80,28 @@ class Scene:
 
 
 def contact_of(
-    robot: Robot, configuration: ca.SX, geometry: ContactGeometry, *, name: str, friction: float
-) -> PlanarContact:
+    robot: Robot, configuration: ca.SX, geometry: ContactGeometry, *, name: str, friction: float, in_space: bool = False
+) -> Contact:
     """Return gap, normal and tangent directions of a geometry as expressions.
 
     Args:
         configuration: q, SX symbols (n_q).
         friction: coefficient mu.
+        in_space: whether the contact may slip in two directions; a circle is a ball then.
 
     Raises:
         RobotError: a frame of the geometry can leave the x-z plane.
     """
     if isinstance(geometry, PointOnSurface):
-        return point_contact(robot, configuration, geometry.surface, name=name, frame=geometry.frame, friction=friction)
+        return point_contact(
+            robot,
+            configuration,
+            geometry.surface,
+            name=name,
+            frame=geometry.frame,
+            friction=friction,
+            in_space=in_space,
+        )
     if isinstance(geometry, CircleOnSurface):
         return circle_contact(
             robot,
@@ -102,6 +111,7 @@ def contact_of(
             frame=geometry.frame,
             radius=geometry.radius,
             friction=friction,
+            in_space=in_space,
         )
     if isinstance(geometry, CircleOnBox):
         return circle_box_contact(
@@ -120,4 +130,18 @@ def contact_of(
         frames=(geometry.frame, geometry.other_frame),
         radii=(geometry.radius, geometry.other_radius),
         friction=friction,
+    )
+
+
+def needs_space(robot: Robot, configuration: ca.SX, geometries: Mapping[str, ContactGeometry]) -> bool:
+    """Return whether a robot touches surfaces out of the x-z plane, so that its contacts slip in two directions.
+
+    Args:
+        configuration: q, SX symbols (n_q).
+        geometries: name of a contact -> its geometry.
+    """
+    return any(
+        leaves_plane(robot, configuration, geometry.frame, turning=isinstance(geometry, CircleOnSurface))
+        for geometry in geometries.values()
+        if not isinstance(geometry, TwoBodies)
     )

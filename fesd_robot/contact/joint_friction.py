@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.contact.kinds import BACKWARDS, FORWARDS
 from fesd_robot.contact.model import ContactSystem, MultibodyDynamics
-from fesd_robot.contact.velocities import BACKWARDS, FORWARDS
 
 FRICTION_ALONG_MOTION = "dry friction along the motion"
 """Kind of the vanishing constraints of a joint's dry friction; their subjects are directions of motion."""

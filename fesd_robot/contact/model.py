@@ -43,13 +43,15 @@ class MultibodyDynamics:
 
 
 @dataclass(frozen=True)
-class PlanarContact:
-    """A contact in the plane.
+class Contact:
+    """A contact, in the plane or in space.
 
     Attributes:
         name: of the contact.
         gap: f_c(q), m, SX scalar.
-        normal, tangent: J_n and J_t in velocity space, SX (n_v): df_c/dt = J_n v; J_t v is the tangential velocity.
+        normal: J_n in velocity space, SX (n_v): df_c/dt = J_n v.
+        tangents: J_t^T in velocity space, SX (n_v, n_t), one column a direction: one in the plane, two at right angles
+            in space; J_t v is the tangential velocity, (n_t).
         friction: coefficient mu of Coulomb's law.
         slip_distance: length of the path, m, that it may slip while the clock runs: 0 if it may not, infinite without a
             limit.
@@ -58,14 +60,51 @@ class PlanarContact:
     name: str
     gap: ca.SX
     normal: ca.SX
-    tangent: ca.SX
+    tangents: ca.SX
     friction: float
     slip_distance: float = math.inf
+
+    @property
+    def directions(self) -> list[ca.SX]:
+        """The columns of `tangents`, (n_v) each."""
+        return list(ca.horzsplit(self.tangents))
+
+    @property
+    def in_space(self) -> bool:
+        """Whether it may slip in two directions."""
+        return self.tangents.shape[1] == 2
+
+    def tangential_velocities(self, velocity: ca.SX) -> list[ca.SX]:
+        """Return J_t v, m/s, one SX scalar a direction."""
+        return [ca.dot(direction, velocity) for direction in self.directions]
 
     @property
     def limits_slip(self) -> bool:
         """Whether it may slip, but not without end."""
         return 0 < self.slip_distance < math.inf
+
+
+@dataclass(frozen=True)
+class AuxiliaryMultipliers:
+    """Filippov multipliers of a contact's auxiliary fields.
+
+    Attributes:
+        sides: (theta_+, theta_-) of every tangential direction, SX in z; plus belongs to J_t v > 0. All pairs have the
+            same sum beta.
+    """
+
+    sides: tuple[tuple[ca.SX, ca.SX], ...]
+
+    @property
+    def normal(self) -> ca.SX:
+        """beta: what pushes along the normal."""
+        plus, minus = self.sides[0]
+        return plus + minus
+
+    @property
+    def tangential(self) -> list[ca.SX]:
+        """theta_- - theta_+ of every direction: what pushes along it, in units of mu."""
+        return [minus - plus for plus, minus in self.sides]
 
 
 @dataclass(frozen=True)
@@ -101,7 +140,7 @@ class ContactSystem:
     Attributes:
         system: the complementarity system.
         theta_ode: Filippov multiplier of free motion, SX in z; zero while the clock stands still.
-        theta_auxiliary: (plus, minus) multipliers of each contact's auxiliary fields, SX in z.
+        theta_auxiliary: multipliers of each contact's auxiliary fields.
         clock_rate: theta_ode * s = dt/dtau.
         theta_error: largest deviation of the multipliers from their definition; for one contact this is
             |theta_ODE + theta_+ + theta_- - 1|.
@@ -113,7 +152,7 @@ class ContactSystem:
 
     system: ComplementaritySystem
     theta_ode: ca.SX
-    theta_auxiliary: list[tuple[ca.SX, ca.SX]]
+    theta_auxiliary: list[AuxiliaryMultipliers]
     clock_rate: ca.SX
     theta_error: ca.SX
     integrated_gap: bool

@@ -7,15 +7,16 @@ from enum import Enum
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.contact.joint_friction import FRICTION_ALONG_MOTION
-from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
-from fesd_robot.contact.velocities import (
+from fesd_robot.contact.kinds import (
     BACKWARDS,
     FORCE_AT_A_DISTANCE,
     FORCE_WHILE_PARTING,
     FORWARDS,
     FRICTION_ALONG_SLIDING,
     MOTION_DURING_IMPACT,
+    SLIDING_INSIDE_CONE,
 )
+from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
 from fesd_robot.dcs import ABOVE, BELOW
 
 Active = Mapping[tuple[str, str], ActiveFactor]
@@ -36,7 +37,12 @@ class ContactMode(str, Enum):
     SLIP_BACKWARDS = "slip-"
     """Closed, and moving against the tangent."""
     SLIP = "slip"
-    """Closed without friction: the branch leaves the tangential velocity open."""
+    """Closed without friction, or in space: the branch leaves the direction of the tangential velocity open."""
+
+    @property
+    def slipping(self) -> ContactMode:
+        """The mode while the clock runs: an impact slips."""
+        return ContactMode.SLIP if self is ContactMode.IMPACT else self
 
     @property
     def without_direction(self) -> ContactMode:
@@ -88,6 +94,9 @@ def _by_multipliers(active: Active) -> ContactMode:
         return ContactMode.FLIGHT
     if active[MOTION_DURING_IMPACT, ""] is ActiveFactor.COMPLEMENT:
         return ContactMode.IMPACT
+    inside = active.get((SLIDING_INSIDE_CONE, FORWARDS))
+    if inside is not None:
+        return ContactMode.SLIP if inside is ActiveFactor.H else ContactMode.STICK
     backwards, forwards = (active.get((FRICTION_ALONG_SLIDING, direction)) for direction in (BACKWARDS, FORWARDS))
     if backwards is None:
         return ContactMode.SLIP

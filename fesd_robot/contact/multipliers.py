@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -15,19 +16,20 @@ from fesd_robot.contact.freezing import (
     stabilised_normal_velocities,
 )
 from fesd_robot.contact.joint_friction import with_dry_friction
-from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.kinds import FORCE_AT_A_DISTANCE
+from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, ContactOptions, ContactSystem, MultibodyDynamics
 from fesd_robot.contact.slip_distance import limit_slip_distances
-from fesd_robot.contact.velocities import FORCE_AT_A_DISTANCE, velocity_conditions
+from fesd_robot.contact.velocities import velocity_conditions
 from fesd_robot.dcs import ComplementaritySystem
 
 
 def multiplier_contact_system(
     dynamics: MultibodyDynamics,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
 ) -> ContactSystem:
-    """Return rigid-body motion with planar contacts whose variables are Filippov multipliers.
+    """Return rigid-body motion with contacts whose variables are Filippov multipliers.
 
     With beta = theta_+ + theta_-, its complement 1 - beta >= 0 and theta_ODE = prod_c (1 - beta_c), the step logic of
     gap p >= 0, normal velocity J_n v and tangential velocity J_t v says, for every contact and between all points of a
@@ -57,36 +59,27 @@ def multiplier_contact_system(
     (arXiv 2111.06759, section 3).
     """
     symbols = freezing_state(dynamics, contacts, options)
-    names: list[str] = []
-    variables: list[ca.SX] = []
-    upper: list[float] = []
-    conditions: list[Complementarity] = []
-    complements: list[ca.SX] = []
-    lifted: list[tuple[str, ca.SX, ca.SX]] = []
-    multipliers: list[tuple[ca.SX, ca.SX]] = []
-    exact = ca.SX(1)
     velocities = stabilised_normal_velocities(dynamics, contacts, options, symbols)
-    for i, (gap, velocity, contact) in enumerate(zip(ca.vertsplit(symbols.gaps), velocities, contacts, strict=True)):
-        plus, minus = ca.SX.sym(f"theta_plus{i}"), ca.SX(0)
-        beta, complement, bounds = plus, 1 - plus, [1.0]
-        variables.append(plus)
-        names.append(f"theta_+[{contact.name}]")
-        if contact.friction > 0:
-            minus, complement = ca.SX.sym(f"theta_minus{i}"), ca.SX.sym(f"complement{i}")
-            beta, bounds = plus + minus, [np.inf, np.inf]
-            variables.append(minus)
-            names.append(f"theta_-[{contact.name}]")
-            lifted.append((f"1 - beta[{contact.name}]", complement, 1 - beta))
+    fields = [_auxiliary_fields(i, contact) for i, contact in enumerate(contacts)]
+    conditions: list[Complementarity] = []
+    exact = ca.SX(1)
+    for gap, velocity, contact, own in zip(ca.vertsplit(symbols.gaps), velocities, contacts, fields, strict=True):
         label = Label(FORCE_AT_A_DISTANCE, contact=contact.name)
-        conditions.append(Complementarity(label, gap, beta, vanishing=True, invariant=True))
-        conditions += velocity_conditions(dynamics, contact, velocity, beta, complement, (plus, minus))
-        upper += bounds
-        multipliers.append((plus, minus))
-        complements.append(complement)
-        exact *= 1 - beta
-    theta_ode, products = free_flow_multiplier(complements)
-    lifted += products
+        about = [
+            Complementarity(label, gap, own.beta, vanishing=True, invariant=True),
+            *velocity_conditions(
+                dynamics, contact, velocity, own.beta, own.complement, own.multipliers, unused=own.unused
+            ),
+        ]
+        conditions += [replace(one, companions=own.companions) if one.H is own.beta else one for one in about]
+        exact *= 1 - own.beta
+    multipliers = [own.multipliers for own in fields]
+    theta_ode, products = free_flow_multiplier([own.complement for own in fields])
     mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, multipliers)
+    names = [name for own in fields for name in own.names]
+    variables = [variable for own in fields for variable in own.variables]
+    lifted = [*(entry for own in fields for entry in own.lifted), *products]
+    at_rest = [value for own in fields for value in own.lifted_in_flight] + [1.0] * len(products)
     n_theta, n_lifted, n_products, nothing = len(variables), len(lifted), len(products), ca.SX(0, 1)
     system = ComplementaritySystem(
         state=symbols.state,
@@ -97,9 +90,9 @@ def multiplier_contact_system(
         right_hand_side=right_hand_side,
         residual=ca.vertcat(nothing, *[symbol - definition for _, symbol, definition in lifted]),
         algebraic_lower=np.append(np.zeros(n_theta + n_lifted - n_products), np.full(n_products, -np.inf)),
-        algebraic_upper=np.concatenate([upper, np.full(n_lifted, np.inf)]),
+        algebraic_upper=np.concatenate([*(own.upper for own in fields), np.full(n_lifted, np.inf)]),
         regularisation=ca.SX(0),
-        guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), np.ones(n_lifted)]),
+        guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), at_rest]),
         state_names=symbols.state_names,
         control_names=symbols.control_names,
         algebraic_names=[*names, *(name for name, _, _ in lifted)],
@@ -115,3 +108,70 @@ def multiplier_contact_system(
         gap_lower=0.0,
     )
     return limit_slip_distances(with_dry_friction(contact_system, dynamics), dynamics, contacts)
+
+
+@dataclass(frozen=True)
+class _AuxiliaryFields:
+    """Variables of one contact.
+
+    Attributes:
+        names, variables, upper: of the multipliers, one an entry.
+        lifted: (name, symbol, definition) of further variables; `lifted_in_flight`: their values there.
+        multipliers, beta, complement: what the contact logic is made of.
+        unused: part of the friction cone that is not used; None in the plane.
+        companions: variables that vanish with beta by the rows of the lifted ones.
+    """
+
+    names: list[str]
+    variables: list[ca.SX]
+    upper: list[float]
+    lifted: list[tuple[str, ca.SX, ca.SX]]
+    lifted_in_flight: list[float]
+    multipliers: AuxiliaryMultipliers
+    beta: ca.SX
+    complement: ca.SX
+    unused: ca.SX | None = None
+    companions: tuple[ca.SX, ...] = ()
+
+
+def _auxiliary_fields(i: int, contact: Contact) -> _AuxiliaryFields:
+    plus = ca.SX.sym(f"theta_plus{i}")
+    if contact.friction == 0:
+        none = tuple((plus, ca.SX(0)) for _ in contact.directions)
+        multipliers = AuxiliaryMultipliers(none)
+        return _AuxiliaryFields([f"theta_+[{contact.name}]"], [plus], [1.0], [], [], multipliers, plus, 1 - plus)
+    minus, complement = ca.SX.sym(f"theta_minus{i}"), ca.SX.sym(f"complement{i}")
+    beta = plus + minus
+    planar = _AuxiliaryFields(
+        names=[f"theta_+[{contact.name}]", f"theta_-[{contact.name}]"],
+        variables=[plus, minus],
+        upper=[np.inf, np.inf],
+        lifted=[(f"1 - beta[{contact.name}]", complement, 1 - beta)],
+        lifted_in_flight=[1.0],
+        multipliers=AuxiliaryMultipliers(((plus, minus),)),
+        beta=beta,
+        complement=complement,
+    )
+    return _in_space(planar, i, contact.name) if contact.in_space else planar
+
+
+def _in_space(planar: _AuxiliaryFields, i: int, name: str) -> _AuxiliaryFields:
+    """Return the variables of a contact with a second pair of multipliers across the first, and the cone."""
+    left, right, unused = (ca.SX.sym(f"{what}{i}") for what in ("theta_left", "theta_right", "unused"))
+    multipliers = AuxiliaryMultipliers((*planar.multipliers.sides, (left, right)))
+    along, across = multipliers.tangential
+    return replace(
+        planar,
+        names=[*planar.names, f"theta_left[{name}]"],
+        variables=[*planar.variables, left],
+        upper=[*planar.upper, np.inf],
+        lifted=[
+            *planar.lifted,
+            (f"theta_right[{name}]", right, planar.beta - left),
+            (f"unused friction[{name}]", unused, planar.beta**2 - along**2 - across**2),
+        ],
+        lifted_in_flight=[*planar.lifted_in_flight, 0.0, 0.0],
+        multipliers=multipliers,
+        unused=unused,
+        companions=(left, right, unused),
+    )

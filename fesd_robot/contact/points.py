@@ -6,33 +6,47 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.contact.ground import Ground
-from fesd_robot.contact.model import PlanarContact
+from fesd_robot.contact.model import Contact
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
 
 
 def point_contact(
-    robot: Robot, configuration: ca.SX, ground: Ground, *, name: str, frame: str, friction: float
-) -> PlanarContact:
+    robot: Robot,
+    configuration: ca.SX,
+    ground: Ground,
+    *,
+    name: str,
+    frame: str,
+    friction: float,
+    in_space: bool = False,
+) -> Contact:
     """Return gap, normal and tangent directions of the origin of a frame over the ground.
 
-    f_c(q) = f(p(q)), J_n = J_p^T grad f, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin.
+    f_c(q) = f(p(q)), J_n = J_p^T grad f, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin. In
+    space the second tangent is the world's y axis, along which no ground varies.
 
     Args:
         configuration: q, SX symbols (n_q).
         frame: name of the frame whose origin touches.
         friction: coefficient mu.
+        in_space: whether the contact has two tangents.
 
     Raises:
         RobotError: the frame can move out of the x-z plane, where planar friction would be wrong.
     """
-    position, jacobian, _ = planar_frame(robot, configuration, frame, name=name)
+    if in_space:
+        _, position = frame_placement(robot, configuration, frame)
+        jacobian = frame_jacobian(robot, configuration, frame)[:3, :]
+    else:
+        position, jacobian, _ = planar_frame(robot, configuration, frame, name=name)
     gap, normal, tangent = surface_at(ground, position)
-    return PlanarContact(
+    tangents = [tangent, lateral_axis()] if in_space else [tangent]
+    return Contact(
         name=name,
         gap=gap,
         normal=ca.densify(ca.mtimes(jacobian.T, normal)),
-        tangent=ca.densify(ca.mtimes(jacobian.T, tangent)),
+        tangents=ca.densify(ca.mtimes(jacobian.T, ca.horzcat(*tangents))),
         friction=friction,
     )
 
@@ -53,7 +67,7 @@ def planar_frame(
     jacobian = frame_jacobian(robot, configuration, frame)
     if not _vanishes(jacobian[1, :]):
         raise RobotError(
-            f"contact '{name}': frame '{frame}' can leave the x-z plane, but contact is planar; "
+            f"contact '{name}': frame '{frame}' can leave the x-z plane, but this contact is planar; "
             "use a robot whose root and joints keep this frame in that plane (fesd-robot robots MODEL "
             "--sagittal proposes what to lock)"
         )
@@ -71,6 +85,22 @@ def surface_at(ground: Ground, position: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     if isinstance(normal, np.ndarray):
         return gap, _constant(normal), _constant(tangent)
     return ca.cse([gap, normal, tangent])
+
+
+def leaves_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: bool) -> bool:
+    """Return whether a frame can leave the x-z plane, or turn out of it where that matters.
+
+    Args:
+        configuration: q, SX symbols (n_q).
+        turning: whether turning matters.
+    """
+    jacobian = frame_jacobian(robot, configuration, frame)
+    return not all(_vanishes(jacobian[row, :]) for row in ((1, 3, 5) if turning else (1,)))
+
+
+def lateral_axis() -> ca.SX:
+    """Return the world's y axis, (3)."""
+    return _constant(np.array([0.0, 1.0, 0.0]))
 
 
 def _constant(vector: np.ndarray) -> ca.SX:

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.contact.model import ContactSystem, MultibodyDynamics, PlanarContact
-from fesd_robot.contact.velocities import BACKWARDS, FORWARDS
+from fesd_robot.contact.kinds import BACKWARDS, FORWARDS
+from fesd_robot.contact.model import Contact, ContactSystem, MultibodyDynamics
 
 SLIP_SPEED = "slip speed"
 """Kind of the vanishing constraints that bound the slip speed from below."""
@@ -20,7 +20,7 @@ REGULARISATION_WEIGHT = 1e-3
 
 
 def limit_slip_distances(
-    contact_system: ContactSystem, dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]
+    contact_system: ContactSystem, dynamics: MultibodyDynamics, contacts: Sequence[Contact]
 ) -> ContactSystem:
     """Return the contact system with a slip distance d as one more state for every contact that limits it.
 
@@ -41,8 +41,8 @@ def limit_slip_distances(
     distances, speeds = ca.SX.sym("d", count), ca.SX.sym("w", count)
     conditions = []
     for (i, contact), speed in zip(limited, ca.vertsplit(speeds), strict=True):
-        beta = sum(contact_system.theta_auxiliary[i], ca.SX(0))
-        tangential_velocity = ca.dot(contact.tangent, dynamics.velocity)
+        beta = contact_system.theta_auxiliary[i].normal
+        (tangential_velocity,) = contact.tangential_velocities(dynamics.velocity)
         conditions += [
             Complementarity(
                 Label(SLIP_SPEED, direction, contact.name),

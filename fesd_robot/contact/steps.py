@@ -15,7 +15,7 @@ from fesd_robot.contact.freezing import (
     freezing_state,
     stabilised_normal_velocities,
 )
-from fesd_robot.contact.model import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, ContactOptions, ContactSystem, MultibodyDynamics
 from fesd_robot.contact.velocities import velocity_conditions
 from fesd_robot.dcs import Model, StepFunctions, heaviside
 
@@ -26,7 +26,7 @@ STEPS = (GAP, NORMAL_VELOCITY, TANGENTIAL_VELOCITY)
 
 def step_contact_system(
     dynamics: MultibodyDynamics,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
 ) -> ContactSystem:
@@ -72,14 +72,15 @@ def step_contact_system(
         if contact.friction > 0:
             sliding = ca.SX.sym(f"alpha_t{i}")
             alpha.append(sliding)
-            switching.append(gate * ca.dot(contact.tangent, dynamics.velocity))
+            switching.append(gate * contact.tangential_velocities(dynamics.velocity)[0])
             step_names.append(f"{contact.name} {TANGENTIAL_VELOCITY}")
             plus, minus = beta * sliding, beta * (1 - sliding)
+        own = AuxiliaryMultipliers(((plus, minus),))
         if options.gate:
             vanishing += velocity_conditions(
-                dynamics, contact, normal_velocity, beta, 1 - beta, (plus, minus), left_boundary_only=True
+                dynamics, contact, normal_velocity, beta, 1 - beta, own, left_boundary_only=True
             )
-        multipliers.append((plus, minus))
+        multipliers.append(own)
         complements.append(1 - beta)
         errors.append(beta - definition)
         exact *= 1 - definition

@@ -5,25 +5,28 @@ from __future__ import annotations
 import casadi as ca
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.contact.model import MultibodyDynamics, PlanarContact
-
-FORCE_AT_A_DISTANCE = "force at a distance"
-FORCE_WHILE_PARTING = "force while parting"
-MOTION_DURING_IMPACT = "motion during impact"
-FRICTION_ALONG_SLIDING = "friction along sliding"
-SLIPPING = "slipping"
-FORWARDS, BACKWARDS = "forwards", "backwards"
-"""Kinds of vanishing constraints, and directions of sliding that are their subjects."""
+from fesd_robot.contact.cone import cone_conditions
+from fesd_robot.contact.kinds import (
+    BACKWARDS,
+    DIRECTIONS,
+    FORCE_WHILE_PARTING,
+    FORWARDS,
+    FRICTION_ALONG_SLIDING,
+    MOTION_DURING_IMPACT,
+    SLIPPING,
+)
+from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, MultibodyDynamics
 
 
 def velocity_conditions(
     dynamics: MultibodyDynamics,
-    contact: PlanarContact,
+    contact: Contact,
     normal_velocity: ca.SX,
     beta: ca.SX,
     complement: ca.SX,
-    multipliers: tuple[ca.SX, ca.SX],
+    multipliers: AuxiliaryMultipliers,
     *,
+    unused: ca.SX | None = None,
     left_boundary_only: bool = False,
 ) -> list[Complementarity]:
     """Return the vanishing constraints on normal and tangential velocity of one contact.
@@ -37,7 +40,8 @@ def velocity_conditions(
         normal_velocity: J_n v, stabilised, SX in x.
         beta: Filippov multiplier of the contact's auxiliary fields together.
         complement: 1 - beta, not negative.
-        multipliers: (theta_+, theta_-), whose sum is beta.
+        multipliers: theta_+ and theta_- of every tangential direction.
+        unused: of a contact in space the part of its friction cone that is not used, see `cone.cone_conditions`.
         left_boundary_only: hold the conditions for the left boundary of each element only.
     """
 
@@ -59,15 +63,19 @@ def velocity_conditions(
         condition(MOTION_DURING_IMPACT, -normal_velocity, beta, complement=complement),
     ]
     if contact.friction > 0:
-        plus, minus = multipliers
-        tangential_velocity = ca.dot(contact.tangent, dynamics.velocity)
-        conditions += [
-            condition(FRICTION_ALONG_SLIDING, -tangential_velocity, plus, direction=BACKWARDS),
-            condition(FRICTION_ALONG_SLIDING, tangential_velocity, minus, direction=FORWARDS),
-        ]
+        velocities = contact.tangential_velocities(dynamics.velocity)
+        if unused is not None:
+            conditions += cone_conditions(dynamics, contact, beta, multipliers, unused)
+        else:
+            plus, minus = multipliers.sides[0]
+            conditions += [
+                condition(FRICTION_ALONG_SLIDING, -velocities[0], plus, direction=BACKWARDS),
+                condition(FRICTION_ALONG_SLIDING, velocities[0], minus, direction=FORWARDS),
+            ]
         if contact.slip_distance == 0:
             conditions += [
-                condition(SLIPPING, -tangential_velocity, beta, complement=complement, direction=BACKWARDS),
-                condition(SLIPPING, tangential_velocity, beta, complement=complement, direction=FORWARDS),
+                condition(SLIPPING, signed, beta, complement=complement, direction=direction)
+                for velocity, (forwards, backwards) in zip(velocities, DIRECTIONS, strict=False)
+                for direction, signed in ((backwards, -velocity), (forwards, velocity))
             ]
     return conditions

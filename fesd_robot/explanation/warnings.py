@@ -14,6 +14,7 @@ from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.ocp.standing import posture_of, touching_configuration
 from fesd_robot.ocp.vectors import mirrored
 from fesd_robot.plans.overlaps import overlaps
+from fesd_robot.recovery.contact_rows import normal_rows
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.robot.root import ROOT_HEIGHT
 from fesd_robot.robot.units import configuration_units
@@ -157,7 +158,7 @@ def _overlapping(motion: MotionProblem) -> Iterator[str]:
 def _hitting_at_the_start(motion: MotionProblem) -> Iterator[str]:
     physics, ends = numeric_physics(motion), motion.endpoints
     gaps = physics.gaps(ends.initial_configuration)
-    velocities = physics.contact_jacobian(ends.initial_configuration)[::2] @ ends.initial_velocity
+    velocities = normal_rows(physics.contact_jacobian(ends.initial_configuration), physics.rows) @ ends.initial_velocity
     for contact, gap, velocity in zip(motion.contacts, gaps, velocities, strict=True):
         if gap <= TOUCHING and velocity < -IMPACT_VELOCITY:
             yield (

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import PlanarContact
+from fesd_robot.contact import Contact
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
@@ -58,7 +58,7 @@ def check_dry_friction(task: Task, robot: Robot) -> None:
         )
 
 
-def check_contacts_move(task: Task, contacts: Sequence[PlanarContact], configuration: ca.SX) -> None:
+def check_contacts_move(task: Task, contacts: Sequence[Contact], configuration: ca.SX) -> None:
     """Raise if a contact touches wherever the robot is: nothing moves its frame to or from the surface.
 
     Raises:

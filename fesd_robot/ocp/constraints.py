@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.contact import ContactSystem, Ground, PlanarContact
+from fesd_robot.contact import Contact, ContactSystem, Ground
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.default_costs import RobotScales
@@ -148,7 +148,8 @@ def _swing(parts: ProblemParts, name: str, swing: SwingClearance) -> TrajectoryC
     rows: list[BoundedRow] = []
     for contact in parts.contacts:
         if contact.name in swing.contacts:
-            square, slow = ca.dot(contact.tangent, parts.dynamics.velocity) ** 2, swing.speed**2
+            square = sum(speed**2 for speed in contact.tangential_velocities(parts.dynamics.velocity))
+            slow = swing.speed**2
             row = contact.gap - swing.height * (square - slow) / (square + slow)
             rows.append((f"constraint '{name}', {contact.name}", row, 0.0, np.inf))
     _check_start(parts, name, rows)
@@ -212,7 +213,7 @@ def _check_start(parts: ProblemParts, name: str, rows: Sequence[BoundedRow]) -> 
 
 
 def add_forbidden_zones(
-    task: Task, contact_system: ContactSystem, contacts: Sequence[PlanarContact], points: Points, start: np.ndarray
+    task: Task, contact_system: ContactSystem, contacts: Sequence[Contact], points: Points, start: np.ndarray
 ) -> ContactSystem:
     """Return the contact system in which no contact pushes inside its forbidden zones.
 
@@ -240,9 +241,8 @@ def add_forbidden_zones(
                     f"found contact '{zone.contact}' touching at x = {x:.4g} m at the start, inside this zone; "
                     "expected a zone where it does not touch at the start",
                 )
-        plus, minus = contact_system.theta_auxiliary[i]
         label = Label("contact in a zone", name, contact=zone.contact)
-        conditions.append(Complementarity(label, depth, plus + minus, vanishing=True))
+        conditions.append(Complementarity(label, depth, contact_system.theta_auxiliary[i].normal, vanishing=True))
     system = contact_system.system
     system = replace(system, complementarities=[*system.complementarities, *conditions])
     return replace(contact_system, system=system)

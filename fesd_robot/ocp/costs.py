@@ -87,8 +87,8 @@ def _force(parts: ProblemParts) -> Terms:
     total = ca.SX(0)
     for i, name in enumerate(parts.task.contacts):
         if weights.get(name):
-            plus, minus = parts.contact_system.theta_auxiliary[i]
-            total = total + weights[name] * parts.auxiliary_force * (plus + minus)
+            normal = parts.contact_system.theta_auxiliary[i].normal
+            total = total + weights[name] * parts.auxiliary_force * normal
     return {"force": total}
 
 
@@ -131,15 +131,16 @@ def _relaxed_weight(sigma: ca.SX) -> ca.SX:
 
 
 def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> Terms:
-    """Return the sum of w_c a_n mu paid(theta_+, theta_-, J_t v) over the contacts, nothing if it has no weight."""
+    """Return the sum of w_c a_n mu paid(theta_+, theta_-, J_t v) over contacts and directions, if it has a weight."""
     weights = parts.task.costs.slipping or {}
     if not parts.task.costs.used("slipping"):
         return {}
     total = ca.SX(0)
-    for contact, (plus, minus) in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
+    for contact, own in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
         if weights.get(contact.name):
-            speed = ca.dot(contact.tangent, parts.dynamics.velocity)
-            power = contact.friction * paid(plus, minus, speed)
+            speeds = contact.tangential_velocities(parts.dynamics.velocity)
+            works = [paid(plus, minus, speed) for (plus, minus), speed in zip(own.sides, speeds, strict=True)]
+            power = contact.friction * sum(works[1:], works[0])
             total = total + weights[contact.name] * parts.auxiliary_force * power
     return {"slipping": total}
 

@@ -13,6 +13,9 @@ from fesd_robot.ocp.parts import ProblemParts
 MARGIN = 0.02
 """Ratio to which the normal acceleration that a sliding contact's normal force causes must not fall."""
 
+_SMALL = 1e-9
+"""Added to a norm, in squares, so that it has a derivative everywhere."""
+
 DETERMINACY = "one motion"
 """Beginning of the names of these constraints; the contact's follows."""
 
@@ -33,6 +36,8 @@ def determinacy_constraints(parts: ProblemParts) -> list[DeterminacyConstraint]:
 
         1 -+ mu W_nt / W_nn >= MARGIN   with   W = (J_n, J_t) M^-1 (J_n, J_t)^T
 
+    and in space 1 - mu |W_nt| / W_nn >= MARGIN.
+
     Elsewhere a normal force on a sliding contact accelerates it into the ground, and sticking, sliding and parting may
     be possible at once (Painleve's paradox). They hold on request only: where refinement finds that rigid bodies do not
     decide.
@@ -46,17 +51,22 @@ def determinacy_constraints(parts: ProblemParts) -> list[DeterminacyConstraint]:
         return []
     responses = ca.solve(parts.dynamics.mass_matrix, ca.horzcat(*[ca.SX(contact.normal) for contact in contacts]))
     for contact, response in zip(contacts, ca.horzsplit(responses), strict=True):
-        ratio = contact.friction * ca.dot(contact.tangent, response) / ca.dot(contact.normal, response)
+        normal = ca.dot(contact.normal, response)
+        along = [contact.friction * ca.dot(tangent, response) / normal for tangent in contact.directions]
+        if contact.in_space:
+            rows = {"every direction": 1 - ca.sqrt(ca.sumsqr(ca.vertcat(*along)) + _SMALL**2)}
+        else:
+            rows = {"forwards": 1 - along[0], "backwards": 1 + along[0]}
         constraints.append(
             DeterminacyConstraint(
                 f"{DETERMINACY} {contact.name}",
                 "path",
                 point,
                 range(parts.grid.intervals),
-                ca.vertcat(1 - ratio, 1 + ratio),
-                np.full(2, MARGIN),
-                np.full(2, np.inf),
-                [f"{DETERMINACY} [{contact.name}, {direction}]" for direction in ("forwards", "backwards")],
+                ca.vertcat(*rows.values()),
+                np.full(len(rows), MARGIN),
+                np.full(len(rows), np.inf),
+                [f"{DETERMINACY} [{contact.name}, {direction}]" for direction in rows],
                 on_request=True,
                 contact=contact.name,
             )

@@ -10,12 +10,13 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import (
+    Contact,
     ContactOptions,
     ContactSystem,
     MultibodyDynamics,
-    PlanarContact,
     Scene,
     contact_of,
+    needs_space,
 )
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import RobotError
@@ -73,7 +74,7 @@ class MotionProblem:
     scene: Scene
     dynamics: MultibodyDynamics
     actuation: Actuation
-    contacts: Sequence[PlanarContact]
+    contacts: Sequence[Contact]
     contact_system: ContactSystem
     auxiliary_force: float
     endpoints: Endpoints
@@ -213,18 +214,19 @@ def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics
     )
 
 
-def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[PlanarContact]:
-    contacts = []
+def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[Contact]:
+    contacts, in_space = [], needs_space(robot, q, scene.geometries)
     for name, geometry in scene.geometries.items():
         try:
-            contact = contact_of(robot, q, geometry, name=name, friction=friction_of(task, name))
+            friction = friction_of(task, name)
+            contact = contact_of(robot, q, geometry, name=name, friction=friction, in_space=in_space)
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
         contacts.append(replace(contact, slip_distance=_slip_distance(task, contact)))
     return contacts
 
 
-def _slip_distance(task: Task, contact: PlanarContact) -> float:
+def _slip_distance(task: Task, contact: Contact) -> float:
     """Return the distance, m, that a contact may slip, infinite without a limit.
 
     Raises:
@@ -238,16 +240,18 @@ def _slip_distance(task: Task, contact: PlanarContact) -> float:
         raise task.error(key, f"found {found} for a contact without friction, expected friction greater than 0")
     if task.method.formulation.type != "multipliers":
         raise task.error(key, f"found {found} beside method.formulation.type 'steps', expected 'multipliers'")
+    if slipping != "forbidden" and contact.in_space:
+        raise task.error(key, f"found {found} for a contact in space, expected 'allowed', 'forbidden' or 'auto'")
     return 0.0 if slipping == "forbidden" else float(slipping)
 
 
-def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[PlanarContact]) -> ca.Function:
+def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[Contact]) -> ca.Function:
     return ca.Function("gap", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
 
 
 def _touching_at_start(
     robot: Robot,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     dynamics: MultibodyDynamics,
     endpoints: Endpoints,
     limits: StateLimits,
@@ -272,9 +276,7 @@ def _touching_at_start(
     return endpoints
 
 
-def _closed_at_start(
-    contacts: Sequence[PlanarContact], dynamics: MultibodyDynamics, endpoints: Endpoints
-) -> list[PlanarContact]:
+def _closed_at_start(contacts: Sequence[Contact], dynamics: MultibodyDynamics, endpoints: Endpoints) -> list[Contact]:
     """Return the contacts with gaps that are exactly zero at the start where what is left of them is up to `TOUCHING`.
 
     A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from

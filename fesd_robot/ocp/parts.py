@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import ContactSystem, Ground, MultibodyDynamics, PlanarContact
+from fesd_robot.contact import Contact, ContactSystem, Ground, MultibodyDynamics
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.points import Points
 from fesd_robot.ocp.reference_motion import ReferenceMotion
@@ -31,7 +31,7 @@ class ProblemParts:
     task: Task
     dynamics: MultibodyDynamics
     actuation: Actuation
-    contacts: Sequence[PlanarContact]
+    contacts: Sequence[Contact]
     contact_system: ContactSystem
     ground: Ground
     gap: ca.Function

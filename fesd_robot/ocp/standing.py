@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from pydantic import ValidationError
 
-from fesd_robot.contact import PlanarContact
+from fesd_robot.contact import Contact
 from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_values
 from fesd_robot.robot import Robot
 from fesd_robot.robot.root import ROOT_HEIGHT, ROOT_PITCH
@@ -70,7 +70,7 @@ def standings_of(task: Task, robot: Robot) -> list[Standing]:
     return [standing for standing in standings if standing is not None]
 
 
-def with_configurations(task: Task, robot: Robot, contacts: Sequence[PlanarContact], configuration: ca.SX) -> Task:
+def with_configurations(task: Task, robot: Robot, contacts: Sequence[Contact], configuration: ca.SX) -> Task:
     """Return the task with the configurations that its postures and `stand_on` give; these stay, and change no more.
 
     What a goal or waypoint leaves out is, while its contacts are brought to touch, as at the start.
@@ -101,7 +101,7 @@ def posture_of(task: Task, robot: Robot, name: str | None) -> Mapping[str, float
 
 def touching_configuration(
     robot: Robot,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     configuration: ca.SX,
     adjust: Sequence[str],
     start: np.ndarray,
@@ -152,7 +152,7 @@ def touching_configuration(
 
 def preferred_configuration(
     robot: Robot,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     configuration: ca.SX,
     standing: Standing,
     start: np.ndarray,
@@ -211,7 +211,7 @@ def _step(
 class _Search:
     """Completes the sections of one task."""
 
-    def __init__(self, task: Task, robot: Robot, contacts: Sequence[PlanarContact], configuration: ca.SX) -> None:
+    def __init__(self, task: Task, robot: Robot, contacts: Sequence[Contact], configuration: ca.SX) -> None:
         self.task, self.robot, self.configuration = task, robot, configuration
         self.contacts = {contact.name: contact for contact in contacts}
         self.limits = limits_of(task, robot)

@@ -44,6 +44,7 @@ def contacts_of(motion: PhysicalMotion, names: Sequence[str], physics: NumericPh
             gap=gaps[:, i],
             normal_force=motion.force[:, i, 0],
             tangential_force=motion.force[:, i, 1],
+            lateral_force=motion.force[:, i, 2] if motion.force.shape[2] > 2 else None,
             mode=cast(list[Literal["flight", "impact", "stick", "slip"]], list(motion.mode[:, i])),
         )
         for i, name in enumerate(names)
@@ -58,9 +59,17 @@ def switches_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Switch]:
 def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
     """Return the impulse of every contact that took part in an impact; what the solver leaves of others is left out."""
     return [
-        Impulse(time=float(motion.time[impact.after]), contact=name, normal=normal, tangential=tangential)
+        Impulse(
+            time=float(motion.time[impact.after]),
+            contact=name,
+            normal=normal,
+            tangential=tangential,
+            lateral=across[0] if across else None,
+        )
         for impact in motion.impacts
-        for name, (normal, tangential), part in zip(names, impact.impulse.tolist(), impact.taking_part, strict=True)
+        for name, (normal, tangential, *across), part in zip(
+            names, impact.impulse.tolist(), impact.taking_part, strict=True
+        )
         if part
     ]
 

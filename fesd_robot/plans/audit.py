@@ -139,10 +139,13 @@ def _impact_errors(motion: PhysicalMotion, physics: NumericPhysics, names: Names
         jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
         hit = impact.taking_part
         impulse, unexplained = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
-        normal, tangential = impulse[hit].T
-        before, after = (normal_rows(jacobian @ motion.velocity[k])[hit] for k in (impact.before, impact.after))
-        excess = np.abs(tangential) - physics.friction[hit] * np.maximum(normal, 0.0)
-        left = np.abs(after) / np.maximum(np.abs(before), 1.0)
+        normal, tangential = impulse[hit, 0], np.linalg.norm(impulse[hit, 1:], axis=1)
+        before, after = (
+            normal_rows(jacobian @ motion.velocity[k], physics.rows)[hit] for k in (impact.before, impact.after)
+        )
+        excess = tangential - physics.friction[hit] * np.maximum(normal, 0.0)
+        parted = np.abs(after) if hit.sum() == 1 else np.maximum(-after, 0.0)
+        left = parted / np.maximum(np.abs(before), 1.0)
         for i, *errors in zip(np.flatnonzero(hit).tolist(), left, excess, -normal, strict=True):
             yield Measured(float(np.max(errors)), *place, names.contacts[i])
         yield Measured(float(np.abs(unexplained).max()), *place, ", ".join(np.array(names.contacts)[hit]))
@@ -153,9 +156,13 @@ def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Na
     start, coordinates = 0, list(names.velocity)
     for interval in np.unique(motion.interval):
         end = int(np.flatnonzero(motion.interval == interval)[-1])
-        inside = slice(start + 1, end + 1)
-        travelled = motion.weight[inside] @ motion.velocity[inside]
-        defects = np.abs(physics.difference(motion.configuration[start], motion.configuration[end]) - travelled)
+        inside, first = range(start + 1, end + 1), motion.configuration[start]
+        displacements = [physics.difference(first, motion.configuration[k]) for k in inside]
+        rates = [
+            physics.displacement_rate(first, displacement, motion.velocity[k])
+            for k, displacement in zip(inside, displacements, strict=True)
+        ]
+        defects = np.abs(displacements[-1] - motion.weight[start + 1 : end + 1] @ np.array(rates))
         worst = int(np.argmax(defects))
         yield Measured(float(defects[worst]), float(motion.time[end]), int(interval), coordinates[worst])
         start = end

@@ -52,6 +52,8 @@ def columns_of(plan: Plan) -> dict[str, np.ndarray]:
         columns[f"{name} gap [m]"] = contact.gap
         columns[f"{name} normal force [N]"] = contact.normal_force
         columns[f"{name} tangential force [N]"] = contact.tangential_force
+        if contact.lateral_force is not None:
+            columns[f"{name} lateral force [N]"] = contact.lateral_force
     for name, joint in plan.joint_friction.items():
         columns[f"{name} dry friction [{joint.unit}]"] = joint.force
     return columns | (_full_model_columns(plan.full_model) if plan.full_model else {})

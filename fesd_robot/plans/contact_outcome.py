@@ -46,18 +46,19 @@ def contact_outcomes(
 
 
 class _Samples:
-    """Kinematics of all contacts at all samples: gap, contact point, velocity along normal and tangent."""
+    """Kinematics of all contacts at all samples: gap, contact point, velocity along the normal, speed of slip."""
 
     def __init__(self, motion: PhysicalMotion, physics: NumericPhysics) -> None:
         count, contacts = len(motion.time), len(physics.friction)
         self._motion = motion
         self._impact_before = {impact.after: impact for impact in motion.impacts}
-        self._gap, self._rate, self._slip = (np.zeros((count, contacts)) for _ in range(3))
+        self._gap, self._rate, self._speed = (np.zeros((count, contacts)) for _ in range(3))
         self._point = np.zeros((count, contacts, 3))
         for k, (q, v) in enumerate(zip(motion.configuration, motion.velocity, strict=True)):
             self._gap[k], self._point[k] = physics.gaps(q), physics.contact_points(q)
-            velocity = physics.contact_jacobian(q).reshape(2 * contacts, len(v)) @ v
-            self._rate[k], self._slip[k] = normal_rows(velocity), tangential_rows(velocity)
+            velocity = physics.contact_jacobian(q).reshape(physics.rows * contacts, len(v)) @ v
+            self._rate[k] = normal_rows(velocity, physics.rows)
+            self._speed[k] = np.linalg.norm(tangential_rows(velocity, physics.rows), axis=1)
 
     def flights(self, contact: int) -> Iterator[Flight]:
         """Yield the flights of a contact."""
@@ -66,7 +67,7 @@ class _Samples:
             yield Flight(
                 start=float(time[first]),
                 end=float(time[last]),
-                length=float(abs(point[last, 0] - point[first, 0])),
+                length=float(np.linalg.norm((point[last] - point[first])[:2])),
                 height=self._height(contact, first, last),
                 open_start=first == 0,
                 open_end=self._at_the_end(contact, last),
@@ -77,7 +78,7 @@ class _Samples:
         motion = self._motion
         for first, last in self._stretches(contact, "slip"):
             inside = slice(first + 1, last + 1)
-            distance = motion.weight[inside] @ np.abs(self._slip[inside, contact])
+            distance = motion.weight[inside] @ self._speed[inside, contact]
             yield Slide(start=float(motion.time[first]), end=float(motion.time[last]), distance=float(distance))
 
     def impacts(self, contact: int) -> Iterator[ContactImpact]:
@@ -139,7 +140,7 @@ class _Samples:
             for switch in self._motion.switches
         ):
             return "flight"
-        return "slip" if abs(self._slip[sample, contact]) >= SLIP_VELOCITY else "stick"
+        return "slip" if self._speed[sample, contact] >= SLIP_VELOCITY else "stick"
 
     def _height(self, contact: int, first: int, last: int) -> float:
         time, gap, rate = self._motion.time, self._gap[:, contact], self._rate[:, contact]

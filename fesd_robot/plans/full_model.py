@@ -68,7 +68,7 @@ def full_model_of(motion: FullMotion) -> FullModelMotion:
     base = None if motion.base is None else dict(zip(BASE_UNITS, motion.base.T, strict=True))
     feet, forces = {}, iter(motion.foot_force.transpose(1, 2, 0))
     for contact, frames in motion.feet.items():
-        for frame, (normal, tangential) in zip(frames, forces, strict=False):
+        for frame, (normal, tangential, *_) in zip(frames, forces, strict=False):
             if len(frames) > 1:
                 feet[frame] = FootForce(contact=contact, normal_force=normal, tangential_force=tangential)
     return FullModelMotion(joints=joints, base=base, feet=feet)

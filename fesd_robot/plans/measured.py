@@ -48,10 +48,10 @@ def cone_excess(force: np.ndarray, friction: float) -> tuple[float, str]:
     """Return |f_t| - mu max(f_n, 0), N, and in words which coefficient the force needs.
 
     Args:
-        force: normal and tangential, N, (2,).
+        force: normal and tangential, N, (rows,).
         friction: mu.
     """
-    normal, tangential = float(force[0]), abs(float(force[1]))
+    normal, tangential = float(force[0]), float(np.linalg.norm(force[1:]))
     needed = f"it would need a coefficient of {tangential / normal:.4g} where it has {friction:g}" if normal > 0 else ""
     return tangential - friction * max(normal, 0.0), needed
 

@@ -16,6 +16,7 @@ from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.elements import SLIP_VELOCITY
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.mode import JointModes, Mode, Modes
 from fesd_robot.replay.modes import is_proper, motion_in_modes
 
@@ -138,7 +139,7 @@ class ModeForces:
                 yield self._at(last, i, float(force[i, 0]))
 
     def _nearest_division(self, point: _Point, following: _Point) -> np.ndarray:
-        """Return forces with the effect of those at a point that are nearest to the ones that follow, N, (n_c, 2)."""
+        """Return forces with the effect of those at a point that are nearest to those that follow, N, (n_c, rows)."""
         if point.dynamics is None or following.dynamics is None:
             return np.full_like(point.force, np.nan)
         jacobian = point.dynamics.jacobian
@@ -166,6 +167,15 @@ class ModeForces:
         ]
         return [self._point(e, j) for e in touching for j in range(0, dense.time.shape[1], EVERY)]
 
+    @cached_property
+    def _headings(self) -> list[np.ndarray]:
+        """Directions of slides in the middle of every element, (n_c, n_t) each: at its ends there may be none."""
+        dense, middle = self.motion.between, self.motion.between.time.shape[1] // 2
+        return [
+            slip_headings(tangential_rows(self.physics.contact_jacobian(q) @ v, self.physics.rows))
+            for q, v in zip(dense.configuration[:, middle], dense.velocity[:, middle], strict=True)
+        ]
+
     def _modes(self, element: int) -> Modes:
         return tuple(_MODES[mode] for mode in self.motion.between.mode[element])
 
@@ -176,8 +186,10 @@ class ModeForces:
         joints = tuple(_MODES[mode] for mode in dense.joint_mode[element])
         if not all(np.isfinite(part).all() for part in (q, v, u)):
             nowhere = np.full(len(joints), np.nan)
-            return _Point(element, time, modes, np.full((len(modes), 2), np.nan), None, joints, nowhere, nowhere)
-        dynamics = contact_dynamics(self.physics, q, v, u).in_joint_modes(joints)
+            return _Point(
+                element, time, modes, np.full((len(modes), self.physics.rows), np.nan), None, joints, nowhere, nowhere
+            )
+        dynamics = contact_dynamics(self.physics, q, v, u, self._headings[element]).in_joint_modes(joints)
         force = motion_in_modes(dynamics, modes)[1]
         rubs, speeds = dynamics.joint_force(stacked_rows(force)), v[self.physics.rubbing]
         return _Point(element, time, modes, force, dynamics, joints, rubs, speeds)
@@ -185,7 +197,7 @@ class ModeForces:
 
 @dataclass(frozen=True)
 class _Point:
-    """Forces, (n_c, 2), of the planned modes at one point of an element, and dry friction of joints and their
+    """Forces, (n_c, rows), of the planned modes at one point of an element, and dry friction of joints and their
     velocities, (n_f); without dynamics the state is no number."""
 
     element: int
@@ -206,7 +218,8 @@ class _Point:
         """Whether a contact slides and the modes are not proper."""
         if self.dynamics is None or is_proper(self.dynamics, self.modes):
             return False
-        slides = np.abs(tangential_rows(self.dynamics.velocity)) > SLIP_VELOCITY
+        speeds = np.linalg.norm(tangential_rows(self.dynamics.velocity, self.dynamics.rows), axis=1)
+        slides = speeds > SLIP_VELOCITY
         return any(mode.direction and slides[i] for i, mode in enumerate(self.modes))
 
 

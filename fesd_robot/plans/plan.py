@@ -20,7 +20,7 @@ from fesd_robot.plans.replay_record import ReplaySummary
 if TYPE_CHECKING:
     from fesd_robot.plans.sampling import MotionAt, Side
 
-SCHEMA_VERSION: Literal[1] = 1
+SCHEMA_VERSION: Literal[2] = 2
 
 
 class Trajectory(Record):
@@ -46,14 +46,27 @@ class ContactHistory(Record):
     Attributes:
         gap: true signed distance, m, shape (n,).
         normal_force: N, shape (n,); zero in flight.
-        tangential_force: N, shape (n,); positive along the ground's tangent.
+        tangential_force: N, shape (n,); positive along the ground's tangent in the x-z plane.
+        lateral_force: N, shape (n,), positive along the world's y axis; None of a contact in the plane.
         mode: ``flight``, ``impact``, ``stick`` or ``slip`` at each sample.
     """
 
     gap: Array
     normal_force: Array
     tangential_force: Array
+    lateral_force: Array | None = None
     mode: list[Literal["flight", "impact", "stick", "slip"]]
+
+    @property
+    def force(self) -> np.ndarray:
+        """Normal force and those along the tangents, N, (n, 2), in space (n, 3)."""
+        across = [] if self.lateral_force is None else [self.lateral_force]
+        return np.column_stack([self.normal_force, self.tangential_force, *across])
+
+    @property
+    def friction(self) -> np.ndarray:
+        """Size of the tangential force, N, (n,)."""
+        return np.asarray(np.linalg.norm(self.force[:, 1:], axis=1))
 
 
 class Switch(Record):
@@ -71,6 +84,7 @@ class Impulse(Record):
     contact: str
     normal: float
     tangential: float
+    lateral: float | None = None
 
 
 class Status(Record):
@@ -283,7 +297,7 @@ class Plan(Record):
         simulation: of a motion that was not planned but simulated; its statistics are zero then.
     """
 
-    schema_version: Literal[1] = SCHEMA_VERSION
+    schema_version: Literal[1, 2] = SCHEMA_VERSION
     name: str
     status: Status
     audit: Audit

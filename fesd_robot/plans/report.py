@@ -7,7 +7,7 @@ import numpy as np
 from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.glossary import glossary
 from fesd_robot.plans.outcome_report import outcome_section
-from fesd_robot.plans.plan import Plan, Statistics, Status
+from fesd_robot.plans.plan import Impulse, Plan, Statistics, Status
 from fesd_robot.plans.sentences import sentences
 from fesd_robot.plans.stationarity_words import stationarity_sentence
 from fesd_robot.plans.tables import markdown_table, settings_line
@@ -81,7 +81,7 @@ def _contacts(plan: Plan) -> str:
         ["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches]
     )
     if plan.impulses:
-        rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", f"{i.tangential:.4f}"] for i in plan.impulses]
+        rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", _tangential(i)] for i in plan.impulses]
         text += "\n" + markdown_table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
     highest = [
         [name, f"{float(np.max(contact.gap)):.4f}", f"{float(np.max(contact.normal_force)):.2f}"]
@@ -226,3 +226,8 @@ def _attempts(plan: Plan) -> str:
 def _provenance(plan: Plan) -> str:
     versions = ", ".join(f"{name} {version}" for name, version in plan.provenance.versions.items())
     return f"## Provenance\n\n{versions}; git {plan.provenance.git}; {plan.provenance.created}\n"
+
+
+def _tangential(impulse: Impulse) -> str:
+    """Both tangential parts of an impulse in space, else the one there is."""
+    return ", ".join(f"{part:.4f}" for part in (impulse.tangential, impulse.lateral) if part is not None)

@@ -145,10 +145,11 @@ class _Checks:
         bound = [i for i, contact in enumerate(self._task.contacts.values()) if contact.slipping == "forbidden"]
         for k in np.flatnonzero(self._motion.weight > 0) if bound else ():
             velocity = self._motion.velocity[k]
-            tangential = tangential_rows(self._physics.contact_jacobian(self._motion.configuration[k]) @ velocity)
+            rows = self._physics.contact_jacobian(self._motion.configuration[k]) @ velocity
+            speeds = np.linalg.norm(tangential_rows(rows, self._physics.rows), axis=1)
             for i in bound:
                 if self._motion.force[k, i, 0] > _TOUCHING_FORCE:
-                    yield self._at(int(k), float(abs(tangential[i])), self._names[i])
+                    yield self._at(int(k), float(speeds[i]), self._names[i])
 
     def slip_distance(self) -> Iterator[Measured]:
         """Yield by how much the slides of every contact with a limit, all together, are longer than that, m."""
@@ -213,7 +214,8 @@ class _Checks:
         assert swing.speed is not None
         contacts = [self._names.index(name) for name in swing.contacts]
         for k, (q, v) in enumerate(zip(self._states.configuration, self._states.velocity, strict=True)):
-            gaps, speeds = self._physics.gaps(q), tangential_rows(self._physics.contact_jacobian(q) @ v)
+            velocities = tangential_rows(self._physics.contact_jacobian(q) @ v, self._physics.rows)
+            gaps, speeds = self._physics.gaps(q), np.linalg.norm(velocities, axis=1)
             for i in contacts:
                 ratio = (speeds[i] / swing.speed) ** 2
                 demand = swing.height * (ratio - 1) / (ratio + 1) - swing.spare

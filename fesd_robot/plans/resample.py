@@ -63,6 +63,7 @@ def resampled(plan: Plan, rate: float) -> Plan:
             gap=np.full(len(time), np.nan),
             normal_force=np.asarray(force.normal),
             tangential_force=np.asarray(force.tangential),
+            lateral_force=None if force.lateral is None else np.asarray(force.lateral),
             mode=np.where(struck, "impact", force.mode).tolist(),
         )
     joints = {

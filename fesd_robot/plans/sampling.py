@@ -31,11 +31,17 @@ Value = float | np.ndarray
 
 @dataclass(frozen=True)
 class ContactForce:
-    """The force of a contact on the robot, N: normal and along the ground's tangent, and what the contact does."""
+    """The force of a contact on the robot, N: normal and along the ground's tangent, and what the contact does.
+
+    Attributes:
+        normal, tangential, lateral: N, the last one along the world's y axis; None of a contact in the plane.
+        mode: ``flight``, ``impact``, ``stick`` or ``slip``.
+    """
 
     normal: Value
     tangential: Value
     mode: str | np.ndarray
+    lateral: Value | None = None
 
 
 @dataclass(frozen=True)
@@ -115,7 +121,8 @@ class PlannedMotion:
         state, rate, element = values.state, values.rate, values.element
         self._meet_ends(flat, sides, state, rate)
         n_q, n_v, n_c = len(self._q), len(self._v), len(self._plan.contacts)
-        force = values.carried[:, : 2 * n_c].reshape(-1, n_c, 2)
+        rows = self._force_rows
+        force = values.carried[:, : rows * n_c].reshape(-1, n_c, rows)
         interval, row = self._interval[element], self._rows[element]
 
         def given(value: np.ndarray) -> Value:
@@ -136,12 +143,22 @@ class PlannedMotion:
             acceleration=named(self._v, rate[:, n_q : n_q + n_v]),
             controls={name: given(each[interval]) for name, each in plan.controls.items() if name != "time"},
             contacts={
-                name: ContactForce(given(force[:, i, 0]), given(force[:, i, 1]), modes(history.mode))
+                name: ContactForce(
+                    given(force[:, i, 0]),
+                    given(force[:, i, 1]),
+                    modes(history.mode),
+                    given(force[:, i, 2]) if rows > 2 else None,
+                )
                 for i, (name, history) in enumerate(plan.contacts.items())
             },
-            joint_friction=named(list(joints), values.carried[:, 2 * n_c :]),
+            joint_friction=named(list(joints), values.carried[:, rows * n_c :]),
             joint_modes={name: modes(joint.mode) for name, joint in joints.items()},
         )
+
+    @property
+    def _force_rows(self) -> int:
+        """Parts of a contact's force: two in the plane, three in space."""
+        return 3 if any(one.lateral_force is not None for one in self._plan.contacts.values()) else 2
 
     def _rows_of_elements(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the elements in which the clock runs, and the sample of the first stage of each.
@@ -170,7 +187,7 @@ class PlannedMotion:
     def _polynomials(self, scheme: str, stages: int, nodes: np.ndarray, rows: np.ndarray) -> ElementPolynomials:
         from fesd_robot.recovery.polynomials import ElementPolynomials  # takes long to import
 
-        forces = [each for one in self._plan.contacts.values() for each in (one.normal_force, one.tangential_force)]
+        forces = [each for one in self._plan.contacts.values() for each in one.force.T]
         columns = [*forces, *(joint.force for joint in self._plan.joint_friction.values())]
         carried = np.stack([each[rows] for each in columns], axis=-1) if columns else np.zeros((*rows.shape, 0))
         return ElementPolynomials(scheme, stages, nodes, carried, self._clock)  # type: ignore[arg-type]

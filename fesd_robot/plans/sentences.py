@@ -220,7 +220,7 @@ def force_sentence(plan: Plan) -> str:
     time = plan.trajectory.time
     peaks = []
     for name, contact in plan.contacts.items():
-        sizes = np.hypot(contact.normal_force, contact.tangential_force)
+        sizes = np.hypot(contact.normal_force, contact.friction)
         if np.isfinite(sizes).any():
             sample = int(np.nanargmax(sizes))
             peaks.append((float(sizes[sample]), name, float(time[sample]), float(contact.normal_force[sample])))

@@ -74,11 +74,19 @@ class StageForces:
             self._joint_friction.append(Measured(-unused, *place, name))
             slide = max(min(abs(speed), abs(unused)), speed * rub)
             self._joint_slides.append(Measured(float(slide), *place, name))
-        speeds = tangential_rows(jacobian @ v)
+        velocities = tangential_rows(jacobian @ v, physics.rows)
         for i in np.flatnonzero(closed).tolist():
-            (normal, tangential), speed = force[i], speeds[i]
             excess, needed = cone_excess(force[i], float(physics.friction[i]))
-            slip = np.maximum(np.minimum(np.abs(speed), np.abs(excess)), speed * tangential)
-            self._pulling.append(Measured(float(-normal), *place, contacts[i]))
+            slip = max(min(float(np.linalg.norm(velocities[i])), abs(excess)), _power(force[i, 1:], velocities[i]))
+            self._pulling.append(Measured(float(-force[i, 0]), *place, contacts[i]))
             self._cone.append(Measured(excess, *place, contacts[i], detail=needed))
             self._slip.append(Measured(float(slip), *place, contacts[i]))
+
+
+def _power(friction: np.ndarray, velocity: np.ndarray) -> float:
+    """Return by how much friction falls short of the power -|f_t| |v_t| that it has along the slide, W; in the plane,
+    where it cannot be askew, twice the power that it adds."""
+    along = float(friction @ velocity)
+    if len(velocity) == 1:
+        return along
+    return along + float(np.linalg.norm(friction) * np.linalg.norm(velocity))

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import ContactMode, ContactSystem, MultibodyDynamics, PlanarContact, contact_modes, joint_modes
+from fesd_robot.contact import Contact, ContactMode, ContactSystem, MultibodyDynamics, contact_modes, joint_modes
 from fesd_robot.fesd import Element, Tableau
 from fesd_robot.recovery.between import FRACTIONS, DenseElement
 
@@ -33,8 +33,8 @@ class ElementPhysics:
 
     Attributes:
         frozen: the clock stands still.
-        force: normal and tangential force of every contact at the points, N, (points, n_c, 2).
-        impulse: their integral over a frozen element, N s, (n_c, 2).
+        force: normal and tangential force of every contact at the points, N, (points, n_c, rows).
+        impulse: their integral over a frozen element, N s, (n_c, rows).
         rate: theta_ODE s = dt/dtau at the points, (points,).
         modes: that every contact shows, `SLIP_VELOCITY`; empty if frozen.
         branch_modes: of the branch, also where a contact that could slip does not; empty if frozen.
@@ -75,7 +75,7 @@ class ElementReader:
         self,
         tableau: Tableau,
         dynamics: MultibodyDynamics,
-        contacts: Sequence[PlanarContact],
+        contacts: Sequence[Contact],
         contact_system: ContactSystem,
         auxiliary_force: float,
         branch: Branch,
@@ -88,7 +88,8 @@ class ElementReader:
         self._branch = branch
         self._auxiliary_force = auxiliary_force
         self._friction = np.array([contact.friction for contact in contacts])
-        multipliers = ca.vertcat(*[ca.horzcat(*both) for both in contact_system.theta_auxiliary])
+        multipliers = ca.vertcat(*[ca.horzcat(own.normal, *own.tangential) for own in contact_system.theta_auxiliary])
+        self.rows = multipliers.shape[1]
         shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
         self.rubbing = np.flatnonzero(dynamics.dry_friction_limits)
         self._dry_friction = dynamics.dry_friction_limits[self.rubbing]
@@ -100,7 +101,7 @@ class ElementReader:
         self._tangential_velocities = ca.Function(
             "tangential_velocities",
             [dynamics.configuration, dynamics.velocity],
-            [ca.vertcat(*[ca.dot(contact.tangent, dynamics.velocity) for contact in contacts])],
+            [ca.vertcat(*[ca.horzcat(*contact.tangential_velocities(dynamics.velocity)) for contact in contacts])],
         )
 
     def clock(self, x: np.ndarray) -> float:
@@ -115,19 +116,19 @@ class ElementReader:
     def joints_of_state(self, velocity: np.ndarray) -> JointsAtPoint:
         """Return no friction, and the modes that velocities show: of a state that is followed by no motion."""
         speeds = velocity[self.rubbing]
-        return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None]) for speed in speeds]
+        return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None, None]) for speed in speeds]
 
     def read(self, number: int, element: Element) -> ElementPhysics:
         """Return what happens in an element, the `number`-th of the trajectory.
 
-        Forces are ``lambda_n = a_n (theta_+ + theta_-) / rate`` and ``lambda_t = mu a_n (theta_- - theta_+) / rate``,
+        Forces are ``lambda_n = a_n beta / rate`` and ``lambda_t = mu a_n (theta_- - theta_+) / rate``,
         the dry friction of a joint is ``-F (pi_+ - pi_-) / theta_ODE``.
         """
         values = [self._multipliers(z) for z in element.z]
         theta = np.array([float(value[0]) for value in values])
-        both = np.array([np.asarray(ca.DM(value[1]).full()).reshape(self.n_c, 2) for value in values])
-        push = self._auxiliary_force * np.stack(
-            [both.sum(axis=2), self._friction * (both[:, :, 1] - both[:, :, 0])], axis=2
+        shares = np.array([np.asarray(ca.DM(value[1]).full()) for value in values])
+        push = self._auxiliary_force * np.concatenate(
+            [shares[:, :, :1], self._friction[:, None] * shares[:, :, 1:]], axis=2
         )
         stages = self.tableau.stages
         rate = theta * element.u[-1]
@@ -135,7 +136,7 @@ class ElementReader:
         frozen = bool(theta[:stages].max() < FROZEN_MULTIPLIER or advance < SHORTEST_ADVANCE)
         modes, branch_modes = ([], []) if frozen else self._modes(number, element)
         joint_modes, joint_branch_modes = ([], []) if frozen else self._joint_modes(number, element)
-        shares = np.array([np.asarray(value[3]).ravel() for value in values])
+        of_joints = np.array([np.asarray(value[3]).ravel() for value in values])
         return ElementPhysics(
             frozen=frozen,
             force=push / np.maximum(rate, 1e-300)[:, None, None],
@@ -144,7 +145,7 @@ class ElementReader:
             modes=modes,
             branch_modes=branch_modes,
             theta_error=max(float(value[2]) for value in values),
-            joint_force=-self._dry_friction * shares / np.maximum(theta, 1e-300)[:, None],
+            joint_force=-self._dry_friction * of_joints / np.maximum(theta, 1e-300)[:, None],
             joint_modes=joint_modes,
             joint_branch_modes=joint_branch_modes,
         )
@@ -169,7 +170,7 @@ class ElementReader:
         The velocity at the stages decides what the branch leaves open.
         """
         stages = [self.split(x)[:2] for x in element.x[: self.tableau.stages]]
-        velocity = np.array([np.asarray(self._tangential_velocities(q, v)).ravel() for q, v in stages])
+        velocity = np.array([np.asarray(ca.DM(self._tangential_velocities(q, v)).full()) for q, v in stages])
         modes = contact_modes(self._branch, number)
         planned = [modes[name] for name in self._names]
         shown = [_observed(mode, velocity[:, i]) for i, mode in enumerate(planned)]
@@ -180,7 +181,7 @@ class ElementReader:
         """Return the modes that joints with dry friction show and those of the branch."""
         velocity = np.array([self.split(x)[1][self.rubbing] for x in element.x[: self.tableau.stages]])
         planned = list(joint_modes(self._branch, number).values())
-        return [_observed(mode, velocity[:, i]) for i, mode in enumerate(planned)], planned
+        return [_observed(mode, velocity[:, i, None]) for i, mode in enumerate(planned)], planned
 
 
 def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:
@@ -188,12 +189,12 @@ def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:
 
     Args:
         mode: of the branch.
-        velocity: tangential, at the stages, (n_s,).
+        velocity: tangential, at the stages, (n_s, n_t).
     """
     if mode in (ContactMode.FLIGHT, ContactMode.STICK):
         return mode
-    if np.abs(velocity).max() < SLIP_VELOCITY:
+    if np.linalg.norm(velocity, axis=1).max() < SLIP_VELOCITY:
         return ContactMode.STICK
-    if mode in (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS):
-        return mode
+    if mode in (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS) or velocity.shape[1] > 1:
+        return mode.slipping
     return ContactMode.SLIP_FORWARDS if velocity.sum() > 0 else ContactMode.SLIP_BACKWARDS

@@ -39,7 +39,7 @@ class FullMotion:
         base: position, m, and quaternion x, y, z, w of the first link in the world, (n, 7); None if it is fixed or the
             joint under it has one degree of freedom.
         feet: name of a contact -> names of the frames at which it touches, one unless it stands for several feet.
-        foot_force: normal and tangential force of every foot, N, (n, number of feet, 2), in the order of `feet`.
+        foot_force: normal and tangential force of every foot, N, (n, number of feet, rows), in the order of `feet`.
     """
 
     joints: list[str]
@@ -65,13 +65,21 @@ class FullModel:
         locked: name of a joint -> value it is held at, m or rad.
         coupled: name of a joint -> name of the joint it moves in unison with.
         scene: surfaces, and what touches what.
+        in_space: whether contacts have two tangents; none stands for several feet then.
 
     Raises:
         JointError: the joints cannot be locked or coupled.
     """
 
     def __init__(
-        self, robot: Robot, full: Robot, locked: Mapping[str, float], coupled: Mapping[str, str], scene: Scene
+        self,
+        robot: Robot,
+        full: Robot,
+        locked: Mapping[str, float],
+        coupled: Mapping[str, str],
+        scene: Scene,
+        *,
+        in_space: bool = False,
     ) -> None:
         held = lock_joints(full.model, locked) if locked else full.model
         signs = coupling_signs(held, coupled) if coupled else {}
@@ -86,6 +94,7 @@ class FullModel:
             for link in full.tree.links
             if len(link.joint.velocity_suffixes) == 1 and not root & set(full.velocity_names[link.v_indices])
         ]
+        self._stand_in = bool(coupled) and not in_space
         self._add_twins([one.frame for one in scene.geometries.values() if not isinstance(one, TwoBodies)])
         feet = {name: self._feet(geometry) for name, geometry in scene.geometries.items()}
         counts = np.array([len(each) for each in feet.values()], dtype=int)
@@ -95,7 +104,11 @@ class FullModel:
         geometries = {f"{name} {foot.frame}": foot for name, each in feet.items() for foot in each}
         nothing = np.zeros((full.model.nv, 0))
         self._physics = NumericPhysics(
-            self._full, Scene(scene.surfaces, geometries), dict.fromkeys(geometries, 0.0), lambda _: nothing
+            self._full,
+            Scene(scene.surfaces, geometries),
+            dict.fromkeys(geometries, 0.0),
+            lambda _: nothing,
+            in_space=in_space,
         )
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
@@ -136,7 +149,7 @@ class FullModel:
 
         Args:
             physics: of the reduced robot, with the contacts in the order of the scene.
-            samples: q_r, v_r, u and f, of shape (n_c, 2) with normal and tangential force, of every sample.
+            samples: q_r, v_r, u and f, of shape (n_c, rows) with normal and tangential force, of every sample.
             dry_friction: r_r of every sample, N or N m, (n, n_v); none if omitted.
         """
         model, links = self._full.model, self._joints
@@ -188,11 +201,11 @@ class FullModel:
         ]
 
     def forces_on_feet(self, force: np.ndarray) -> np.ndarray:
-        """Return normal and tangential force on every foot, N, of those on contacts, (n_c, 2)."""
+        """Return normal and tangential force on every foot, N, of those on contacts, (n_c, rows)."""
         return np.asarray(force[self._of_contact] * self._shares[:, None])
 
     def feet_at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of all feet at a configuration, m, (n_f, 3), and their normals and tangents, (n_f, 2, 3).
+        """Return the points of all feet at a configuration, m, (n_f, 3), and normals and tangents, (n_f, rows, 3).
 
         Both are in the world.
         """
@@ -237,7 +250,7 @@ class FullModel:
 
         The places are one in the x-z plane, and mirror images of each other across it.
         """
-        for frame in frames if self._coupled else ():
+        for frame in frames if self._stand_in else ():
             model, own = self._full.model, self._full.frame_id(frame)
             first = model.frames[own].parentJoint
             chain, near = (
@@ -266,7 +279,7 @@ class FullModel:
         These are the frames that are always at the same place in the x-z plane, at the ends of chains of joints that
         move in unison; of several frames at the end of one chain the first, if possible of the same type.
         """
-        if isinstance(geometry, TwoBodies) or not self._coupled:
+        if isinstance(geometry, TwoBodies) or not self._stand_in:
             return [geometry]
         frames, own = self._full.model.frames, self._full.frame_id(geometry.frame)
         named = {index: name for name in self._full.frame_names if (index := self._frame(name)) is not None}
@@ -328,7 +341,7 @@ def acceleration_under(
     Args:
         physics: of the robot.
         q, v, u: its state and controls.
-        force: normal and tangential, N, (n_c, 2).
+        force: normal and tangential, N, (n_c, rows).
         rubbing: dry friction of joints, N or N m, (n_v).
     """
     driving = physics.contact_jacobian(q).T @ stacked_rows(force) + rubbing

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact.model import ContactSystem, MultibodyDynamics, PlanarContact
+from fesd_robot.contact.model import Contact, ContactSystem, MultibodyDynamics
 from fesd_robot.fesd import Element, Tableau
 from fesd_robot.recovery.between import DenseSamples, stacked_elements
 from fesd_robot.recovery.elements import ElementReader
@@ -46,7 +46,7 @@ class PhysicalMotion:
         weight: (n,), s, quadrature weight of the sample in physical time.
         interval: (n,), control interval of each sample.
         control: (n, n_u), without the speed of time.
-        force: (n, n_c, 2), normal and tangential, N.
+        force: (n, n_c, rows), normal and tangential, N; two rows in the plane, three in space.
         gap_state: (n, n_c), integrated gap, m; (n, 0) if there is none.
         mode: (n, n_c) of ``flight``, ``impact``, ``stick``, ``slip``.
         impacts, switches: in time order.
@@ -115,7 +115,7 @@ def recover(
     branch: Branch,
     tableau: Tableau,
     dynamics: MultibodyDynamics,
-    contacts: Sequence[PlanarContact],
+    contacts: Sequence[Contact],
     contact_system: ContactSystem,
     auxiliary_force: float,
 ) -> PhysicalMotion:

@@ -22,9 +22,11 @@ class NumericPhysics:
         friction: name of a contact -> its coefficient, in the order of the contacts; the geometry of each is that of
             its name in `scene.geometries`.
         control_matrix: q -> B, (n_v, n_u).
+        in_space: whether contacts have two tangents; a circle is a ball then.
 
     Attributes:
         scene: surfaces, and what touches what.
+        rows: of a contact in its Jacobian and its forces: a normal and a tangent, in space two.
         friction: coefficient of every contact, (n_c).
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
         dry_friction: limit of the dry friction of every joint, N or N m, (n_v); it is no part of the forces below.
@@ -37,8 +39,11 @@ class NumericPhysics:
         scene: Scene,
         friction: Mapping[str, float],
         control_matrix: Callable[[np.ndarray], np.ndarray],
+        *,
+        in_space: bool = False,
     ) -> None:
         self.scene = scene
+        self.rows = 3 if in_space else 2
         self._model = robot.model
         self._data = robot.model.createData()
         self._geometries = [scene.geometries[name] for name in friction]
@@ -66,12 +71,12 @@ class NumericPhysics:
         return np.array([self._point(geometry) for geometry in self._geometries]).reshape(-1, 3)
 
     def contact_axes(self, q: np.ndarray) -> np.ndarray:
-        """Normal and tangent of every contact in the world, (n_c, 2, 3); a force on the robot has its parts in them."""
+        """Normal and tangents of every contact in the world, (n_c, rows, 3): the directions of a force's parts."""
         pin.framesForwardKinematics(self._model, self._data, q)
-        return np.array([self._axes(geometry) for geometry in self._geometries]).reshape(-1, 2, 3)
+        return np.array([self._axes(geometry) for geometry in self._geometries]).reshape(-1, self.rows, 3)
 
     def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Rows J_n, J_t of every contact, (2 n_c, n_v)."""
+        """Rows J_n, J_t of every contact, (rows n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
         rows = [row for geometry in self._geometries for row in self._rows(geometry)]
@@ -144,32 +149,39 @@ class NumericPhysics:
         if isinstance(geometry, PointOnSurface):
             return position
         if isinstance(geometry, CircleOnSurface):
-            tangent = geometry.path.tangent(position)
-            return position - geometry.radius * np.array([-tangent[2], 0.0, tangent[0]])
+            return position - geometry.radius * _unit_normal(geometry.path.tangent(position))
         return position - geometry.radius * self._closest(geometry)[1]
 
-    def _axes(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
+    def _axes(self, geometry: ContactGeometry) -> tuple[np.ndarray, ...]:
         position = self._position(geometry.frame)
         if isinstance(geometry, TwoBodies):
             normal = self._closest(geometry)[1]
             return normal, np.array([normal[2], 0.0, -normal[0]])
         surface = geometry.surface if isinstance(geometry, PointOnSurface) else geometry.path
-        return surface.normal(position), surface.tangent(position)
+        return surface.normal(position), surface.tangent(position), *self._across()
 
-    def _rows(self, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
+    def _across(self) -> list[np.ndarray]:
+        """The second tangent, the same for all surfaces, as none varies along y; none in the plane."""
+        return [_LATERAL] * (self.rows - 2)
+
+    def _rows(self, geometry: ContactGeometry) -> list[np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""
         position, jacobian = self._position(geometry.frame), self._jacobian(geometry.frame)
         if isinstance(geometry, PointOnSurface):
-            return geometry.surface.normal(position) @ jacobian[:3], geometry.surface.tangent(position) @ jacobian[:3]
+            axes = geometry.surface.normal(position), geometry.surface.tangent(position), *self._across()
+            return [axis @ jacobian[:3] for axis in axes]
         if isinstance(geometry, CircleOnSurface):
             tangent = geometry.path.tangent(position)
-            arm = geometry.radius * np.array([tangent[2], 0.0, -tangent[0]])
-            return geometry.path.normal(position) @ jacobian[:3], tangent @ self._at_rim(jacobian, arm)
+            moving = self._at_rim(jacobian, -geometry.radius * _unit_normal(tangent))
+            return [
+                geometry.path.normal(position) @ jacobian[:3],
+                *(axis @ moving for axis in (tangent, *self._across())),
+            ]
         gap, normal = self._closest(geometry)
         nearest = position - (gap + geometry.radius) * normal - self._position(geometry.other_frame)
         moving = self._at_rim(jacobian, -geometry.radius * normal)
         moving -= self._at_rim(self._jacobian(geometry.other_frame), nearest)
-        return normal @ moving, np.array([normal[2], 0.0, -normal[0]]) @ moving
+        return [normal @ moving, np.array([normal[2], 0.0, -normal[0]]) @ moving]
 
     def _closest(self, geometry: TwoBodies) -> tuple[float, np.ndarray]:
         """Gap and direction from the other body to the circle's centre, (3)."""
@@ -180,6 +192,13 @@ class NumericPhysics:
     def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
         """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
+
+
+_LATERAL = np.array([0.0, 1.0, 0.0])
+
+
+def _unit_normal(tangent: np.ndarray) -> np.ndarray:
+    return np.array([-tangent[2], 0.0, tangent[0]])
 
 
 def _frames(geometry: ContactGeometry) -> list[str]:
@@ -193,15 +212,17 @@ def split_contact_force(
     friction: np.ndarray | None = None,
     near: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return forces (n_c, 2) of the closed contacts with J^T f = generalized in least squares, and what is left over.
+    """Return forces (n_c, rows) of closed contacts with J^T f = generalized in least squares, and what is left over.
 
     Where the motion leaves open how contacts divide a force between them, as the friction of two corners of a block,
     every division obeys the same equations of motion; of all of them the one nearest to `near` is taken.
 
     Args:
-        generalized: (n_v). jacobian: rows J_n, J_t of every contact, (2 n_c, n_v). closed: (n_c) of bool.
+        generalized: (n_v).
+        jacobian: rows J_n, J_t of every contact, (rows n_c, n_v).
+        closed: (n_c) of bool.
         friction: coefficients (n_c); a contact with none has no tangential force. All have one if omitted.
-        near: (n_c, 2), normal and tangential; zeros if omitted.
+        near: (n_c, rows), normal and tangential; zeros if omitted.
     """
     nothing = np.zeros(0, dtype=int)
     force, _, left = split_forces(generalized, jacobian, closed, nothing, friction, near, np.zeros(0))
@@ -217,7 +238,7 @@ def split_forces(
     near: np.ndarray | None,
     near_joints: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return forces of closed contacts, (n_c, 2), and of the dry friction of joints, (n_f), and what is left over.
+    """Return forces of closed contacts, (n_c, rows), and of the dry friction of joints, (n_f), and what is left over.
 
     The same as `split_contact_force` for J^T f + S^T tau = generalized, where S picks the joints.
 
@@ -226,9 +247,10 @@ def split_forces(
         rubbing: velocity coordinates with dry friction, (n_f).
         near_joints: force of their friction, N or N m, (n_f).
     """
-    rows = rows_of(closed)
+    count = len(jacobian) // max(len(closed), 1)
+    rows = rows_of(closed, count)
     if friction is not None:
-        tangential_rows(rows)[:] &= friction > 0
+        tangential_rows(rows, count)[:] &= friction[:, None] > 0
     force = np.zeros(len(jacobian))
     if near is not None:
         force[rows] = stacked_rows(near)[rows]
@@ -242,4 +264,4 @@ def split_forces(
         joints += step[len(step) - len(rubbing) :]
     left = generalized - jacobian.T @ force
     left[rubbing] -= joints
-    return by_contact(force), joints, left
+    return by_contact(force, max(count, 1)), joints, left

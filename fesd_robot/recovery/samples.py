@@ -21,7 +21,7 @@ _TAKES_PART = 1e-3
 
 @dataclass(frozen=True)
 class ImpactRecord:
-    """One impact: samples before and after, impulse (normal, tangential) of every contact, N s, shape (n_c, 2)."""
+    """One impact: samples before and after, impulse (normal, tangential) of every contact, N s, (n_c, rows)."""
 
     before: int
     after: int
@@ -40,7 +40,7 @@ class Samples:
     def __init__(self, reader: ElementReader) -> None:
         self._reader = reader
         self._rows: list[dict[str, object]] = []
-        self._pending = np.zeros((reader.n_c, 2))
+        self._pending = np.zeros((reader.n_c, reader.rows))
         self._provisional = False
         self.between: list[DenseElement] = []
         self.impacts: list[ImpactRecord] = []
@@ -51,7 +51,7 @@ class Samples:
         """An element in which the clock stands still."""
         if not self._rows:
             n_c, self._provisional = self._reader.n_c, True
-            self._append(element.x_left, element, np.zeros((n_c, 2)), [ContactMode.FLIGHT] * n_c)
+            self._append(element.x_left, element, np.zeros((n_c, self._reader.rows)), [ContactMode.FLIGHT] * n_c)
         self._pending += impulse
 
     def add_motion(self, element: Element, physics: ElementPhysics) -> None:
@@ -81,7 +81,12 @@ class Samples:
         """Add the state after an impact at the very end."""
         if self._rows and self._jumps_to(last.x[-1]):
             self._close_impact(self._reader.clock(last.x[-1]))
-            self._append(last.x[-1], last, np.zeros((self._reader.n_c, 2)), [ContactMode.FLIGHT] * self._reader.n_c)
+            self._append(
+                last.x[-1],
+                last,
+                np.zeros((self._reader.n_c, self._reader.rows)),
+                [ContactMode.FLIGHT] * self._reader.n_c,
+            )
 
     def stacked(self) -> dict[str, np.ndarray]:
         """All samples as arrays."""

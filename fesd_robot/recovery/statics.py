@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-from fesd_robot.recovery.contact_rows import ROWS, rows_of
+from fesd_robot.recovery.contact_rows import cone_facets, rows_of
 from fesd_robot.recovery.physics import NumericPhysics
 
 
@@ -16,7 +16,7 @@ def holding_effort(
 
         min k   s.t.   B(q) u + J(q)ᵀ f + τ = g(q),   k u_lower <= u <= k u_upper,   |f_t| <= mu f_n,   |τ| <= F
 
-    with the dry friction τ of joints.
+    with the dry friction τ of joints. In space the friction cone is a pyramid inside it.
 
     Args:
         physics: the robot, its contacts and what its controls push.
@@ -36,19 +36,20 @@ def holding_effort(
     v = np.zeros(physics.contact_jacobian(q).shape[1])
     weight = physics.required_force(q, v, v, no_control)
     pushes = np.column_stack([physics.generalized_force(q, row) for row in np.eye(controls)])
-    jacobian = physics.contact_jacobian(q)[rows_of(closed)]
+    jacobian = physics.contact_jacobian(q)[rows_of(closed, physics.rows)]
     friction, count = physics.friction[closed], int(closed.sum())
     limits_of_joints = physics.dry_friction[physics.rubbing]
-    # Unknowns: k, u, (f_n, f_t) of every closed contact, and the dry friction of joints.
+    # Unknowns: k, u, (f_n, f_t...) of every closed contact, and the dry friction of joints.
     balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T, np.eye(len(v))[:, physics.rubbing]])
-    bounded = np.zeros((2 * controls + 2 * count, balance.shape[1]))
+    facets, per_contact = cone_facets(physics.rows - 1), physics.rows
+    bounded = np.zeros((2 * controls + len(facets) * count, balance.shape[1]))
     for i in range(controls):
         bounded[2 * i, [0, 1 + i]] = [-upper[i], 1]
         bounded[2 * i + 1, [0, 1 + i]] = [lower[i], -1]
     for i in range(count):
-        rows, normal = 2 * controls + 2 * i, 1 + controls + ROWS * i
-        bounded[rows, [normal, normal + 1]] = [-friction[i], 1]
-        bounded[rows + 1, [normal, normal + 1]] = [-friction[i], -1]
+        row, normal = 2 * controls + len(facets) * i, 1 + controls + per_contact * i
+        bounded[row : row + len(facets), normal] = -friction[i]
+        bounded[row : row + len(facets), normal + 1 : normal + per_contact] = facets
     optimum = linprog(
         np.eye(1, balance.shape[1])[0],
         A_ub=bounded,
@@ -57,7 +58,7 @@ def holding_effort(
         b_eq=weight,
         bounds=[(0, None)]
         + [(None, None)] * controls
-        + [(0, None), (None, None)] * count
+        + [(0, None), *[(None, None)] * (per_contact - 1)] * count
         + [(-limit, limit) for limit in limits_of_joints],
     )
     return (float(optimum.x[0]), optimum.x[1 : 1 + controls]) if optimum.status == 0 else None

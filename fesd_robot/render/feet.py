@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from fesd_robot.task import Task
 
 
+LATERAL = np.array([0.0, 1.0, 0.0])
+"""Direction of the lateral force of a contact in space."""
+
+
 @dataclass(frozen=True)
 class Foot:
     """One place of the robot that touches, along n samples.
@@ -66,6 +70,8 @@ def feet_of(plan: Plan, task: Task, robot: Robot, configuration: np.ndarray) -> 
             place, path, normal, tangent = _along(robot, own, configuration)
             normal_force, tangential_force = share * history.normal_force, share * history.tangential_force
             force = normal_force[:, None] * normal + tangential_force[:, None] * tangent
+            if history.lateral_force is not None:
+                force = force + share * history.lateral_force[:, None] * LATERAL
             feet.append(Foot(label, name, place, path, normal, tangent, force, friction_of(task, name), share))
     return feet
 

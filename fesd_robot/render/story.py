@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fesd_robot.render.feet import LATERAL
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
 
@@ -45,7 +46,8 @@ def _foot(foot: Foot, number: int, plan: Plan, time: np.ndarray) -> dict[str, An
     for one in plan.impulses:
         if one.contact == foot.contact:
             sample = int(np.argmin(np.abs(time - one.time)))
-            vector = foot.share * (one.normal * foot.normal[sample] + one.tangential * foot.tangent[sample])
+            vector = one.normal * foot.normal[sample] + one.tangential * foot.tangent[sample]
+            vector = foot.share * (vector + (one.lateral or 0.0) * LATERAL)
             impulses.append({"time": one.time, "vector": _short(vector)})
     return {
         "name": foot.name,
@@ -119,6 +121,8 @@ def _curves(plan: Plan) -> list[dict[str, Any]]:
             {"name": "normal", "values": _short(contact.normal_force)},
             {"name": "tangential", "values": _short(contact.tangential_force)},
         ]
+        if contact.lateral_force is not None:
+            lines.append({"name": "lateral", "values": _short(contact.lateral_force)})
         curves.append({"group": "contact force", "name": name, "unit": "N", "lines": lines})
         gap = [{"name": "gap", "values": _short(contact.gap)}]
         curves.append({"group": "gap", "name": name, "unit": "m", "lines": gap})

@@ -23,6 +23,9 @@ CLOSED_VELOCITY = 1e-3
 PARTING = 1e-9
 """Normal velocity after an impact, m/s, above which a contact that touches is open."""
 
+_AT_ONCE = 1e-10
+"""Gap, m, up to which a contact that approaches meets the ground together with another one."""
+
 _SAME = 1e-6
 """Difference of two accelerations relative to the larger up to which two choices of modes are the same motion."""
 
@@ -48,12 +51,14 @@ class Contacts:
         closed: those that touch and do not part, (n_c) of bool.
         ground: gap at which each contact touches, m, (n_c).
         joints: modes of the joints with dry friction, (n_f).
+        headings: directions of their slides at the event, see `slip_headings`, (n_c, n_t).
     """
 
     modes: Modes
     closed: np.ndarray
     ground: np.ndarray
     joints: JointModes
+    headings: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -109,17 +114,29 @@ class ContactLaw:
         Args:
             flying: contacts that are open however near the ground they are, if they are above it, (n_c) of bool.
         """
-        gaps, normal = self._physics.gaps(q), normal_rows(self._physics.contact_jacobian(q) @ v)
+        gaps, normal = self._physics.gaps(q), self._normal_velocity(q, v)
         closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY) & ~(flying & (gaps > 0))
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
         ground, joints = np.where(closed, gaps, np.minimum(gaps, 0.0)), (Mode.STICK,) * len(self._physics.rubbing)
-        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints)
+        nowhere = np.zeros((len(gaps), self._physics.rows - 1))
+        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere)
         hits, result = (gaps <= 0) & (normal < -CLOSED_VELOCITY), None
         if hits.any():
             contacts, result = self.hit(contacts, hits, q, v)
             v = result.velocity
         contacts, v = self.choose(contacts, q, v)
         return Beginning(contacts, v, drift, result)
+
+    def hit_with(self, contacts: Contacts, hits: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return which contacts meet the ground at the same time as those that do, (n_c) of bool.
+
+        Args:
+            hits: contacts that meet it, (n_c) of bool; nothing else is looked at if there is none.
+        """
+        if not hits.any():
+            return hits
+        near = self._physics.gaps(q) - contacts.ground <= _AT_ONCE
+        return np.asarray(hits | (~contacts.closed & near & (self._normal_velocity(q, v) < 0)))
 
     def hit(self, contacts: Contacts, hits: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, Impact]:
         """Return the contacts after some have met the ground, whose modes are still to choose, and the impact.
@@ -131,9 +148,14 @@ class ContactLaw:
         result = impact(self._physics, q, v, touching)
         if not result.finished:
             self.notes.add(Note.UNFINISHED_IMPACT)
-        closed = touching & (normal_rows(self._physics.contact_jacobian(q) @ result.velocity) <= self._parting)
+        closed = touching & (self._normal_velocity(q, result.velocity) <= self._parting)
         ground = np.where(closed & ~contacts.closed, self._physics.gaps(q), contacts.ground)
         return replace(contacts, closed=closed, ground=ground), result
+
+    def released(self, contacts: Contacts, q: np.ndarray) -> Contacts:
+        """Return the contacts with the ground of open ones no higher than they are: they can come back to it."""
+        lowest = np.minimum(contacts.ground, self._physics.gaps(q))
+        return replace(contacts, ground=np.where(contacts.closed, contacts.ground, lowest))
 
     def choose(
         self, contacts: Contacts, q: np.ndarray, v: np.ndarray, left: Modes | None = None
@@ -152,13 +174,16 @@ class ContactLaw:
         stays = (c for c in choices if c.modes == contacts.modes and c.admissible and c.proper)
         chosen = next(stays, choices[0])
         closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in chosen.modes], dtype=bool)
-        return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints), v
+        return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints, headings=chosen.headings), v
+
+    def _normal_velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return normal_rows(self._physics.contact_jacobian(q) @ v, self._physics.rows)
 
     def look(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> None:
         """Note whether other modes than those that go on have become possible: only where some slip is improper."""
         if not contacts.closed.any() or Note.NOT_UNIQUE in self.notes:
             return
-        dynamics = contact_dynamics(self._physics, q, v, self._control)
+        dynamics = contact_dynamics(self._physics, q, v, self._control, contacts.headings)
         if slips_are_proper(dynamics.in_joint_modes(contacts.joints), contacts.closed):
             return
         choices = rated_modes(dynamics, contacts.closed)
@@ -171,8 +196,9 @@ class ContactLaw:
         Joints with dry friction do not creep either.
         """
         rubbing, jacobian = self._physics.rubbing, self._physics.contact_jacobian(q)
-        creeps = np.abs(tangential_rows(jacobian @ v)) <= ZERO_TANGENTIAL_VELOCITY
-        rows = np.column_stack([closed, closed & creeps & (self._physics.friction > 0)]).ravel()
+        speeds = np.linalg.norm(tangential_rows(jacobian @ v, self._physics.rows), axis=1)
+        creeps = closed & (speeds <= ZERO_TANGENTIAL_VELOCITY) & (self._physics.friction > 0)
+        rows = np.column_stack([closed, *[creeps] * (self._physics.rows - 1)]).ravel()
         resting = rubbing[np.abs(v[rubbing]) <= ZERO_TANGENTIAL_VELOCITY]
         held = np.vstack([jacobian[rows], np.eye(len(v))[resting]])
         response = np.linalg.solve(self._physics.mass_matrix(q), held.T)

@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fesd_robot.recovery.contact_rows import tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.mode import JointModes, Mode
 
 _STEP = 3e-6
@@ -20,13 +22,15 @@ class ContactDynamics:
     Joints with dry friction move as if they had none, until `in_joint_modes` says what they do.
 
     Attributes:
-        jacobian: J, rows J_n and J_t of every contact, (2 n_c, n_v).
-        velocity: J v, m/s, (2 n_c).
+        jacobian: J, rows J_n and J_t of every contact, (rows n_c, n_v).
+        velocity: J v, m/s, (rows n_c).
         acceleration: M^-1 (B u - h - D v - K (q - r)), of the robot without contact forces, (n_v).
-        response: M^-1 J^T, (n_v, 2 n_c).
-        compliance: W = J M^-1 J^T, 1/kg, (2 n_c, 2 n_c).
-        free: J times that acceleration + (dJ/dt) v, m/s^2, (2 n_c).
+        response: M^-1 J^T, (n_v, rows n_c).
+        compliance: W = J M^-1 J^T, 1/kg, (rows n_c, rows n_c).
+        free: J times that acceleration + (dJ/dt) v, m/s^2, (rows n_c).
         friction: coefficients, (n_c).
+        headings: direction in which a contact slides that slides forwards, (n_c, n_t): its tangent in the plane, that
+            of its velocity in space.
         joints: the same for the joints with dry friction.
     """
 
@@ -37,7 +41,13 @@ class ContactDynamics:
     compliance: np.ndarray
     free: np.ndarray
     friction: np.ndarray
+    headings: np.ndarray
     joints: JointDynamics
+
+    @property
+    def rows(self) -> int:
+        """Rows of a contact."""
+        return 1 + self.headings.shape[1]
 
     def in_joint_modes(self, modes: JointModes) -> ContactDynamics:
         """Return the dynamics in which joints with dry friction stick or slide as given, from that without friction.
@@ -73,7 +83,7 @@ class ContactDynamics:
         """Return the dry friction of joints in their modes, N or N m, (n_f).
 
         Args:
-            forces: of the contacts, stacked, (2 n_c).
+            forces: of the contacts, stacked, (rows n_c).
         """
         return np.asarray(self.joints.force + self.joints.by_contacts @ forces)
 
@@ -87,7 +97,7 @@ class JointDynamics:
         limit: F, N or N m, (n_f).
         velocity: m/s or rad/s, (n_f).
         response: M^-1 S^T, (n_v, n_f), where S picks the joints.
-        force, by_contacts: in given modes the friction is ``force + by_contacts f``, (n_f) and (n_f, 2 n_c).
+        force, by_contacts: in given modes the friction is ``force + by_contacts f``, (n_f) and (n_f, rows n_c).
     """
 
     rows: np.ndarray
@@ -98,7 +108,15 @@ class JointDynamics:
     by_contacts: np.ndarray
 
 
-def contact_dynamics(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray) -> ContactDynamics:
+def contact_dynamics(
+    physics: NumericPhysics,
+    q: np.ndarray,
+    v: np.ndarray,
+    u: np.ndarray,
+    headings: np.ndarray | None = None,
+    *,
+    through_zero: bool = False,
+) -> ContactDynamics:
     """Return the dynamics of a state in the coordinates of its contacts, without dry friction of joints.
 
     (dJ/dt) v is the central difference of J(q (+) eps v) v.
@@ -106,6 +124,7 @@ def contact_dynamics(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: n
     Args:
         physics: of the robot and its contacts.
         q, v, u: configuration (n_q), velocity (n_v), controls (n_u), SI units.
+        headings, through_zero: `before` of `slip_headings`, and as there.
     """
     ahead, behind = (physics.contact_jacobian(physics.integrate(q, sign * _STEP * v)) for sign in (1.0, -1.0))
     jacobian, rows = physics.contact_jacobian(q), physics.rubbing
@@ -113,14 +132,16 @@ def contact_dynamics(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: n
     picked = np.eye(len(v))[:, rows]
     solved = np.linalg.solve(physics.mass_matrix(q), np.column_stack([force, jacobian.T, picked]))
     acceleration, response, of_joints = np.split(solved, [1, 1 + len(jacobian)], axis=1)
+    velocity = jacobian @ v
     return ContactDynamics(
         jacobian=jacobian,
-        velocity=jacobian @ v,
+        velocity=velocity,
         acceleration=acceleration[:, 0],
         response=response,
         compliance=jacobian @ response,
         free=jacobian @ acceleration[:, 0] + (ahead @ v - behind @ v) / (2.0 * _STEP),
         friction=physics.friction,
+        headings=slip_headings(tangential_rows(velocity, physics.rows), headings, through_zero=through_zero),
         joints=JointDynamics(
             rows=rows,
             limit=physics.dry_friction[rows],

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
 
-from fesd_robot.recovery.contact_rows import by_contact, normal_rows, tangential_rows
+from fesd_robot.recovery.contact_rows import by_contact, cone_facets, normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.headings import beginning_headings, slip_headings
 from fesd_robot.replay.mode import Mode
 from fesd_robot.replay.splits import widest_split
 
@@ -18,6 +22,15 @@ _PHASES = 100
 _ZERO = 1e-12
 """Ratio of a velocity to the largest one of an impact, and of a rate to the largest one, that counts as zero."""
 
+_SETTLED = 1e-9
+"""The same as `_ZERO` of velocities in space, where phases are integrated."""
+
+_SLOW = 1e-12
+"""m/s; slower velocities have no direction."""
+
+_TOLERANCE = 1e-12
+"""Relative tolerance of phases that are integrated."""
+
 
 @dataclass(frozen=True)
 class Impact:
@@ -25,7 +38,7 @@ class Impact:
 
     Attributes:
         velocity: after it, (n_v).
-        impulse: normal and tangential, N s, (n_c, 2).
+        impulse: normal and tangential, N s, (n_c, rows).
         finished: whether no touching contact approaches any more.
     """
 
@@ -44,7 +57,9 @@ def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.n
         J_n v = 0:  0 <= dP_n <= 1 and J_n dv = 0, or dP_n = 0 and J_n dv >= 0, or dP_n = 1 and J_n dv < 0
         dP_t = -mu sgn(J_t v) dP_n,  or |dP_t| <= mu dP_n and J_t dv = 0 where J_t v = 0
 
-    Rates are constant until a velocity becomes zero, so every phase is exact.
+    and in space -v_t / |v_t| takes the place of the sign. In the plane rates are constant until a velocity becomes
+    zero, so every phase is exact; in space the velocity of a contact that slides turns, and a phase is integrated with
+    DOP853 to `_TOLERANCE`.
 
     Args:
         physics: of the robot and its contacts.
@@ -55,69 +70,214 @@ def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.n
     """
     jacobian = physics.contact_jacobian(q)
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
-    process = _Process(jacobian, jacobian @ response, physics.friction, np.asarray(touching))
+    process = _Process(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
     velocity, impulse, finished = before.copy(), np.zeros(len(before)), False
-    small = _ZERO * max(1.0, float(np.abs(before).max(initial=0.0)))
+    zero = _ZERO if physics.rows == 2 else _SETTLED
+    small = zero * max(1.0, float(np.abs(before).max(initial=0.0)))
+    left: _Choice | None = None
     for _ in range(_PHASES):
-        velocity[np.abs(velocity) <= small] = 0.0
-        finished = not bool((normal_rows(velocity)[process.touching] < 0).any())
+        process.settle(velocity, small)
+        finished = not bool((normal_rows(velocity, physics.rows)[process.touching] < 0).any())
         if finished:
             break
-        rates = process.rates(velocity)
-        if rates is None:
+        phase = process.phase(velocity, left)
+        if phase is None:
             break
-        slope = process.compliance @ rates
-        length, ending = process.next_zero(velocity, slope)
-        if not np.isfinite(length):
+        after = process.after(phase, velocity, impulse)
+        if after is None:
             break
-        velocity, impulse = velocity + length * slope, impulse + length * rates
-        velocity[ending] = 0.0
-    return Impact(v + response @ impulse, by_contact(impulse), finished)
+        velocity, impulse, left = after
+    return Impact(v + response @ impulse, by_contact(impulse, physics.rows), finished)
+
+
+_Choice = tuple[tuple[str, Mode] | None, ...]
+"""What every contact does: it pushes or holds, and sticks or slips; None if it has no impulse."""
+
+
+_End = tuple[np.ndarray, np.ndarray, _Choice | None]
+"""Velocity and impulse at the end of a phase, and its choice if that ceased to be possible."""
+
+
+@dataclass(frozen=True)
+class _Phase:
+    """A choice that the law allows, the directions of slides that begin, (n_c, n_t), and its rates, (rows n_c)."""
+
+    choice: _Choice
+    headings: np.ndarray
+    rates: np.ndarray
 
 
 @dataclass(frozen=True)
 class _Process:
-    """Rates of impulses at contact velocities J v, (2 n_c)."""
+    """Rates of impulses at contact velocities J v, (rows n_c)."""
 
     jacobian: np.ndarray
     compliance: np.ndarray
     friction: np.ndarray
     touching: np.ndarray
+    rows: int
 
-    def next_zero(self, velocity: np.ndarray, slope: np.ndarray) -> tuple[float, int]:
-        """Return the impulse at which a velocity of a touching contact becomes zero next, and its row."""
-        heading = np.repeat(self.touching, 2) & (velocity * slope < 0)
+    def settle(self, velocity: np.ndarray, small: float) -> None:
+        """Set velocities to zero, in place, that are smaller than `small`: along the normal, and along all tangents."""
+        normal, tangential = normal_rows(velocity, self.rows), tangential_rows(velocity, self.rows)
+        normal[np.abs(normal) <= small] = 0.0
+        tangential[np.linalg.norm(tangential, axis=1) <= small] = 0.0
+
+    def phase(self, velocity: np.ndarray, left: _Choice | None) -> _Phase | None:
+        """Return what the contacts do at a velocity by the law, or None if there is nothing that it allows.
+
+        Args:
+            left: a choice that has just ceased to be possible.
+        """
+        options: list[Sequence[tuple[str, Mode] | None]] = [
+            self._options(*self._of(velocity, i)) if on else [None] for i, on in enumerate(self.touching)
+        ]
+        for choice in self._likely(velocity, options):
+            if choice == left:
+                continue
+            headings = self._headings(choice, velocity)
+            rates = self._rates_of(choice, headings)
+            if self._allowed(choice, velocity, rates, headings):
+                return _Phase(choice, headings, rates)
+        return None
+
+    def _likely(self, velocity: np.ndarray, options: list[Sequence[tuple[str, Mode] | None]]) -> Iterator[_Choice]:
+        """Yield all choices, in space those first that pivoting leads to.
+
+        From the choice in which contacts that do not part stay, one that pulls gives up, one that would have to push
+        more than others pushes as they do, and one outside its friction cone slides.
+        """
+        if self.rows > 2:
+            stays = [max(own, key=_holding) for own in options]
+            choice, seen = list(stays), set[_Choice]()
+            while tuple(choice) not in seen:
+                seen.add(tuple(choice))
+                yield tuple(choice)
+                headings = self._headings(tuple(choice), velocity)
+                rates = self._rates_of(tuple(choice), headings)
+                rising = normal_rows(self.compliance @ rates, self.rows)
+                for i, one in enumerate(choice):
+                    push, friction = self._of(rates, i)
+                    if one is None:
+                        choice[i] = stays[i] if rising[i] < 0 else None
+                    elif one[0] == "hold" and push < 0:
+                        choice[i] = None
+                    elif one[0] == "hold" and push > 1:
+                        choice[i] = ("push", one[1])
+                    elif one[1] is Mode.STICK and float(np.linalg.norm(friction)) > self.friction[i] * push:
+                        choice[i] = (one[0], Mode.SLIP_FORWARDS)
+        yield from product(*options)
+
+    def after(self, phase: _Phase, velocity: np.ndarray, impulse: np.ndarray) -> _End | None:
+        """Return the end of a phase; None if it has none."""
+        slides = any(one and one[1].direction and self.friction[i] > 0 for i, one in enumerate(phase.choice))
+        if self.rows > 2 and slides:
+            return self._integrated(phase, velocity, impulse)
+        slope = self.compliance @ phase.rates
+        heading = np.repeat(self.touching, self.rows) & (velocity * slope < 0)
         lengths = np.full(len(velocity), np.inf)
         lengths[heading] = -velocity[heading] / slope[heading]
         row = int(lengths.argmin())
-        return float(lengths[row]), row
+        if not np.isfinite(lengths[row]):
+            return None
+        velocity = velocity + lengths[row] * slope
+        velocity[row] = 0.0
+        return velocity, impulse + lengths[row] * phase.rates, None
 
-    def rates(self, velocity: np.ndarray) -> np.ndarray | None:
-        """Return rates (2 n_c) that obey the law, or None if there are none."""
-        options = [self._options(*self._of(velocity, i)) if on else [None] for i, on in enumerate(self.touching)]
-        for choice in product(*options):
-            rates = self._rates_of(choice)
-            if self._allowed(choice, velocity, rates):
-                return rates
+    def _integrated(self, phase: _Phase, velocity: np.ndarray, impulse: np.ndarray) -> _End | None:
+        """Return the end of a phase in which velocities turn: where one becomes zero, or its choice is not possible."""
+        count, headings = len(velocity), phase.headings.copy()
+
+        def headings_at(y: np.ndarray) -> np.ndarray:
+            return slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
+
+        def slope(_: float, y: np.ndarray) -> np.ndarray:
+            rates = self._rates_of(phase.choice, headings_at(y))
+            return np.concatenate([self.compliance @ rates, rates])
+
+        def watched(y: np.ndarray) -> np.ndarray:
+            """Approach and slide of every contact, and the room of the choice: what must stay positive."""
+            normal, tangential = normal_rows(y[:count], self.rows), tangential_rows(y[:count], self.rows)
+            approach = np.where(self.touching & (approaching < 0), -normal, np.inf)
+            slide = np.where(slipping, (tangential * headings).sum(axis=1) + _ZERO, np.inf)
+            return np.concatenate(
+                [approach, slide, [self._room(phase.choice, self._rates_of(phase.choice, headings_at(y)))]]
+            )
+
+        approaching = normal_rows(velocity, self.rows).copy()
+        slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
+        span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
+        scale = max(float(np.abs(velocity).max()), 1.0)
+        stepper = DOP853(
+            slope,
+            0.0,
+            np.concatenate([velocity, impulse]),
+            span,
+            rtol=_TOLERANCE,
+            atol=1e-3 * _TOLERANCE * scale,
+        )
+        before = watched(stepper.y)
+        while stepper.status == "running":
+            stepper.step()
+            after = watched(stepper.y)
+            ended = np.flatnonzero((before >= 0) & (after < 0))
+            if ended.size:
+                path = stepper.dense_output()
+                times = [_root(_entry(watched, path, int(k)), stepper) for k in ended]
+                first = int(np.argmin(times))
+                return self._at_the_end(path(times[first]), int(ended[first]), phase.choice)
+            headings[:] = slip_headings(tangential_rows(stepper.y[:count], self.rows), headings, slow=_SLOW)
+            before = after
         return None
 
-    @staticmethod
-    def _of(values: np.ndarray, i: int) -> tuple[float, float]:
-        return float(normal_rows(values)[i]), float(tangential_rows(values)[i])
+    def _at_the_end(self, y: np.ndarray, which: int, choice: _Choice) -> _End:
+        velocity, impulse = np.split(y.copy(), 2)
+        contacts = len(self.touching)
+        if which < contacts:
+            normal_rows(velocity, self.rows)[which] = 0.0
+        elif which < 2 * contacts:
+            tangential_rows(velocity, self.rows)[which - contacts] = 0.0
+        return velocity, impulse, None if which < 2 * contacts else choice
 
-    @staticmethod
-    def _options(normal: float, tangential: float) -> list[tuple[str, Mode] | None]:
+    def _of(self, values: np.ndarray, i: int) -> tuple[float, np.ndarray]:
+        return float(normal_rows(values, self.rows)[i]), tangential_rows(values, self.rows)[i]
+
+    def _options(self, normal: float, tangential: np.ndarray) -> list[tuple[str, Mode] | None]:
         if normal > 0:
             return [None]
-        slips = {1: [Mode.SLIP_FORWARDS], -1: [Mode.SLIP_BACKWARDS], 0: list(_TANGENTIAL)}[int(np.sign(tangential))]
+        if self.rows > 2:
+            slips = [Mode.SLIP_FORWARDS] if tangential.any() else [Mode.STICK, Mode.SLIP_FORWARDS]
+        else:
+            slips = {1: [Mode.SLIP_FORWARDS], -1: [Mode.SLIP_BACKWARDS], 0: list(_TANGENTIAL)}[
+                int(np.sign(tangential[0]))
+            ]
         pushes = ["push"] if normal < 0 else ["hold", "push"]
         return [*([None] if normal == 0 else []), *((push, slip) for push in pushes for slip in slips)]
 
-    def _rates_of(self, choice: tuple[tuple[str, Mode] | None, ...]) -> np.ndarray:
+    def _headings(self, choice: _Choice, velocity: np.ndarray) -> np.ndarray:
+        """Return the directions of all slides; of those that begin in space the one of their acceleration."""
+        tangential = tangential_rows(velocity, self.rows)
+        headings = slip_headings(tangential, slow=_SLOW)
+        starting = [
+            i
+            for i, one in enumerate(choice)
+            if one and one[1].direction and self.rows > 2 and self.friction[i] > 0 and not tangential[i].any()
+        ]
+        if not starting:
+            return headings
+        held = tuple((one[0], Mode.STICK) if one and i in starting else one for i, one in enumerate(choice))
+        pulls = -tangential_rows(self._rates_of(held, headings), self.rows)
+
+        def drift(directions: np.ndarray) -> np.ndarray:
+            return tangential_rows(self.compliance @ self._rates_of(choice, directions), self.rows)
+
+        return beginning_headings(drift, pulls, headings, starting)
+
+    def _rates_of(self, choice: _Choice, headings: np.ndarray) -> np.ndarray:
         """Return rates of pushing contacts and those that hold velocities of others at zero."""
-        unit = np.eye(2 * len(choice))
-        pushed = np.zeros(2 * len(choice))
+        size, count = self.rows, self.rows * len(choice)
+        unit, pushed = np.eye(count), np.zeros(count)
         rows: list[int] = []
         columns: list[np.ndarray] = []
         bounds: list[np.ndarray] = []
@@ -126,19 +286,22 @@ class _Process:
             if chosen is None:
                 continue
             kind, slip = chosen
-            direction = unit[2 * i] - self.friction[i] * slip.direction * unit[2 * i + 1]
+            tangents = range(size * i + 1, size * (i + 1))
+            direction = unit[size * i].copy()
+            direction[list(tangents)] -= self.friction[i] * slip.direction * headings[i]
             if kind == "push":
                 pushed += direction
             else:
-                rows.append(2 * i)
+                rows.append(size * i)
                 columns.append(direction)
-                bounds += [unit[2 * i], -unit[2 * i]]
+                bounds += [unit[size * i], -unit[size * i]]
                 offsets += [0.0, 1.0]
             if slip is Mode.STICK:
-                rows.append(2 * i + 1)
-                columns.append(unit[2 * i + 1])
-                bounds += [self.friction[i] * unit[2 * i] + sign * unit[2 * i + 1] for sign in (1.0, -1.0)]
-                offsets += [0.0, 0.0]
+                rows += tangents
+                columns += [unit[row] for row in tangents]
+                for facet in cone_facets(size - 1):
+                    bounds.append(self.friction[i] * unit[size * i] - facet @ unit[list(tangents)])
+                    offsets.append(0.0)
         if not rows:
             return pushed
         spread, limits = np.array(columns).T, np.array(bounds)
@@ -147,7 +310,20 @@ class _Process:
         held = widest_split(held, self.jacobian.T @ spread, limits @ spread, limits @ pushed + np.array(offsets))
         return np.asarray(pushed + spread @ held)
 
-    def _allowed(self, choice: tuple[tuple[str, Mode] | None, ...], velocity: np.ndarray, rates: np.ndarray) -> bool:
+    def _room(self, choice: _Choice, rates: np.ndarray) -> float:
+        """Return the smallest of what must not be negative of the rates, and a little more."""
+        least = 1.0
+        for i, chosen in enumerate(choice):
+            if chosen is None:
+                continue
+            push, friction = self._of(rates, i)
+            if chosen[0] == "hold":
+                least = min(least, push, 1.0 - push)
+            if chosen[1] is Mode.STICK:
+                least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
+        return least + 1e3 * _ZERO
+
+    def _allowed(self, choice: _Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray) -> bool:
         slope = self.compliance @ rates
         small_rate, small_slope = 1e3 * _ZERO, 1e3 * _ZERO * (1.0 + np.abs(self.compliance).max())
         for i, chosen in enumerate(choice):
@@ -165,11 +341,33 @@ class _Process:
             if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_slope):
                 return False
             if slip is Mode.STICK:
-                if abs(friction) > self.friction[i] * push + small_rate or abs(drifting) > small_slope:
+                too_much = float(np.linalg.norm(friction)) > self.friction[i] * push + small_rate
+                if too_much or np.abs(drifting).max() > small_slope:
                     return False
-            elif tangential == 0 and self.friction[i] > 0 and slip.direction * drifting <= small_slope:
+            elif (
+                not tangential.any() and self.friction[i] > 0 and slip.direction * headings[i] @ drifting <= small_slope
+            ):
                 return False
         return True
+
+
+def _holding(choice: tuple[str, Mode] | None) -> tuple[bool, bool, bool]:
+    """Order in which contacts are taken to do things at first: hold before push, stick before slip."""
+    return (
+        choice is not None,
+        choice is not None and choice[0] == "hold",
+        choice is not None and choice[1] is Mode.STICK,
+    )
+
+
+def _entry(
+    watched: Callable[[np.ndarray], np.ndarray], path: Callable[[float], np.ndarray], k: int
+) -> Callable[[float], float]:
+    return lambda t: float(watched(path(t))[k])
+
+
+def _root(function: Callable[[float], float], stepper: DOP853) -> float:
+    return float(brentq(function, stepper.t_old, stepper.t, xtol=1e-15))
 
 
 _TANGENTIAL = (Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)

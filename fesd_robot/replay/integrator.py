@@ -14,7 +14,8 @@ from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
-from fesd_robot.replay.dynamics import contact_dynamics
+from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact
 from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
 from fesd_robot.replay.modes import acceleration_in_modes, force_margin, motion_in_modes
@@ -169,11 +170,12 @@ def events_along(
         here, v = segments.state(y)
         before, velocity, result = contacts, v, None
         left = contacts.modes if fired == segments.forces else None
-        hits = np.arange(len(before.modes)) == fired
+        hits = law.hit_with(before, np.arange(len(before.modes)) == fired, here, v)
         if hits.any():
             contacts, result = law.hit(contacts, hits, here, v)
             v = result.velocity
         contacts, v = law.choose(contacts, here, v, left)
+        contacts = law.released(contacts, here)
         y = np.concatenate([y[:n_v], v])
         yield Event(time, here, velocity, before, contacts, hits, result)
     return y, contacts
@@ -217,10 +219,17 @@ class Segments:
         Args:
             watch: whether to look for events.
         """
+        headings = contacts.headings.copy()
         stepper = DOP853(
-            self._rate(contacts), time, y, end, rtol=RELATIVE_TOLERANCE, atol=ABSOLUTE_TOLERANCE, max_step=LONGEST_STEP
+            self._rate(contacts, headings),
+            time,
+            y,
+            end,
+            rtol=RELATIVE_TOLERANCE,
+            atol=ABSOLUTE_TOLERANCE,
+            max_step=LONGEST_STEP,
         )
-        watched = self._watched(contacts)
+        watched = self._watched(contacts, headings)
         before = watched(y)
         while stepper.status == "running":
             if next(self.steps, None) is None:
@@ -235,20 +244,29 @@ class Segments:
             if found:
                 return found
             self.law.look(contacts, *self.state(stepper.y))
+            self._turn(headings, stepper.y)
             before = after
         if stepper.status == "failed":
             self.law.notes.add(Note.FAILED)
             return end, np.full_like(y, np.nan), None
         return end, stepper.y, None
 
-    def _rate(self, contacts: Contacts) -> Callable[[float, np.ndarray], np.ndarray]:
+    def _turn(self, headings: np.ndarray, y: np.ndarray) -> None:
+        """Turn the directions of slides, in place, to where the velocities of a state point."""
+        if self.physics.rows > 2:
+            q, v = self.state(y)
+            velocity = self.physics.contact_jacobian(q) @ v
+            headings[:] = slip_headings(tangential_rows(velocity, self.physics.rows), headings)
+
+    def _rate(self, contacts: Contacts, headings: np.ndarray) -> Callable[[float, np.ndarray], np.ndarray]:
         physics, half = self.physics, len(self.physics.damping)
         forced = bool(contacts.closed.any() or contacts.joints)
 
         def rate(_: float, y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)
             if forced:
-                dynamics = contact_dynamics(physics, q, v, self.control).in_joint_modes(contacts.joints)
+                dynamics = contact_dynamics(physics, q, v, self.control, headings, through_zero=True)
+                dynamics = dynamics.in_joint_modes(contacts.joints)
                 a = acceleration_in_modes(dynamics, contacts.modes)
             else:
                 force = physics.required_force(q, v, np.zeros_like(v), self.control)
@@ -257,7 +275,7 @@ class Segments:
 
         return rate
 
-    def _watched(self, contacts: Contacts) -> Callable[[np.ndarray], np.ndarray]:
+    def _watched(self, contacts: Contacts, headings: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return what must stay positive, (2 n_c + 2 + n_f).
 
         Gap and slip of every contact, the margin of all their forces, that of the dry friction of sticking joints, and
@@ -275,9 +293,11 @@ class Segments:
                 gaps = self.physics.gaps(q) - contacts.ground + _BEYOND_GAP
                 result[:count] = np.where(contacts.closed, np.inf, gaps)
             if touches or sticking.any():
-                dynamics = contact_dynamics(self.physics, q, v, self.control).in_joint_modes(contacts.joints)
+                dynamics = contact_dynamics(self.physics, q, v, self.control, headings, through_zero=True)
+                dynamics = dynamics.in_joint_modes(contacts.joints)
             if touches:
-                along = slip * tangential_rows(dynamics.velocity) + _BEYOND_SLIP
+                velocities = tangential_rows(dynamics.velocity, dynamics.rows)
+                along = slip * (velocities * _ahead(headings, dynamics)).sum(axis=1) + _BEYOND_SLIP
                 result[count : 2 * count] = np.where(slip == 0, np.inf, along)
                 result[2 * count] = force_margin(dynamics, contacts.modes) + _BEYOND_MARGIN
             if sticking.any():
@@ -289,6 +309,11 @@ class Segments:
             return result
 
         return values
+
+
+def _ahead(headings: np.ndarray, dynamics: ContactDynamics) -> np.ndarray:
+    """Directions along which a velocity that becomes negative has ended a slide: those of the last step."""
+    return dynamics.headings if dynamics.rows == 2 else headings
 
 
 def _first_root(

@@ -87,6 +87,7 @@ class _Samples:
             np.zeros_like(piece.contacts.closed),
             piece.contacts.ground,
             piece.contacts.joints,
+            piece.contacts.headings,
         )
         start = hit.configuration, hit.before
         self._append(hit.time, *start, flying, piece.interval, piece.control, np.nan * hit.before, 0.0)
@@ -138,7 +139,7 @@ class _Samples:
         acceleration: np.ndarray | None,
         weight: float,
     ) -> None:
-        dynamics = contact_dynamics(self._physics, q, v, control).in_joint_modes(contacts.joints)
+        dynamics = contact_dynamics(self._physics, q, v, control, contacts.headings).in_joint_modes(contacts.joints)
         found, force = motion_in_modes(dynamics, contacts.modes)
         self._rows.append(
             {

@@ -22,7 +22,7 @@ import numpy as np
 from compare import nosnoc_tool, switched
 from compare.outcome import Outcome, Settings
 from compare.samples import Samples
-from fesd_robot.contact import ContactOptions, MultibodyDynamics, PlanarContact, contact_system
+from fesd_robot.contact import Contact, ContactOptions, MultibodyDynamics, contact_system
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription
 
 MASSES, RADII, OBSTACLE = (2.0, 1.0), (0.3, 0.2), 1.0  # kg, m, m
@@ -119,7 +119,7 @@ def ours(settings: Settings) -> Outcome:
             velocity_names=names,
             control_names=["force x", "force y"],
         ),
-        [PlanarContact("discs", discs.gap, discs.normal, ca.SX.zeros(4), friction=0.0)],
+        [Contact("discs", discs.gap, discs.normal, ca.SX.zeros(4), friction=0.0)],
         ContactOptions(auxiliary_force=PUSH),
         ca.SX.sym("end"),
     )

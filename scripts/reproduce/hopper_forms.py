@@ -145,7 +145,7 @@ def stewart_form(motion: MotionProblem) -> OptimalControlProblem:
             control_names=old.control_names,
         ),
         Subsystem(
-            switching=ca.vertcat(contact.gap, ca.dot(contact.normal, v), ca.dot(contact.tangent, v)),
+            switching=ca.vertcat(contact.gap, ca.dot(contact.normal, v), ca.dot(contact.tangents, v)),
             sign_matrix=signs,
             fields=ca.horzcat(
                 *[at(old.right_hand_side, (1 + row) / 2, ca.SX(beta)) for row, beta in zip(signs, closed, strict=True)]

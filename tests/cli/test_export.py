@@ -145,7 +145,7 @@ def test_a_task_that_has_moved(run: Run, plan: Path, task: Path, tmp_path: Path)
         (None, "there is no such file or folder, expected a folder of results"),
         ("{", "not a plan: expected the JSON"),
         ("{}", "not a plan of this version"),
-        ('{"schema_version": 99}', "found a plan of schema version 99, expected 1"),
+        ('{"schema_version": 99}', "found a plan of schema version 99, expected 2"),
     ],
 )
 def test_what_is_no_plan_is_refused(

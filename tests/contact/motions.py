@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import ContactOptions, ContactSystem, MultibodyDynamics, PlanarContact, contact_system
+from fesd_robot.contact import Contact, ContactOptions, ContactSystem, MultibodyDynamics, contact_system
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Tableau, Transcription, make_tableau
 from fesd_robot.fesd.polishing import conditions_of, read_branch
 
@@ -25,7 +25,7 @@ FORMS = {
 }
 
 
-def point_mass(friction: float = FRICTION) -> tuple[MultibodyDynamics, list[PlanarContact]]:
+def point_mass(friction: float = FRICTION) -> tuple[MultibodyDynamics, list[Contact]]:
     """m = 1, q = (x, z), v = (x', z'), no control; the ground is z = 0."""
     q, v, none = ca.SX.sym("q", 2), ca.SX.sym("v", 2), ca.SX.sym("u", 0)
     dynamics = MultibodyDynamics(
@@ -39,15 +39,15 @@ def point_mass(friction: float = FRICTION) -> tuple[MultibodyDynamics, list[Plan
         velocity_names=["x", "z"],
         control_names=[],
     )
-    contact = PlanarContact("foot", q[1], ca.SX(ca.DM([0.0, 1.0])), ca.SX(ca.DM([1.0, 0.0])), friction)
+    contact = Contact("foot", q[1], ca.SX(ca.DM([0.0, 1.0])), ca.SX(ca.DM([1.0, 0.0])), friction)
     return dynamics, [contact]
 
 
-def two_contacts() -> tuple[MultibodyDynamics, list[PlanarContact]]:
+def two_contacts() -> tuple[MultibodyDynamics, list[Contact]]:
     """The same with a wall behind it at x = 0, which has no friction."""
     dynamics, (ground,) = point_mass()
     x = dynamics.configuration[0]
-    wall = PlanarContact("wall", x, ca.SX(ca.DM([1.0, 0.0])), ca.SX(ca.DM([0.0, 1.0])), 0.0)
+    wall = Contact("wall", x, ca.SX(ca.DM([1.0, 0.0])), ca.SX(ca.DM([0.0, 1.0])), 0.0)
     return dynamics, [ground, wall]
 
 

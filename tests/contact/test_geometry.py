@@ -51,7 +51,7 @@ def expressions(robot: Robot, geometry: ContactGeometry) -> ca.Function:
     q, v = ca.SX.sym("q", robot.model.nq), ca.SX.sym("v", robot.model.nv)
     contact = contact_of(robot, q, geometry, name="it", friction=0.4)
     rate = ca.jtimes(contact.gap, q, configuration_derivative(robot, q, v))
-    return ca.Function("contact", [q, v], [contact.gap, rate, contact.normal, contact.tangent])
+    return ca.Function("contact", [q, v], [contact.gap, rate, contact.normal, contact.tangents])
 
 
 def states(robot: Robot, count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -90,7 +90,7 @@ def test_directions_at_an_angle(motion: MotionProblem) -> None:
     function = ca.Function(
         "contact",
         [dynamics.configuration],
-        [contact.normal, contact.tangent, ca.inv(dynamics.mass_matrix), contact.gap],
+        [contact.normal, contact.tangents, ca.inv(dynamics.mass_matrix), contact.gap],
     )
     normal, tangent, inverse, gap = (np.asarray(value.full()) for value in function([3, 1, pitch, leg]))
     assert normal.ravel() == pytest.approx([0, 1, leg * sin, -cos])

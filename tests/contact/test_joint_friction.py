@@ -12,11 +12,11 @@ import pytest
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import (
+    Contact,
     ContactMode,
     ContactOptions,
     ContactSystem,
     MultibodyDynamics,
-    PlanarContact,
     contact_modes,
     contact_system,
     joint_modes,
@@ -40,7 +40,7 @@ FAR = 100.0
 """m; where the block's wall is, which it never meets."""
 
 
-def block(limit: float = LIMIT) -> tuple[MultibodyDynamics, list[PlanarContact]]:
+def block(limit: float = LIMIT) -> tuple[MultibodyDynamics, list[Contact]]:
     """m x'' = u + tau on a rail, with a wall far to the left."""
     q, v, u = ca.SX.sym("q"), ca.SX.sym("v"), ca.SX.sym("u")
     dynamics = MultibodyDynamics(
@@ -55,12 +55,12 @@ def block(limit: float = LIMIT) -> tuple[MultibodyDynamics, list[PlanarContact]]
         control_names=["push"],
         dry_friction={"x": limit} if limit else {},
     )
-    return dynamics, [PlanarContact("wall", q + FAR, ca.SX(1), ca.SX(ca.DM.zeros(1)), 0.0)]
+    return dynamics, [Contact("wall", q + FAR, ca.SX(1), ca.SX(ca.DM.zeros(1)), 0.0)]
 
 
 def driven(
     dynamics: MultibodyDynamics,
-    contacts: list[PlanarContact],
+    contacts: list[Contact],
     start: Sequence[float],
     control: Sequence[float],
     duration: float,
@@ -161,7 +161,7 @@ SLIDER, GRAVITY, WEAK = 3.0, 10.0, 2.0
 """kg of the slider, m/s^2, and N of its dry friction."""
 
 
-def lander() -> tuple[MultibodyDynamics, list[PlanarContact]]:
+def lander() -> tuple[MultibodyDynamics, list[Contact]]:
     """A base of 1 kg at the height z above the ground, and a slider on it at z + y, with dry friction in y."""
     q, v, u = ca.SX.sym("q", 2), ca.SX.sym("v", 2), ca.SX.sym("u", 0)
     dynamics = MultibodyDynamics(
@@ -176,7 +176,7 @@ def lander() -> tuple[MultibodyDynamics, list[PlanarContact]]:
         control_names=[],
         dry_friction={"y": WEAK},
     )
-    return dynamics, [PlanarContact("foot", q[0], ca.SX(ca.DM([1.0, 0.0])), ca.SX(ca.DM([0.0, 0.0])), 0.0)]
+    return dynamics, [Contact("foot", q[0], ca.SX(ca.DM([1.0, 0.0])), ca.SX(ca.DM([0.0, 0.0])), 0.0)]
 
 
 @dataclass

@@ -32,7 +32,7 @@ def _consistent(system: ContactSystem, z: np.ndarray) -> np.ndarray:
 
 def _multipliers(system: ContactSystem, z: np.ndarray) -> tuple[float, np.ndarray, float]:
     """theta_ODE, rows (theta_+, theta_-) of the contacts, and the system's own measure of their error."""
-    pairs = ca.vertcat(*[ca.horzcat(*pair) for pair in system.theta_auxiliary])
+    pairs = ca.vertcat(*[ca.horzcat(*own.sides[0]) for own in system.theta_auxiliary])
     function = ca.Function("multipliers", [system.system.algebraic], [system.theta_ode, pairs, system.theta_error])
     ode, auxiliary, error = function(z)
     return float(ode), np.asarray(ca.DM(auxiliary).full()), float(error)

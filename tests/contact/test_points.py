@@ -25,7 +25,7 @@ def test_normal_and_tangent_are_derivatives(source: Path, ground: Plane) -> None
     contact = point_contact(robot, q, ground, name="tip", frame="foot", friction=0.6)
     sideways = point_contact(robot, q, Plane(slope=ground.slope - np.pi / 2), name="wall", frame="foot", friction=0)
     rates = ca.jtimes(ca.vertcat(contact.gap, sideways.gap), q, configuration_derivative(robot, q, v))
-    velocities = ca.vertcat(ca.dot(contact.normal, v), ca.dot(contact.tangent, v))
+    velocities = ca.vertcat(ca.dot(contact.normal, v), ca.dot(contact.tangents, v))
     both = ca.Function("both", [q, v], [rates, velocities])
     assert (contact.name, contact.friction) == ("tip", 0.6)
     rng = np.random.default_rng(4)

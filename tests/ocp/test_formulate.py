@@ -7,6 +7,7 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from fesd_robot.errors import TaskError
@@ -129,11 +130,33 @@ horizon: {duration: 1, intervals: 2}
 """
 
 
-def test_a_foot_that_can_leave_the_plane_is_refused(load: Load) -> None:
-    """Planar contact of a robot that moves in three dimensions is an error at the contact's frame."""
-    with pytest.raises(TaskError, match="x-z plane") as caught:
-        formulate(load(SOLO))
-    assert (caught.value.line, caught.value.key) == (6, "contacts.foot.frame")
+def test_a_foot_that_can_leave_the_plane_slips_in_two_directions(load: Load) -> None:
+    """A robot that moves in three dimensions has contacts in space: J_t v is the foot's velocity along x and y."""
+    motion = formulate(load(f"{SOLO}initial: {{configuration: {{root_joint.z: 0.5}}}}\n"))
+    (contact,), dynamics = motion.contacts, motion.dynamics
+    assert contact.in_space
+    state = [dynamics.configuration, dynamics.velocity]
+    velocities = ca.Function("slip", state, [ca.vertcat(*contact.tangential_velocities(dynamics.velocity))])
+    q, v = pin.randomConfiguration(motion.robot.model), np.random.default_rng(2).normal(size=motion.robot.model.nv)
+    model, data = motion.robot.model, motion.robot.model.createData()
+    pin.forwardKinematics(model, data, q, v)
+    frame = motion.robot.frame_id("FR_FOOT")
+    expected = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+    np.testing.assert_allclose(np.asarray(velocities(q, v)).ravel(), expected[:2], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        ("{frame: FR_FOOT, slipping: 0.1}", "found 0.1 for a contact in space, expected 'allowed', 'forbidden'"),
+    ],
+)
+def test_what_contacts_in_space_cannot_do_yet_is_refused(load: Load, contact: str, words: str) -> None:
+    """A limit of the slip distance of a contact in space is an error at its key."""
+    text = SOLO.replace("{frame: FR_FOOT}", contact)
+    assert text != SOLO
+    with pytest.raises(TaskError, match=words):
+        formulate(load(text))
 
 
 def test_a_joint_with_several_degrees_of_freedom_is_not_driven(load: Load) -> None:

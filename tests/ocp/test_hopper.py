@@ -64,7 +64,7 @@ def test_mass_matrix_force_and_contact(hopper: MotionProblem) -> None:
     """M = diag(1.1, 1.1, 0.275, 0.1), force = B u - gravity, gap = y - r cos, n and t the foot's derivatives."""
     dynamics, contact = hopper.dynamics, hopper.contacts[0]
     symbols = [dynamics.configuration, dynamics.velocity, dynamics.control]
-    parts = [dynamics.mass_matrix, dynamics.force, contact.gap, contact.normal, contact.tangent]
+    parts = [dynamics.mass_matrix, dynamics.force, contact.gap, contact.normal, contact.tangents]
     model = ca.Function("model", symbols, parts)
     rng = np.random.default_rng(2)
     for _ in range(10):

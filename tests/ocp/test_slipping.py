@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from fesd_robot.contact.kinds import SLIPPING
 from fesd_robot.contact.slip_distance import SLIP_SPEED
-from fesd_robot.contact.velocities import SLIPPING
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import plan

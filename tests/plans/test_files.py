@@ -63,7 +63,7 @@ def test_infinite_samples_stay_infinite(plan: Plan, tmp_path: Path) -> None:
 def test_plan_json_is_json(plan: Plan, tmp_path: Path) -> None:
     """Any JSON reader can read a plan, and the schema version stands in it."""
     data = json.loads((write_plan(plan, tmp_path / "run") / "plan.json").read_text())
-    assert data["schema_version"] == 1
+    assert data["schema_version"] == 2
     assert data["trajectory"]["configuration"]["leg"][0] == 0.5
 
 
@@ -287,10 +287,22 @@ def test_no_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("others", [{}, {"tensors": [1]}])
 def test_a_later_plan_says_so(plan: Plan, tmp_path: Path, others: dict[str, Any]) -> None:
     """A plan of a later schema version is distinguished from a broken one, whatever else it holds."""
-    data = {**json.loads(plan.model_dump_json()), "schema_version": 2, **others}
+    data = {**json.loads(plan.model_dump_json()), "schema_version": 3, **others}
     (tmp_path / "plan.json").write_text(json.dumps(data))
-    with pytest.raises(PlanFileError, match="found a plan of schema version 2, expected 1"):
+    with pytest.raises(PlanFileError, match="found a plan of schema version 3, expected 2"):
         read_plan(tmp_path)
+
+
+def test_a_plan_of_the_first_schema_version_is_read(plan: Plan, tmp_path: Path) -> None:
+    """It has no lateral forces: those of all its contacts are None, and its other forces are what they were."""
+    data = {**json.loads(plan.model_dump_json()), "schema_version": 1}
+    for contact in data["contacts"].values():
+        del contact["lateral_force"]
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    found = read_plan(tmp_path)
+    for name, contact in plan.contacts.items():
+        assert found.contacts[name].lateral_force is None
+        np.testing.assert_array_equal(found.contacts[name].force, contact.force)
 
 
 def test_a_plan_that_does_not_say_its_folder_is_read(plan: Plan, tmp_path: Path) -> None:

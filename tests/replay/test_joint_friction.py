@@ -118,7 +118,9 @@ def test_the_modes_are_those_that_obey_the_law(seed: int) -> None:
         free = inverse @ random.normal(scale=2.0, size=n)
         none = np.zeros((0, n))
         joints = JointDynamics(np.arange(n), limit, velocity, inverse, np.zeros(n), np.zeros((n, 0)))
-        dynamics = ContactDynamics(none, np.zeros(0), free, none.T, none @ none.T, np.zeros(0), np.zeros(0), joints)
+        dynamics = ContactDynamics(
+            none, np.zeros(0), free, none.T, none @ none.T, np.zeros(0), np.zeros(0), np.zeros((0, 1)), joints
+        )
         found = joints_in_motion(dynamics, lambda _: np.zeros(0))
         obeying = []
         for modes in itertools.product((Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS), repeat=n):

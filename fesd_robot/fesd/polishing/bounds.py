@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
@@ -85,11 +86,13 @@ class BoundsBuilder:
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
                 if frozen and member.condition.share:
                     self._vanish(e, i)
-                else:
+                elif not self._conditions.met(i, factors):
                     self._hold(e, member, factor, left, None if before is None else before[i])
             if frozen:
                 self._make_room(e)
             left, before = self._elements[e].points[-1], factors
+        if self._conditions.have_companions:
+            self._leave_out_idle_rows()
         return BranchBounds(self._lower, self._upper, self._g_lower, self._g_upper)
 
     def _hold(
@@ -114,6 +117,17 @@ class BoundsBuilder:
             self._fix(point.state + member.invariant_state)
         for row in self._elements[e].state_rows[member.invariant_state]:  # index reduction
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
+
+    def _leave_out_idle_rows(self) -> None:
+        """Free the rows whose variables are all fixed: they hold by themselves and have no gradient."""
+        fixed, first = self._lower == self._upper, 0
+        for block in self._problem.blocks:
+            pattern = _pattern(block.rows, block.variables)
+            idle = ~(pattern @ ~fixed[block.index])
+            for copy in range(block.copies):
+                rows = first + np.flatnonzero(idle[:, copy])
+                self._g_lower[rows], self._g_upper[rows] = -np.inf, np.inf
+                first += len(block.lower)
 
     def _make_room(self, e: int) -> None:
         """Give multipliers that may be positive some room below zero where the clock stands still."""
@@ -175,6 +189,11 @@ class BoundsBuilder:
                 self._upper[at] = min(self._upper[at], zero)
             if direction * quantity.sign < 0 or not one_side:
                 self._lower[at] = max(self._lower[at], zero)
+
+
+def _pattern(rows: ca.SX, variables: ca.SX) -> np.ndarray:
+    """Return which rows contain which variables, (n_g, n_w) of bool."""
+    return np.asarray(ca.DM(ca.jacobian_sparsity(rows, variables), 1).full()) > 0
 
 
 def _element_indices(branch_transcription: BranchTranscription) -> list[ElementIndices]:

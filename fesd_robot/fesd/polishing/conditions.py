@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,7 +19,8 @@ class Quantity:
 
     Attributes:
         expression: SX in x and z.
-        variables: those of which it is a sum, as indices into (x, z); empty if it needs a row of its own.
+        variables: those of which it is a sum, and those that vanish with it, as indices into (x, z); empty if it needs
+            a row of its own.
         sign, offset: of a quantity that is sign * variable + offset.
         row: which of the rows it is; None if it is made of variables.
     """
@@ -89,6 +91,41 @@ class ElementConditions:
         return groups
 
     @cached_property
+    def have_companions(self) -> bool:
+        """Whether variables vanish with the H of others."""
+        return any(member.condition.companions for member in self.members)
+
+    def met(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether others imply a condition in an element.
+
+        Args:
+            i: its number.
+            factors: active factors of all conditions of an element.
+        """
+        return any(factors[k] is factor for k, factor in self._implying[i])
+
+    @cached_property
+    def _implying(self) -> list[list[tuple[int, ActiveFactor]]]:
+        return [
+            [
+                (k, factor)
+                for kind, factor in own.condition.met_by
+                for k, other in enumerate(self.labels)
+                if kind == other.kind and own.condition.label.contact == other.contact
+            ]
+            for own in self.members
+        ]
+
+    @cached_property
+    def together(self) -> list[list[int]]:
+        """Members that have the same kind of active factor, by contact."""
+        groups: dict[tuple[str, str | None], list[int]] = {}
+        for i, member in enumerate(self.members):
+            if member.condition.together:
+                groups.setdefault((member.condition.label.kind, member.condition.label.contact), []).append(i)
+        return list(groups.values())
+
+    @cached_property
     def rests(self) -> frozenset[int]:
         """Of the shares of every joint the last one: where the others vanish the row of their sum determines it."""
         return frozenset(group[-1] for group in self.shares.values())
@@ -114,7 +151,7 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
                 condition=condition,
                 G=G,
                 direction=direction,
-                H=quantities.index(condition.H)[0],
+                H=quantities.index(condition.H, companions=condition.companions)[0],
                 complement=None if condition.complement is None else quantities.index(condition.complement)[0],
                 invariant_state=invariant[0] if invariant else None,
             )
@@ -138,7 +175,9 @@ class _Quantities:
         self._arguments = ca.vertcat(system.state, system.algebraic)
         self._nonnegative = np.concatenate([np.zeros(system.state.numel(), bool), system.algebraic_lower >= 0])
 
-    def index(self, expression: ca.SX, *, either_sign: bool = False) -> tuple[int, int]:
+    def index(
+        self, expression: ca.SX, *, either_sign: bool = False, companions: Sequence[ca.SX] = ()
+    ) -> tuple[int, int]:
         """Return the index of the quantity that is the expression, and 1, or -1 if it is its negative."""
         for i, known in enumerate(self.known):
             if ca.is_equal(known.expression, expression, 10):
@@ -148,6 +187,8 @@ class _Quantities:
             if either_sign and (known.expression + expression).is_zero():
                 return i, -1
         variables, sign, offset = _affine(expression, self._arguments, self._nonnegative)
+        for one in companions:
+            variables += _affine(one, self._arguments, self._nonnegative)[0]
         row = None if variables else len(self.rows)
         if not variables:
             self.rows.append(expression)

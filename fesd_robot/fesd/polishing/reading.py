@@ -154,6 +154,10 @@ def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]
         if factor is None and multiplier and multiplier <= zero:
             factor = ActiveFactor.H
         factors.append(factor or _in_contact(sizes, member, whole=multiplier in positive))
+    for group in conditions.together:
+        if any(factors[i] is ActiveFactor.H for i in group):
+            for i in group:
+                factors[i] = ActiveFactor.H
     for contact in positive:
         _release(sizes, factors, multipliers, contact)
     return _without_repetition(conditions, factors)

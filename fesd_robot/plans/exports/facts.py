@@ -18,7 +18,7 @@ def facts(plan: Plan) -> dict[str, Any]:
         "verdict": plan.status.message,
         "units": plan.units.model_dump(),
         "impulses": [
-            {"time": each.time, "contact": each.contact, "normal": each.normal, "tangential": each.tangential}
+            each.model_dump(exclude_none=True, include={"time", "contact", "normal", "tangential", "lateral"})
             for each in plan.impulses
         ],
         "switches": [{"time": each.time, "contact": each.contact, "kind": each.kind} for each in plan.switches],

@@ -24,6 +24,7 @@ def npz_arrays(plan: Plan) -> bytes:
     """
     trajectory = plan.trajectory
     controls = {name: values for name, values in plan.controls.items() if name != "time"}  # none of a body let go
+    across = [one.lateral_force for one in plan.contacts.values() if one.lateral_force is not None]
     arrays = {
         "time": trajectory.time,
         "configuration": np.column_stack(list(trajectory.configuration.values())),
@@ -38,6 +39,7 @@ def npz_arrays(plan: Plan) -> bytes:
         "gap": np.column_stack([contact.gap for contact in plan.contacts.values()]),
         "normal_force": np.column_stack([contact.normal_force for contact in plan.contacts.values()]),
         "tangential_force": np.column_stack([contact.tangential_force for contact in plan.contacts.values()]),
+        **({"lateral_force": np.column_stack(across)} if across else {}),
         "mode": np.column_stack([contact.mode for contact in plan.contacts.values()]),
         **_fact_arrays(plan),
         **({"acceleration": np.column_stack(list(rates.values()))} if (rates := trajectory.acceleration) else {}),
@@ -51,6 +53,7 @@ def npz_arrays(plan: Plan) -> bytes:
 
 def _fact_arrays(plan: Plan) -> dict[str, np.ndarray]:
     units, impulses, switches = plan.units, plan.impulses, plan.switches
+    lateral = [each.lateral for each in impulses if each.lateral is not None]
     return {
         "solved": np.array(plan.status.solved),
         "verdict": np.array(plan.status.message),
@@ -65,6 +68,7 @@ def _fact_arrays(plan: Plan) -> dict[str, np.ndarray]:
         "impulse_contact": np.array([each.contact for each in impulses], dtype=str),
         "impulse_normal": np.array([each.normal for each in impulses]),
         "impulse_tangential": np.array([each.tangential for each in impulses]),
+        **({"impulse_lateral": np.array(lateral)} if lateral else {}),
         "switch_time": np.array([each.time for each in switches]),
         "switch_contact": np.array([each.contact for each in switches], dtype=str),
         "switch_kind": np.array([each.kind for each in switches], dtype=str),

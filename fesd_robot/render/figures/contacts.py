@@ -77,13 +77,20 @@ def _draw_contact(
     stepped, normals = with_steps(time, contact.normal_force, edges, stages)
     _, tangentials = with_steps(time, contact.tangential_force, edges, stages)
     normal.plot(stepped, normals, color=SERIES[1], linewidth=LINE)
-    shown = [tangentials]
+    shown, notes = [tangentials], list[str]()
     if friction is not None:
         limit = friction * normals
         tangential.fill_between(stepped, -limit, limit, color=GREY, alpha=0.35, linewidth=0.0, zorder=0)
-        note_panel(tangential, f"µ = {friction:g}")
+        notes.append(f"µ = {friction:g}")
         shown += [limit, -limit]
     tangential.plot(stepped, tangentials, color=SERIES[0], linewidth=LINE)
+    if contact.lateral_force is not None:
+        _, across = with_steps(time, contact.lateral_force, edges, stages)
+        tangential.plot(stepped, across, color=SERIES[0], linewidth=LINE, linestyle=(0, (2, 1)))
+        notes.append("dashed: lateral")
+        shown.append(across)
+    if notes:
+        note_panel(tangential, ", ".join(notes))
     return [[contact.gap, np.zeros(1)], [normals, np.zeros(1)], shown]
 
 
@@ -107,7 +114,8 @@ def cones_figure(plan: Plan, title: str, look: Look) -> Figure:
         name = names[index]
         contact, friction = plan.contacts[name], friction_of(plan, name)
         top = max(float(np.nanmax(contact.normal_force)), FLOORS["N"])
-        shown = [contact.tangential_force, np.array([-1, 1]) * 0.1 * top]
+        friction_force = contact.tangential_force if contact.lateral_force is None else contact.friction
+        shown = [friction_force, np.array([-1, 1]) * 0.1 * top]
         if friction is not None:
             panel.fill_between([0, 1.1 * top], [0, -1.1 * friction * top], [0, 1.1 * friction * top], color=CONE, lw=0)
             for side in (-1, 1):
@@ -116,7 +124,7 @@ def cones_figure(plan: Plan, title: str, look: Look) -> Figure:
         modes = np.array(contact.mode)
         for mode in ("stick", "slip"):
             own = modes == mode
-            panel.plot(contact.normal_force[own], contact.tangential_force[own], ".", color=MODES[mode], markersize=3)
+            panel.plot(contact.normal_force[own], friction_force[own], ".", color=MODES[mode], markersize=3)
         set_range(panel, shown, "N")
         panel.set_xlim(0, 1.1 * top)
         panel.tick_params(labelbottom=True)

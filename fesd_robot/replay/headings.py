@@ -1,0 +1,87 @@
+"""The directions in which contacts slide, in the plane and in space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import root
+
+NO_SPEED = 1e-6
+"""m/s; the direction of a slower contact is the one that it had before."""
+
+_TURNS = 8
+"""Directions from which that of a beginning slide is searched for where the first one leads to none."""
+
+
+def slip_headings(
+    velocities: np.ndarray,
+    before: np.ndarray | None = None,
+    *,
+    through_zero: bool = False,
+    slow: float = NO_SPEED,
+) -> np.ndarray:
+    """Return the directions in which contacts slide, (n_c, n_t).
+
+    In the plane these are the tangents, in space those of the velocities.
+
+    Args:
+        velocities: tangential, m/s, (n_c, n_t).
+        before: directions shortly before, (n_c, n_t), which those without a velocity keep; zeros if omitted.
+        through_zero: whether a velocity that has turned round, as it does just beyond the end of a slide, keeps the
+            sign of its direction, so that the motion goes on smoothly.
+        slow: speed, m/s, up to which a velocity has no direction.
+    """
+    if velocities.shape[1] == 1:
+        return np.ones_like(velocities)
+    speeds = np.linalg.norm(velocities, axis=1, keepdims=True)
+    known = np.zeros_like(velocities) if before is None else before
+    back = through_zero & ((velocities * known).sum(axis=1, keepdims=True) < 0)
+    return np.where(speeds > slow, np.where(back, -1.0, 1.0) * velocities / np.maximum(speeds, slow), known)
+
+
+def beginning_headings(
+    drift: Callable[[np.ndarray], np.ndarray], pulls: np.ndarray, headings: np.ndarray, starting: Sequence[int]
+) -> np.ndarray:
+    """Return the directions in space with those of contacts that begin to slide: the ones that they accelerate in.
+
+        e_i x a_i(e) = 0  and  e_i . a_i(e) >= 0,   e_i = (cos phi_i, sin phi_i)
+
+    is solved for the angles phi, at first from the directions in which the forces that would hold the contacts fail to.
+
+    Args:
+        drift: directions of all contacts -> their tangential accelerations under friction against them, (n_c, 2).
+        pulls: directions to begin with, of any length, (n_c, 2).
+        headings: of the contacts that slide already, (n_c, 2).
+        starting: contacts that begin to slide.
+
+    Returns:
+        (n_c, 2); zeros for contacts in `starting` for which there is no direction.
+    """
+    chosen = list(starting)
+    known, sizes = headings.copy(), np.linalg.norm(pulls[chosen], axis=1)
+    known[chosen] = 0.0
+    if not sizes.all():
+        return known
+
+    def along(angles: np.ndarray) -> np.ndarray:
+        result = known.copy()
+        result[chosen] = np.column_stack([np.cos(angles), np.sin(angles)])
+        return result
+
+    def accelerations(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        directions = along(angles)
+        return directions[chosen], drift(directions)[chosen]
+
+    def across(angles: np.ndarray) -> np.ndarray:
+        e, a = accelerations(angles)
+        return np.asarray(e[:, 0] * a[:, 1] - e[:, 1] * a[:, 0])
+
+    first = np.arctan2(pulls[chosen, 1], pulls[chosen, 0])
+    size = float(np.abs(drift(known)[chosen]).max()) + 1e-300
+    for turn in range(_TURNS):
+        found = root(across, first + 2 * np.pi * turn / _TURNS, tol=1e-14)
+        e, a = accelerations(found.x)
+        if np.abs(across(found.x)).max() <= 1e-9 * size and (e * a).sum(axis=1).min() >= -1e-9 * size:
+            return along(found.x)
+    return known

@@ -1,0 +1,119 @@
+"""Bodies in space that are let go: closed forms, and laws that no motion may break."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fesd_robot import Plan, load_task, simulate
+from fesd_robot.adapters import numeric_physics
+from fesd_robot.ocp import formulate
+from tests.bodies_in_space import BALL, MASS, box, written
+
+GRAVITY = 9.81
+
+
+def ends(plan: Plan, names: tuple[str, ...]) -> np.ndarray:
+    """Return the values of coordinates at the end of a motion."""
+    return np.array([plan.trajectory.configuration[name][-1] for name in names])
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 45, 90, 200])
+def test_a_mass_thrown_in_any_direction_slides_straight_on(tmp_path: Path, degrees: float) -> None:
+    """Touchdown, impulse, stop and place of rest are those of one dimension along the throw, to 1e-9."""
+    friction, speed, height = 0.5, 3.2, 0.2
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    vx, vy = (speed * along).tolist()
+    task = written(
+        tmp_path,
+        MASS,
+        "robot: {model: model.urdf, root: fixed}\n"
+        f"ground: {{type: plane, friction: {friction}}}\n"
+        "contacts: {foot: {frame: mass}}\n"
+        "horizon: {duration: 1.5, intervals: 6}\n"
+        f"initial: {{configuration: {{x: 0, y: 0, z: {height}}}, velocity: {{x: {vx!r}, y: {vy!r}, z: 0}}}}\n"
+        "goal: {configuration: {}, soft: true}\n",
+    )
+    motion = simulate(load_task(task))
+    landing = np.sqrt(2 * height / GRAVITY)
+    after = speed - friction * GRAVITY * landing
+    stop = landing + after / (friction * GRAVITY)
+    assert [switch.kind for switch in motion.switches] == ["touchdown", "slip_to_stick"]
+    assert [switch.time for switch in motion.switches] == pytest.approx([landing, stop], abs=1e-9)
+    (impulse,) = motion.impulses
+    friction_impulse = -friction * GRAVITY * landing * along
+    assert (impulse.tangential, impulse.lateral) == pytest.approx(tuple(friction_impulse), abs=1e-9)
+    distance = speed * landing + after**2 / (2 * friction * GRAVITY)
+    np.testing.assert_allclose(ends(motion, ("x", "y")), distance * along, atol=1e-9)
+    assert motion.outcome.contacts["foot"].slides[0].distance == pytest.approx(distance - speed * landing, abs=1e-9)
+
+
+def test_a_ball_with_spin_rolls_when_mechanics_says(tmp_path: Path) -> None:
+    """The velocity of the point that touches keeps its direction and falls by 7/2 mu g; then the ball rolls on."""
+    friction, radius = 0.3, 0.1
+    task = written(
+        tmp_path,
+        BALL,
+        "robot: {model: model.urdf, root: free_flyer}\n"
+        f"ground: {{type: plane, friction: {friction}}}\n"
+        f"contacts: {{rim: {{type: circle, frame: ball, radius: {radius}}}}}\n"
+        "horizon: {duration: 1, intervals: 5}\n"
+        "initial:\n"
+        "  configuration: {root_joint.x: 0, root_joint.y: 0, root_joint.z: 0.1}\n"
+        "  velocity: {root_joint.vx: 2, root_joint.vy: 0.5, root_joint.wx: 3, root_joint.wy: -5, root_joint.wz: 4}\n"
+        "goal: {configuration: {}, soft: true}\n",
+    )
+    motion = simulate(load_task(task))
+    velocity, spin = np.array([2.0, 0.5, 0.0]), np.array([3.0, -5.0, 4.0])
+    sliding = velocity + np.cross(spin, [0.0, 0.0, -radius])
+    speed = np.linalg.norm(sliding)
+    rolls = speed / (3.5 * friction * GRAVITY)
+    assert [(switch.kind, switch.time) for switch in motion.switches] == [
+        ("slip_to_stick", pytest.approx(rolls, abs=1e-9))
+    ]
+    loss = friction * GRAVITY * sliding / speed
+    place = velocity * rolls - 0.5 * loss * rolls**2 + (velocity - loss * rolls) * (1 - rolls)
+    np.testing.assert_allclose(ends(motion, ("root_joint.x", "root_joint.y")), place[:2], atol=1e-9)
+    quaternion = np.array([motion.trajectory.configuration[f"root_joint.q{axis}"] for axis in "xyzw"])
+    np.testing.assert_allclose(np.linalg.norm(quaternion, axis=0), 1, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "orientation",
+    [(0.0, 0.0, 0.0, 1.0), (0.2, 0.0, 0.0, 0.98), (0.3, 0.2, 0.1, 0.927)],
+    ids=["flat", "on an edge", "on a corner"],
+)
+def test_a_dropped_box_gains_no_energy_and_stays_above_the_ground(
+    tmp_path: Path, orientation: tuple[float, ...]
+) -> None:
+    """Energy never rises from one sample to the next, no corner is below 1e-6 m, and every force is in its cone."""
+    friction = 0.4
+    quaternion = np.array(orientation) / np.linalg.norm(orientation)
+    values = ", ".join(f"root_joint.q{axis}: {float(value)!r}" for axis, value in zip("xyzw", quaternion, strict=True))
+    corners = ", ".join(f"c{n}: {{frame: c{n}}}" for n in range(8))
+    task = load_task(
+        written(
+            tmp_path,
+            box(),
+            "robot: {model: model.urdf, root: free_flyer}\n"
+            f"ground: {{type: plane, friction: {friction}}}\n"
+            f"contacts: {{{corners}}}\n"
+            "horizon: {duration: 0.3, intervals: 3}\n"
+            f"initial: {{configuration: {{root_joint.x: 0, root_joint.y: 0, root_joint.z: 0.24, {values}}}, "
+            "velocity: {root_joint.vx: 0.8, root_joint.vy: 0.3}}\n"
+            "goal: {configuration: {}, soft: true}\n",
+        )
+    )
+    motion = simulate(task)
+    physics = numeric_physics(formulate(task, driven=False))
+    q, v = (
+        np.column_stack(list(part.values())) for part in (motion.trajectory.configuration, motion.trajectory.velocity)
+    )
+    energy = np.array([physics.energy(*state) for state in zip(q, v, strict=True)])
+    assert motion.impulses
+    assert np.diff(energy).max() <= 1e-9 * energy[0]
+    assert min(physics.gaps(each).min() for each in q) >= -1e-6
+    assert motion.audit.max_impact_law_error <= 1e-8
+    assert motion.audit.max_friction_cone_violation <= 1e-8
