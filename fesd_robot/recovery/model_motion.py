@@ -53,7 +53,7 @@ def model_motion(
         full: the model with the task's root joint, and how the reduced robot moves it.
         free: the same model with a free flyer under its first link, or that of `full` if it is fixed.
         physics: of the reduced robot.
-        samples: q_r, v_r, u and f, (n_c, 2), of every sample.
+        samples: q_r, v_r, u and f, (n_c, rows), of every sample.
         dry_friction: of the reduced robot's joints, N or N m, (n, n_v).
         efforts: name of a joint with one degree of freedom -> effort, N or N m, (n,).
     """

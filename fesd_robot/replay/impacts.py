@@ -25,8 +25,11 @@ _ZERO = 1e-12
 _SETTLED = 1e-9
 """The same as `_ZERO` of velocities in space, where phases are integrated."""
 
-_SLOW = 1e-12
-"""m/s; slower velocities have no direction."""
+_STEPS = 3000
+"""Of the integration of one phase after which it counts as unfinished."""
+
+_SLOW = 1e-7
+"""m/s; slower velocities keep the direction that they had: where a slide begins or ends its direction is stiff."""
 
 _TOLERANCE = 1e-12
 """Relative tolerance of phases that are integrated."""
@@ -73,7 +76,7 @@ def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.n
     process = _Process(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
     velocity, impulse, finished = before.copy(), np.zeros(len(before)), False
-    zero = _ZERO if physics.rows == 2 else _SETTLED
+    zero = _ZERO if physics.rows == 2 else 10 * _SETTLED
     small = zero * max(1.0, float(np.abs(before).max(initial=0.0)))
     left: _Choice | None = None
     for _ in range(_PHASES):
@@ -187,6 +190,7 @@ class _Process:
 
     def _integrated(self, phase: _Phase, velocity: np.ndarray, impulse: np.ndarray) -> _End | None:
         """Return the end of a phase in which velocities turn: where one becomes zero, or its choice is not possible."""
+        scale = max(float(np.abs(velocity).max()), 1.0)
         count, headings = len(velocity), phase.headings.copy()
 
         def headings_at(y: np.ndarray) -> np.ndarray:
@@ -200,7 +204,7 @@ class _Process:
             """Approach and slide of every contact, and the room of the choice: what must stay positive."""
             normal, tangential = normal_rows(y[:count], self.rows), tangential_rows(y[:count], self.rows)
             approach = np.where(self.touching & (approaching < 0), -normal, np.inf)
-            slide = np.where(slipping, (tangential * headings).sum(axis=1) + _ZERO, np.inf)
+            slide = np.where(slipping, (tangential * headings).sum(axis=1) - _SETTLED * scale, np.inf)
             return np.concatenate(
                 [approach, slide, [self._room(phase.choice, self._rates_of(phase.choice, headings_at(y)))]]
             )
@@ -208,7 +212,6 @@ class _Process:
         approaching = normal_rows(velocity, self.rows).copy()
         slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
         span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
-        scale = max(float(np.abs(velocity).max()), 1.0)
         stepper = DOP853(
             slope,
             0.0,
@@ -218,7 +221,10 @@ class _Process:
             atol=1e-3 * _TOLERANCE * scale,
         )
         before = watched(stepper.y)
-        while stepper.status == "running":
+        for _ in range(_STEPS):
+            if stepper.status != "running":
+                break
+            stepper.max_step = self._before_stop(stepper.y[:count], stepper.f[:count], slipping)
             stepper.step()
             after = watched(stepper.y)
             ended = np.flatnonzero((before >= 0) & (after < 0))
@@ -230,6 +236,15 @@ class _Process:
             headings[:] = slip_headings(tangential_rows(stepper.y[:count], self.rows), headings, slow=_SLOW)
             before = after
         return None
+
+    def _before_stop(self, velocity: np.ndarray, slope: np.ndarray, slipping: np.ndarray) -> float:
+        """Return half of what is left of the slide that ends first, so that no step passes a stop: its direction has no
+        derivative there."""
+        tangential, drifting = (tangential_rows(each, self.rows)[slipping] for each in (velocity, slope))
+        speeds = np.linalg.norm(tangential, axis=1)
+        slowing = -(tangential * drifting).sum(axis=1) / np.maximum(speeds, _SLOW)
+        ending = (slowing > 0) & (speeds > _SLOW)
+        return float((0.5 * speeds[ending] / slowing[ending]).min(initial=np.inf))
 
     def _at_the_end(self, y: np.ndarray, which: int, choice: _Choice) -> _End:
         velocity, impulse = np.split(y.copy(), 2)

@@ -49,7 +49,7 @@ def joints_in_motion(dynamics: ContactDynamics, forces: Callable[[ContactDynamic
 
     Args:
         dynamics: of the state, without dry friction of joints.
-        forces: dynamics in given modes of the joints -> contact forces, stacked, (2 n_c).
+        forces: dynamics in given modes of the joints -> contact forces, stacked, (rows n_c).
 
     Source: Judice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
     complementarity problems, Computers and Operations Research 21 (1994).

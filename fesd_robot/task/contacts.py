@@ -83,7 +83,7 @@ class PointContact(PlacedContact):
 
 
 class CircleContact(PlacedContact):
-    """A circle of the robot in the x-z plane that may touch the ground or a wall, and roll or slide on it."""
+    """A circle in the x-z plane, in space a ball, that may touch the ground or a wall, and roll or slide on it."""
 
     type: Literal["circle"] = Field(description="Shape of the contact.")
     frame: Name = Field(description="Name of the robot's frame about whose origin the circle lies; it turns with it.")

@@ -1,0 +1,77 @@
+"""Plans in space: Coulomb's law in every direction, without a polygon."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fesd_robot import Plan, export_plan, load_task, plan, read_plan, write_plan
+from tests.bodies_in_space import MASS, written
+
+FRICTION, GRAVITY = 0.5, 9.81
+
+
+@pytest.fixture(scope="module", params=[(0.5, 0.3), (0.0, 0.583095)], ids=["askew", "sideways"])
+def pushed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    """A mass that is pushed over the floor and comes to rest at a place given by x and y."""
+    x, y = request.param
+    task = written(
+        tmp_path_factory.mktemp("pushed"),
+        MASS,
+        "robot: {model: model.urdf, root: fixed}\n"
+        f"ground: {{type: plane, friction: {FRICTION}}}\n"
+        "contacts: {foot: {frame: mass}}\n"
+        "horizon: {duration: 1, intervals: 8}\n"
+        "initial: {configuration: {x: 0, y: 0, z: 0}}\n"
+        f"goal: {{configuration: {{x: {x}, y: {y}, z: 0}}}}\n"
+        "solver: {starts: 1, local_search: false}\n",
+    )
+    return plan(load_task(task))
+
+
+def test_it_is_solved_and_true(pushed: Plan) -> None:
+    """The motion is exact, its first-order optimality is certified, and the audit with its replay passes."""
+    assert pushed.status.solved and pushed.status.exact and pushed.status.audit_passed
+    assert pushed.status.complementarity <= 1e-9
+    assert pushed.status.b_stationary == "certified"
+    assert pushed.outcome.contacts["foot"].slides
+
+
+def test_friction_is_on_the_cone_and_against_the_slide(pushed: Plan) -> None:
+    """Where the mass slides the angle between friction and velocity is pi to 1e-8, and its size mu times the weight."""
+    velocity = np.column_stack([pushed.trajectory.velocity[name] for name in "xy"])
+    force, mode = pushed.contacts["foot"].force, np.array(pushed.contacts["foot"].mode)
+    slides = (np.linalg.norm(velocity, axis=1) > 1e-3) & (mode == "slip")
+    assert slides.sum() > 20
+    along, friction = velocity[slides], force[slides, 1:]
+    sizes = np.linalg.norm(along, axis=1) * np.linalg.norm(friction, axis=1)
+    across = along[:, 0] * friction[:, 1] - along[:, 1] * friction[:, 0]
+    assert np.abs(across / sizes).max() <= 1e-8
+    assert (along * friction).sum(axis=1).max() < 0
+    np.testing.assert_allclose(np.linalg.norm(friction, axis=1), FRICTION * GRAVITY, atol=1e-8)
+    assert (np.linalg.norm(force[:, 1:], axis=1) <= FRICTION * force[:, 0] + 1e-8).all()
+
+
+def test_the_force_explains_the_motion_between_samples(pushed: Plan) -> None:
+    """At any time mass times acceleration is control plus friction, and the parts of the force have their names."""
+    at = pushed.at(np.linspace(0.01, 0.99, 37))
+    foot = at.contacts["foot"]
+    assert foot.lateral is not None
+    for name, friction in (("x", foot.tangential), ("y", foot.lateral)):
+        np.testing.assert_allclose(at.acceleration[name], at.controls[name] + friction, atol=1e-6)
+
+
+def test_files_have_the_lateral_force(pushed: Plan, tmp_path: Path) -> None:
+    """plan.json, CSV and NPZ have it under its name, and reading the plan gives it back."""
+    write_plan(pushed, tmp_path / "plan")
+    lateral = pushed.contacts["foot"].lateral_force
+    found = read_plan(tmp_path / "plan")
+    np.testing.assert_array_equal(found.contacts["foot"].lateral_force, lateral)
+    export_plan(found, tmp_path / "plan.npz", "npz")
+    with np.load(tmp_path / "plan.npz") as arrays:
+        np.testing.assert_array_equal(arrays["lateral_force"][:, 0], lateral)
+    export_plan(found, tmp_path / "plan.csv", "csv")
+    header = (tmp_path / "plan.csv").read_text(encoding="utf-8").split("\n")
+    assert any("foot lateral force [N]" in line for line in header[:3])
