@@ -77,9 +77,8 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
     friction = {contact.name: contact.friction for contact in motion.contacts}
     matrix = motion.actuation.matrix
-    in_space = any(contact.in_space for contact in motion.contacts)
     return NumericPhysics(
-        motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()), in_space=in_space
+        motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()), in_space=motion.in_space
     )
 
 
@@ -305,8 +304,8 @@ def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
 def _full_model(motion: MotionProblem) -> FullModel:
     section, contacts = motion.task.robot, [contact.name for contact in motion.contacts]
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
-    in_space = any(contact.in_space for contact in motion.contacts)
-    return FullModel(motion.robot, _full_robot(motion), section.locked, section.coupled, scene, in_space=in_space)
+    full = _full_robot(motion)
+    return FullModel(motion.robot, full, section.locked, section.coupled, scene, in_space=motion.in_space)
 
 
 def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:

@@ -17,7 +17,7 @@ from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, MultibodyDyn
 
 
 def cone_conditions(
-    dynamics: MultibodyDynamics, contact: Contact, beta: ca.SX, multipliers: AuxiliaryMultipliers, unused: ca.SX
+    dynamics: MultibodyDynamics, contact: Contact, multipliers: AuxiliaryMultipliers, unused: ca.SX
 ) -> list[Complementarity]:
     """Return the vanishing constraints of Coulomb's law in space.
 
@@ -25,15 +25,14 @@ def cone_conditions(
     kappa = beta^2 - |f|^2 >= 0,
 
     - a contact slides only with its force on the cone: ``v_t != 0 => kappa = 0``, between all points of an element;
-    - friction is parallel to sliding, ``(f_1 v_2 - f_2 v_1) beta = 0``, and against it, ``max(f . v_t, 0) beta = 0``,
-      at the stages.
+    - friction is parallel to sliding, ``f_1 v_2 - f_2 v_1 = 0``, and against it, ``max(f . v_t, 0) = 0``, at the
+      stages.
 
     So it is -beta v_t / |v_t| where the contact slides, of any direction, and anything inside the cone where it sticks.
     No direction is preferred, and no velocity regularised.
 
     Args:
         contact: with two tangents.
-        beta: its Filippov multiplier.
         multipliers: theta_k+ and theta_k-, not negative, with the sum beta for either direction k.
         unused: kappa.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.ground import Ground
+from fesd_robot.contact.ground import LATERAL, Ground
 from fesd_robot.contact.model import Contact
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
@@ -99,8 +99,8 @@ def leaves_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: boo
 
 
 def lateral_axis() -> ca.SX:
-    """Return the world's y axis, (3)."""
-    return _constant(np.array([0.0, 1.0, 0.0]))
+    """Return `LATERAL` as an expression, (3)."""
+    return _constant(LATERAL)
 
 
 def _constant(vector: np.ndarray) -> ca.SX:

@@ -65,7 +65,7 @@ def velocity_conditions(
     if contact.friction > 0:
         velocities = contact.tangential_velocities(dynamics.velocity)
         if unused is not None:
-            conditions += cone_conditions(dynamics, contact, beta, multipliers, unused)
+            conditions += cone_conditions(dynamics, contact, multipliers, unused)
         else:
             plus, minus = multipliers.sides[0]
             conditions += [

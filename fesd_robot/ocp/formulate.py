@@ -84,6 +84,11 @@ class MotionProblem:
     ocp: OptimalControlProblem
     fesd: FesdOptions
 
+    @property
+    def in_space(self) -> bool:
+        """Whether contacts may slip in two directions; all of a robot's do, or none."""
+        return any(contact.in_space for contact in self.contacts)
+
 
 def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
     """Return the optimal control problem of a task.

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies
+from fesd_robot.contact.ground import LATERAL
 from fesd_robot.recovery.between_bodies import closest
 from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
@@ -162,7 +163,7 @@ class NumericPhysics:
 
     def _across(self) -> list[np.ndarray]:
         """The second tangent, the same for all surfaces, as none varies along y; none in the plane."""
-        return [_LATERAL] * (self.rows - 2)
+        return [LATERAL] * (self.rows - 2)
 
     def _rows(self, geometry: ContactGeometry) -> list[np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""
@@ -192,9 +193,6 @@ class NumericPhysics:
     def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
         """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
-
-
-_LATERAL = np.array([0.0, 1.0, 0.0])
 
 
 def _unit_normal(tangent: np.ndarray) -> np.ndarray:

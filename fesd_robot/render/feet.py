@@ -9,16 +9,13 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface
+from fesd_robot.contact.ground import LATERAL
 from fesd_robot.recovery.between_bodies import closest
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
     from fesd_robot.robot import Robot
     from fesd_robot.task import Task
-
-
-LATERAL = np.array([0.0, 1.0, 0.0])
-"""Direction of the lateral force of a contact in space."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fesd_robot.render.feet import LATERAL
+from fesd_robot.contact.ground import LATERAL
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
 

@@ -10,6 +10,7 @@ import numpy as np
 from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
+from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact, impact
 from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, Modes
 from fesd_robot.replay.modes import ModeMotion, rated_modes, slips_are_proper
@@ -118,7 +119,7 @@ class ContactLaw:
         closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY) & ~(flying & (gaps > 0))
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
         ground, joints = np.where(closed, gaps, np.minimum(gaps, 0.0)), (Mode.STICK,) * len(self._physics.rubbing)
-        nowhere = np.zeros((len(gaps), self._physics.rows - 1))
+        nowhere = slip_headings(np.zeros((len(gaps), self._physics.rows - 1)))
         contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere)
         hits, result = (gaps <= 0) & (normal < -CLOSED_VELOCITY), None
         if hits.any():

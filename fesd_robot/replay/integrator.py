@@ -14,7 +14,7 @@ from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
-from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact
 from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
@@ -297,7 +297,7 @@ class Segments:
                 dynamics = dynamics.in_joint_modes(contacts.joints)
             if touches:
                 velocities = tangential_rows(dynamics.velocity, dynamics.rows)
-                along = slip * (velocities * _ahead(headings, dynamics)).sum(axis=1) + _BEYOND_SLIP
+                along = slip * (velocities * headings).sum(axis=1) + _BEYOND_SLIP
                 result[count : 2 * count] = np.where(slip == 0, np.inf, along)
                 result[2 * count] = force_margin(dynamics, contacts.modes) + _BEYOND_MARGIN
             if sticking.any():
@@ -309,11 +309,6 @@ class Segments:
             return result
 
         return values
-
-
-def _ahead(headings: np.ndarray, dynamics: ContactDynamics) -> np.ndarray:
-    """Directions along which a velocity that becomes negative has ended a slide: those of the last step."""
-    return dynamics.headings if dynamics.rows == 2 else headings
 
 
 def _first_root(

@@ -6,6 +6,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+LATERAL = np.array([0.0, 1.0, 0.0])
+"""The tangent along which no surface varies: a second direction of slip in space."""
+
 
 class Ground(Protocol):
     """A surface that does not vary along y: a function f(x, z), positive outside, zero on it, negative inside.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
@@ -62,6 +61,7 @@ class BoundsBuilder:
         self._n_x = transcription.ocp.system.state.numel()
         self._problem = branch_transcription.problem
         self._equally_long = branch_transcription.equally_long
+        self._patterns = branch_transcription.row_patterns if self._conditions.have_companions else []
         self._stages = transcription.options.tableau.stages
         self._start_is_free = bool((transcription.ocp.initial_lower < transcription.ocp.initial_upper).any())
         self._start = PointIndices(0, self._n_x, len(transcription.problem.blocks[0].lower))
@@ -121,8 +121,7 @@ class BoundsBuilder:
     def _leave_out_idle_rows(self) -> None:
         """Free the rows whose variables are all fixed: they hold by themselves and have no gradient."""
         fixed, first = self._lower == self._upper, 0
-        for block in self._problem.blocks:
-            pattern = _pattern(block.rows, block.variables)
+        for block, pattern in zip(self._problem.blocks, self._patterns, strict=True):
             idle = ~(pattern @ ~fixed[block.index])
             for copy in range(block.copies):
                 rows = first + np.flatnonzero(idle[:, copy])
@@ -189,11 +188,6 @@ class BoundsBuilder:
                 self._upper[at] = min(self._upper[at], zero)
             if direction * quantity.sign < 0 or not one_side:
                 self._lower[at] = max(self._lower[at], zero)
-
-
-def _pattern(rows: ca.SX, variables: ca.SX) -> np.ndarray:
-    """Return which rows contain which variables, (n_g, n_w) of bool."""
-    return np.asarray(ca.DM(ca.jacobian_sparsity(rows, variables), 1).full()) > 0
 
 
 def _element_indices(branch_transcription: BranchTranscription) -> list[ElementIndices]:

@@ -53,6 +53,12 @@ class BranchTranscription:
         ]
         return replace(full, blocks=blocks)
 
+    @cached_property
+    def row_patterns(self) -> list[np.ndarray]:
+        """Which rows of every block of `problem` contain which of its variables, (n_g, n_w) of bool each."""
+        sparsities = [ca.jacobian_sparsity(block.rows, block.variables) for block in self.problem.blocks]
+        return [np.asarray(ca.DM(sparsity, 1).full()) > 0 for sparsity in sparsities]
+
     def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
         """Return the branches on which a point may lie, the likelier one first."""
         elements = self.transcription.unpack(w)
