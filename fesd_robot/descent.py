@@ -9,6 +9,7 @@ from itertools import islice
 
 from fesd_robot.adapters import certificate_of
 from fesd_robot.fesd.neighbours import Pivots
+from fesd_robot.fesd.polishing import problem_around
 from fesd_robot.mpcc import BranchPoint, BranchSolver, Certificate, HomotopyOptions, NlpReport
 from fesd_robot.refine import refined
 from fesd_robot.solved_motion import SolvedMotion
@@ -79,7 +80,7 @@ def descended(
 def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certificate | None:
     """Return the certificate of a motion, on the grid of its branch if it is exact."""
     exact, transcription = solved.solution.exact, solved.transcription
-    problem = solved.polisher.with_equal_steps(solved.branch) if exact else transcription.problem
+    problem = problem_around(solved.polisher, solved.branch) if exact else transcription.problem
     return certificate_of(problem, solved.solution, task.solver.tolerance, deadline.left)
 
 

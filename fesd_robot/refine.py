@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from fesd_robot.determinacy import determined
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import (
+    Violated,
     multiplier_errors,
     violated_between_stages,
     with_bounds_between,
@@ -69,6 +70,9 @@ GAIN_OF_A_STAGE = 100.0
 
 MOST_STAGES = 2
 """Most stages that are added at once."""
+
+WORSE_THAN_ERRORS = 10.0
+"""How much larger than the errors a violated bound is that is held before these become smaller."""
 
 MULTIPLIER_ACCURACY = 100.0
 """Error of multipliers near their bounds, relative to the accuracy; one of 1e-5 is a force of 1e-4 robot weights."""
@@ -135,7 +139,7 @@ def _to_accuracy(
     continued: Callable[[SolvedMotion, Finer], SolvedMotion | None],
     deadline: Deadline,
 ) -> SolvedMotion:
-    """Return an exact solution refined to an accuracy.
+    """Return an exact solution refined to an accuracy, or as far as its audit passes.
 
     Args:
         solved: of a collocation scheme.
@@ -144,11 +148,12 @@ def _to_accuracy(
         deadline: of the task; no round begins after it.
     """
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
+    earlier: list[SolvedMotion] = []
     while solved.rounds < last and deadline.left > 0:
         if solved.rounds >= ENOUGH_ROUNDS and solved.audit.worst[0] <= SPARE:
             break
         following = None
-        for finer in _finer(solved, accuracy):
+        for finer in _finer(solved, accuracy, early=not failures):
             if finer.repair and repairs == MOST_REPAIRS:
                 continue
             following = continued(solved, finer)
@@ -162,8 +167,15 @@ def _to_accuracy(
                 break
         if following is None:
             break
+        earlier.append(solved)
         solved = following
-    return replace(solved, seconds=solved.seconds + time.perf_counter() - begin)
+    best = _last_that_passes([*earlier, solved])
+    return replace(best, rounds=solved.rounds, seconds=solved.seconds + time.perf_counter() - begin)
+
+
+def _last_that_passes(motions: Sequence[SolvedMotion]) -> SolvedMotion:
+    """Return the last motion whose audit has no violations, the very last if none has."""
+    return next((one for one in reversed(motions) if not one.audit.violations), motions[-1])
 
 
 def _is_no_motion(solved: SolvedMotion) -> bool:
@@ -176,23 +188,37 @@ def _cost(solved: SolvedMotion) -> float:
     return solved.solution.residuals.objective
 
 
-def _finer(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
-    """Yield finer transcriptions, the one to try first first; none if there is nothing to refine."""
-    asking = solved.local_errors > accuracy
-    for most in dict.fromkeys((max(GROSS, accuracy), accuracy)):
-        if 0 < (solved.local_errors > most).sum() <= _many(solved):
-            yield _with_elements_in_parts(solved, np.maximum(solved.local_errors / most, 1.0))
+def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Finer]:
+    """Yield finer transcriptions, the one to try first first; none if there is nothing to refine.
+
+    Args:
+        solved: the motion.
+        accuracy: largest local error of an element.
+        early: whether bounds that are violated by more than errors explain are held before these are small.
+    """
+    errors, gross = solved.local_errors, max(GROSS, accuracy)
+    asking = errors > accuracy
+    transcription, conditions = solved.transcription, solved.polisher.conditions
+    violated = violated_between_stages(transcription, conditions, solved.solution.w, solved.branch)
+    worst = max((one.violation for one in violated), default=0.0)
+    if early and asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
+        yield _with_bounds(solved, violated)
+    for most in dict.fromkeys((gross, accuracy)):
+        if 0 < (errors > most).sum() <= _many(solved):
+            yield _with_elements_in_parts(solved, np.maximum(errors / most, 1.0))
     if asking.any():
         yield from _with_more_stages(solved, accuracy)
     if not asking.any() and solved.stages < MAX_STAGES:
-        errors = multiplier_errors(solved.transcription, solved.polisher.conditions, solved.solution.w, solved.branch)
+        errors = multiplier_errors(transcription, conditions, solved.solution.w, solved.branch)
+        if early and worst > errors.max():
+            yield _with_bounds(solved, violated)
         excess = np.maximum(errors / (MULTIPLIER_ACCURACY * accuracy), 1.0)
         if excess.max(initial=1.0) > 1.0:
             yield _with_elements_in_parts(solved, excess)
-    yield from _with_more_bounds(solved)
+    yield from _with_more_bounds(solved, violated)
     if not asking.any():
         for paths in determined(solved):
-            finer = with_bounds_between(solved.transcription, paths)
+            finer = with_bounds_between(transcription, paths)
             yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
 
 
@@ -214,32 +240,35 @@ def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
 
 
 def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
-    """Return it with the elements divided whose errors are too large, and with them all of their intervals.
+    """Return it with the elements divided whose errors are too large, and those beside them that are equally long.
 
     Args:
         solved: the motion.
         excess: by how much the errors are too large, one where they are not, (number of elements).
     """
-    order, counts = 2 * solved.stages, solved.transcription.elements
-    excess = excess ** (1 / order)
+    excess = excess ** (1 / (2 * solved.stages))
     parts = np.where(excess > 1, np.clip(np.ceil(excess), 2, MOST_PARTS), 1).astype(int)
-    most = [own.max() for own in np.split(parts, np.cumsum(counts)[:-1])]
-    divided = np.repeat(most, counts).tolist()
+    equally_long = np.array(solved.polisher.equally_long(solved.branch), dtype=int)
+    runs = np.split(parts, np.setdiff1d(np.arange(1, len(parts)), equally_long + 1))
+    divided = [int(run.max()) for run in runs for _ in run]
     finer, w, branch = with_parts(solved.transcription, solved.solution.w, solved.branch, divided)
     return Finer(finer, BranchPoint(w, branch))
 
 
-def _with_more_bounds(solved: SolvedMotion) -> Iterator[Finer]:
+def _with_more_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Iterator[Finer]:
     """Yield it with all bounds that are violated between stages, and with those of them that are violated least."""
-    transcription, w, branch = solved.transcription, solved.solution.w, solved.branch
-    bounds = violated_between_stages(transcription, solved.polisher.conditions, w, branch)
-    every = len(bounds)
-    while bounds:
-        finer = with_bounds_between(transcription, bounds)
-        yield Finer(finer, BranchPoint(w, branch, freer=True))
-        if len(bounds) == every:
-            yield Finer(finer, BranchPoint(w, branch), repair=True)
-        bounds = bounds[: len(bounds) // 2]
+    few = violated
+    while few:
+        finer = _with_bounds(solved, few)
+        yield finer
+        if few is violated:
+            yield finer._replace(start=replace(finer.start, freer=False), repair=True)
+        few = few[: len(few) // 2]
+
+
+def _with_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Finer:
+    finer = with_bounds_between(solved.transcription, [one.bound for one in violated])
+    return Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
 
 
 def _continued(

@@ -42,6 +42,8 @@ class Complementarity:
         left_boundary_only: within a finite element hold the condition for G at the left boundary only.
         stages_only: within a finite element hold the condition for G at the stages only, where G is a function of the
             algebraic variables, too.
+        crossed: of one for the stages only, within a finite element hold it for G of the state at every point with the
+            algebraic variables of every stage: its sign does not change inside an element.
         companions: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
             H at zero holds them there, too, and leaves those rows out.
         together: of the conditions of a contact with this H and a G of their own either all G are the active factor or
@@ -69,6 +71,7 @@ class Complementarity:
     invariant: bool = False
     left_boundary_only: bool = False
     stages_only: bool = False
+    crossed: bool = False
     companions: tuple[ca.SX, ...] = ()
     together: bool = False
     met_by: tuple[tuple[str, ActiveFactor], ...] = ()

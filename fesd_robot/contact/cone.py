@@ -25,8 +25,8 @@ def cone_conditions(
     kappa = beta^2 - |f|^2 >= 0,
 
     - a contact slides only with its force on the cone: ``v_t != 0 => kappa = 0``, between all points of an element;
-    - friction is parallel to sliding, ``f_1 v_2 - f_2 v_1 = 0``, and against it, ``max(f . v_t, 0) = 0``, at the
-      stages.
+    - friction is parallel to sliding, ``f_1 v_2 - f_2 v_1 = 0`` at the stages, and against it, ``max(f . v_t, 0) = 0``
+      between all points of an element, in which a slide does not turn back.
 
     So it is -beta v_t / |v_t| where the contact slides, of any direction, and anything inside the cone where it sticks.
     No direction is preferred, and no velocity regularised.
@@ -63,6 +63,7 @@ def cone_conditions(
             vanishing=True,
             level="velocity",
             stages_only=True,
+            crossed=kind == FRICTION_WITH_SLIDING,
             met_by=(
                 (SLIDING_INSIDE_CONE, ActiveFactor.G),
                 (FORCE_AT_A_DISTANCE, ActiveFactor.H),

@@ -61,7 +61,7 @@ def vanishing_pairs(
     ``H = sum_j H_j``: the multipliers of an element are zero together, whichever point forbids them. With
     ``stage_stage`` every stage's multiplier is a pair of its own. (A switching function can have any sign, so its
     values are never added up.) With ``plain`` a stage forbids its own multiplier only. A switching function that
-    contains algebraic variables takes part at the stages only.
+    contains algebraic variables takes part at the stages only, or is crossed: g(x_k, z_j) for all points and stages.
 
     Args:
         system: the dynamics.
@@ -87,6 +87,13 @@ def vanishing_pairs(
                     at(Place(stage=j), switching(x, z) * values[j - 1][1], values[j - 1][0])
                     for j, (x, z) in enumerate(points[1:], start=1)
                 ]
+            continue
+        if condition.crossed:
+            conditions += [
+                at(Place(point=k, stage=j), switching(points[k][0], points[j][1]), values[j - 1][0])
+                for k in range(len(points))
+                for j in range(1, stages + 1)
+            ]
             continue
         multipliers = [multiplier for multiplier, _ in values]
         if mode != "stage_stage":

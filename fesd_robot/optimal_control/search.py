@@ -14,7 +14,7 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription
 from fesd_robot.fesd.interval import EQUILIBRATION
 from fesd_robot.fesd.neighbours import filled, mode_shifts, with_room, without_room
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchTranscription, problem_around
 from fesd_robot.mpcc import (
     BranchPoint,
     BranchSolver,
@@ -239,7 +239,7 @@ class Search:
         if not candidate.solved or self.is_over:
             return None
         polisher = BranchTranscription(candidate.transcription)
-        problem = polisher.with_equal_steps(candidate.branch) if candidate.exact else candidate.transcription.problem
+        problem = problem_around(polisher, candidate.branch) if candidate.exact else candidate.transcription.problem
         product = EXACT_PRODUCT if candidate.exact else self.settings.tolerance
         seconds = 30.0 if left is None else min(30.0, 0.5 * left)
         return certify(problem, candidate.w, tolerance=product, time_limit=seconds)

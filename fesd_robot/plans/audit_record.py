@@ -118,6 +118,7 @@ class Audit(Record):
             "modes, at the ends of elements and between stages",
             "N",
             1e-2,
+            weight_ratio=1e-4,
         ),
     ]
     max_stick_slip_violation: Annotated[
@@ -146,6 +147,7 @@ class Audit(Record):
             "and between stages",
             "N",
             1e-2,
+            weight_ratio=1e-4,
         ),
     ]
     max_dynamics_error: Annotated[

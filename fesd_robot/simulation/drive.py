@@ -15,10 +15,6 @@ from fesd_robot.replay.impacts import Impact
 from fesd_robot.replay.integrator import Event, Path, Segments, events_along
 from fesd_robot.simulation.schedule import Schedule
 
-PARTING = 1e-5
-"""Normal velocity after an impact, m/s, up to which a contact stays closed. Two feet that land one after the other make
-each other rise and fall in ever smaller hops without an end; one of this speed is 5e-12 m high."""
-
 _FATAL = {
     Note.MANY_EVENTS: "more than 50 contact events happen within one control interval",
     Note.MANY_STEPS: "the steps become too short",
@@ -107,7 +103,7 @@ def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Sched
     contacts: Contacts | None = None
     for interval, control in enumerate(schedule.controls):
         start, end = (float(time) for time in schedule.times[interval : interval + 2])
-        law = ContactLaw(physics, control, PARTING)
+        law = ContactLaw(physics, control)
         recorder = _Recorder(result, start, interval, control)
         segments = Segments(physics, result.configuration, control, law, taken=recorder.step)
         recorder.segments = segments

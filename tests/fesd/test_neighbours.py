@@ -13,7 +13,7 @@ from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, m
 from fesd_robot.fesd.neighbours import Pivots, Surroundings, filled, moves, with_room, without_room
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of, pattern_of
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchTranscription, problem_around
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
@@ -230,7 +230,7 @@ def test_a_branch_keeps_elements_of_one_mode_equal() -> None:
     steps = [element.step for element in transcription.unpack(fine.w)]
     same = [n for n in range(4) if fine.branch.factors[n] == fine.branch.factors[n + 1]]
     assert same and all(steps[n] == pytest.approx(steps[n + 1], abs=1e-9) for n in same)
-    asking = branches.with_equal_steps(fine.branch)
+    asking = problem_around(branches, fine.branch)
     assert asking.constraints == transcription.problem.constraints + len(same)
     assert asking.residuals(fine.w).constraint_violation <= 1e-8
     assert asking.residuals(moved).constraint_violation >= 1e-4

@@ -114,7 +114,8 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     coarse = solve(transcription.problem, OPTIONS, polisher=polisher)
     assert coarse.exact and coarse.branch is not None
     assert _highest(transcription, coarse.w) > 0.2 + 1e-3
-    bounds = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
+    violated = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
+    bounds = [one.bound for one in violated]
     assert bounds == [PathBetween(0, 0) if path else BoundBetween(0, 0, 1, 0.2)]
     held = with_bounds_between(transcription, bounds)
     start = BranchPoint(coarse.w, coarse.branch, freer=True)
@@ -126,7 +127,8 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     assert fine.residuals.objective > coarse.residuals.objective
     if path:
         (stricter,) = violated_between_stages(held, polisher.conditions, fine.w, fine.branch)
-        assert 0 < stricter.margin <= 3e-3, "where it is held at places only, it becomes stricter"
+        assert isinstance(stricter.bound, PathBetween)
+        assert 0 < stricter.bound.margin <= 3e-3, "where it is held at places only, it becomes stricter"
     finer, w, _ = with_parts(held, fine.w, fine.branch, [2, 1])
     added = [block for block in finer.problem.blocks if "between" in block.name]
     assert added, "bounds stay where they are when elements divide"
@@ -145,7 +147,8 @@ def test_what_a_path_constraint_spares_is_left(part: float, held: list[PathBetwe
     assert coarse.branch is not None
     spare = part * (_highest(transcription, coarse.w) - 0.2)
     sparing = Transcription(ball(path=True, spare=spare), transcription.options)
-    assert violated_between_stages(sparing, polisher.conditions, coarse.w, coarse.branch) == held
+    violated = violated_between_stages(sparing, polisher.conditions, coarse.w, coarse.branch)
+    assert [one.bound for one in violated] == held
 
 
 def _highest(transcription: Transcription, w: np.ndarray) -> float:

@@ -43,6 +43,7 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
     modes = [ActiveFactor.G if e in closed else ActiveFactor.H for e in range(len(elements))]
     factors = tuple((mode,) * len(conditions.members) for mode in modes)
     branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
-    found = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
+    violated = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
+    found = [one.bound for one in violated]
     bounds = [one for one in found if isinstance(one, BoundBetween) and one.variable == gap and one.element == 4]
     assert bounds == ([] if held is None else [BoundBetween(4, gap, -1, held, of_mode=held > 0)])

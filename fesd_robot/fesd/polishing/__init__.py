@@ -1,7 +1,15 @@
 """Polishing: from a nearly complementary trajectory to an exact one, by the smooth problem on its branch."""
 
+from fesd_robot.fesd.polishing.around import problem_around
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions, conditions_of
 from fesd_robot.fesd.polishing.reading import read_branch
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 
-__all__ = ["BranchTranscription", "ConditionFactors", "ElementConditions", "conditions_of", "read_branch"]
+__all__ = [
+    "BranchTranscription",
+    "ConditionFactors",
+    "ElementConditions",
+    "conditions_of",
+    "problem_around",
+    "read_branch",
+]

@@ -22,6 +22,10 @@ move a contact leaves its multiplier nothing but zero, and an interior-point met
 takes hundreds of iterations with multipliers of 1e8 instead of ten."""
 
 
+REST = 1e-9
+"""Velocity of a contact, m/s, below which the start of a task is at rest."""
+
+
 class PointIndices(NamedTuple):
     """Where a point of the trajectory sits in the problem.
 
@@ -41,6 +45,7 @@ class ElementIndices(NamedTuple):
     Attributes:
         step: index of its length among the variables.
         points: its points, without the left boundary.
+        first_row: index of the first of its `ElementRows`.
         state_rows: index of a state -> the rows that are its dynamics.
         step_difference: index of the row that is the length of the next element of the interval minus its own; that of
             the last element is no such row.
@@ -48,6 +53,7 @@ class ElementIndices(NamedTuple):
 
     step: int
     points: list[PointIndices]
+    first_row: int
     state_rows: dict[int, list[int]]
     step_difference: int
 
@@ -58,11 +64,13 @@ class BoundsBuilder:
     def __init__(self, branch_transcription: BranchTranscription) -> None:
         transcription = branch_transcription.transcription
         self._conditions = branch_transcription.conditions
-        self._n_x = transcription.ocp.system.state.numel()
+        self._n_x, self._n_z = transcription.ocp.system.state.numel(), transcription.ocp.system.algebraic.numel()
         self._problem = branch_transcription.problem
-        self._equally_long = branch_transcription.equally_long
+        self._equally_long, self._resting_ends = branch_transcription.equally_long, branch_transcription.resting_ends
+        self._rows = branch_transcription.element_rows
         self._patterns = branch_transcription.row_patterns if self._conditions.have_companions else []
         self._stages = transcription.options.tableau.stages
+        self._start_state = transcription.ocp.initial_lower
         self._start_is_free = bool((transcription.ocp.initial_lower < transcription.ocp.initial_upper).any())
         self._start = PointIndices(0, self._n_x, len(transcription.problem.blocks[0].lower))
         self._elements = _element_indices(branch_transcription)
@@ -73,6 +81,7 @@ class BoundsBuilder:
         self._lower, self._upper = problem.lower.copy(), problem.upper.copy()
         self._g_lower = np.concatenate([np.tile(block.lower, block.copies) for block in problem.blocks])
         self._g_upper = np.concatenate([np.tile(block.upper, block.copies) for block in problem.blocks])
+        self._resting = self._resting_ends(branch)
         for e in self._equally_long(branch):
             row = self._elements[e].step_difference
             self._g_lower[row] = self._g_upper[row] = 0.0
@@ -86,7 +95,11 @@ class BoundsBuilder:
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
                 if frozen and member.condition.share:
                     self._vanish(e, i)
-                elif not self._conditions.met(i, factors):
+                elif self._conditions.met(i, factors):
+                    continue
+                elif member.condition.met_by and factor is ActiveFactor.G:
+                    self._hold_while_moving(e, i, before)
+                else:
                     self._hold(e, member, factor, left, None if before is None else before[i])
             if frozen:
                 self._make_room(e)
@@ -117,6 +130,42 @@ class BoundsBuilder:
             self._fix(point.state + member.invariant_state)
         for row in self._elements[e].state_rows[member.invariant_state]:  # index reduction
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
+
+    def _hold_while_moving(self, e: int, i: int, before: tuple[ActiveFactor, ...] | None) -> None:
+        """Hold G of a condition that rest meets: at all points, between them, and by its slope where rest begins.
+
+        Args:
+            e: number of the element.
+            i: number of the condition.
+            before: active factors of the element before it.
+        """
+        member, rows, first = self._conditions.members[i], self._rows, self._elements[e].first_row
+        row, direction = self._conditions.quantities[member.G].row, member.direction
+        assert row is not None, member.condition.label
+        stops = (e, i) in self._resting
+        starts = self._start_rests(row) if before is None else self._conditions.stopped(i, before)
+        for point in range(1, rows.points + (not stops)):
+            self._limit(first + rows.at(point, row), direction)
+        if stops:
+            self._limit(first + rows.at_end(row), -direction)
+        if member.condition.crossed:
+            for n, (point, _) in enumerate(rows.pairs):
+                if not (point == 0 and starts) and not (point == rows.points and stops):
+                    self._limit(first + rows.between(n, row), direction)
+
+    def _start_rests(self, row: int) -> bool:
+        """Return whether the start is given, and a quantity is zero there whatever the algebraic variables are."""
+        if self._start_is_free:
+            return False
+        some = np.linspace(1.0, 2.0, self._n_z) ** 2
+        return bool(abs(float(self._conditions.rows(self._start_state, some)[row])) <= REST)
+
+    def _limit(self, row: int, direction: int) -> None:
+        """Hold direction * row <= 0."""
+        if direction > 0:
+            self._g_upper[row] = 0.0
+        else:
+            self._g_lower[row] = 0.0
 
     def _leave_out_idle_rows(self) -> None:
         """Free the rows whose variables are all fixed: they hold by themselves and have no gradient."""
@@ -175,11 +224,8 @@ class BoundsBuilder:
     def _clamp(self, quantity: Quantity, point: PointIndices, direction: int, *, one_side: bool) -> None:
         """Hold direction * quantity <= 0 (one side), or = 0; a quantity that is never negative is zero either way."""
         if quantity.row is not None:
-            row = point.row + quantity.row
-            if direction > 0 or not one_side:
-                self._g_upper[row] = 0.0
-            if direction < 0 or not one_side:
-                self._g_lower[row] = 0.0
+            for side in (direction,) if one_side else (-1, 1):
+                self._limit(point.row + quantity.row, side)
             return
         for i in quantity.variables:
             at = point.state + i if i < self._n_x else point.algebraic + i - self._n_x
@@ -192,20 +238,23 @@ class BoundsBuilder:
 
 def _element_indices(branch_transcription: BranchTranscription) -> list[ElementIndices]:
     """Return the indices of all elements, in time order."""
-    transcription, points = branch_transcription.transcription, branch_transcription.points
-    problem, rows = branch_transcription.problem, branch_transcription.conditions.row_count
+    transcription, rows, problem = (
+        branch_transcription.transcription,
+        branch_transcription.element_rows,
+        branch_transcription.problem,
+    )
     state_names = transcription.ocp.system.state_names
     elements: list[ElementIndices] = []
     first_row = len(problem.blocks[0].lower)
     for block, count in zip(problem.blocks[1:], transcription.intervals, strict=False):
         layout = transcription.layouts[count]
-        base = len(block.lower) - count * points * rows - (count - 1)
+        base = len(block.lower) - count * rows.size - (count - 1)
         state_rows = _state_rows(block.constraints, state_names, count)
         for place in block.places:
             assert place.interval is not None
             offset = int(transcription.indices.offsets[place.interval])
             for n in range(count):
-                first_condition = first_row + base + n * points * rows
+                first_condition = first_row + base + n * rows.size
                 elements.append(
                     ElementIndices(
                         step=offset + layout.step(n),
@@ -213,10 +262,11 @@ def _element_indices(branch_transcription: BranchTranscription) -> list[ElementI
                             PointIndices(
                                 offset + layout.state(n, j).start,
                                 offset + layout.algebraic(n, j).start,
-                                first_condition + j * rows,
+                                first_condition + rows.at(j + 1, 0),
                             )
-                            for j in range(points)
+                            for j in range(rows.points)
                         ],
+                        first_row=first_condition,
                         state_rows={i: [first_row + r for r in own] for i, own in state_rows[n].items()},
                         step_difference=first_row + len(block.lower) - count + 1 + n,
                     )

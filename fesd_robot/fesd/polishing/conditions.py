@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -124,6 +124,29 @@ class ElementConditions:
             if member.condition.together:
                 groups.setdefault((member.condition.label.kind, member.condition.label.contact), []).append(i)
         return list(groups.values())
+
+    @cached_property
+    def met_by_rest(self) -> list[int]:
+        """Rows of quantities that are zero where a contact does not move, whatever the algebraic variables are."""
+        return self._rows_of(member for member in self.members if member.condition.met_by)
+
+    @cached_property
+    def crossed(self) -> list[int]:
+        """Rows of quantities that keep their sign between all points of an element."""
+        return self._rows_of(member for member in self.members if member.condition.crossed)
+
+    def _rows_of(self, members: Iterable[ConditionFactors]) -> list[int]:
+        rows = [self.quantities[member.G].row for member in members]
+        return sorted({row for row in rows if row is not None})
+
+    def stopped(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether what a condition is about does not move in an element, so that others imply the condition.
+
+        Args:
+            i: its number.
+            factors: active factors of all conditions of an element.
+        """
+        return any(factors[k] is factor is ActiveFactor.G for k, factor in self._implying[i])
 
     @cached_property
     def rests(self) -> frozenset[int]:

@@ -10,11 +10,12 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Branch, Label
+from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.fesd.element import read_elements
 from fesd_robot.fesd.polishing.bounds import BoundsBuilder
 from fesd_robot.fesd.polishing.conditions import ElementConditions, conditions_of
 from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, drop_elements, out_of_elements, read_branch
+from fesd_robot.fesd.polishing.rows import ElementRows
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import Block, BranchBounds, Mpcc
 
@@ -95,31 +96,23 @@ class BranchTranscription:
         numbers = enumerate(pairwise(zip(branch.factors, branch.without_length, strict=True)))
         return [e for e, (one, other) in numbers if e not in last and one == other and not one[1]]
 
-    def with_equal_steps(self, branch: Branch) -> Mpcc:
-        """Return the problem with pairs in which neighbouring elements of one mode are equally long, as on the branch.
+    def resting_ends(self, branch: Branch) -> set[tuple[int, int]]:
+        """Return (element, condition) of the conditions whose contact moves in an element and rests in the next one.
 
-        Without step equilibration only the switches determine the lengths; the others would follow the errors of the
-        discretisation. Whether a point is stationary is a question to this problem.
+        Of those whose slope at the end is one of `element_rows`.
 
         Args:
             branch: whose modes count.
         """
-        problem, indices, pairs = self.transcription.problem, self.transcription.indices, self.equally_long(branch)
-        steps = ca.SX.sym("h", 2)
-        equal = Block(
-            name="equal_steps",
-            places=[indices.place(e) for e in pairs],
-            variables=steps,
-            parameters=ca.SX(0, 1),
-            cost=ca.SX(0),
-            rows=steps[1] - steps[0],
-            lower=np.zeros(1),
-            upper=np.zeros(1),
-            constraints=[Label("equal steps")],
-            index=np.array([[indices.step(e), indices.step(e + 1)] for e in pairs], dtype=int).reshape(-1, 2).T,
-            values=np.zeros((0, len(pairs))),
-        )
-        return replace(problem, blocks=[*problem.blocks, equal]) if pairs else problem
+        conditions, ends = self.conditions, set[tuple[int, int]]()
+        whole = [e for e, without in enumerate(branch.without_length) if not without]
+        for e, after in pairwise(whole):
+            for i, member in enumerate(conditions.members):
+                row, own = conditions.quantities[member.G].row, branch.factors[e]
+                moves = own[i] is ActiveFactor.G and not conditions.met(i, own)
+                if row in self.element_rows.ending and moves and conditions.stopped(i, branch.factors[after]):
+                    ends.add((e, i))
+        return ends
 
     @cached_property
     def _equal_steps(self) -> np.ndarray:
@@ -127,11 +120,11 @@ class BranchTranscription:
         ocp = self.transcription.ocp
         return np.concatenate([np.full(n, ocp.duration / ocp.intervals / n) for n in self.transcription.elements])
 
-    @property
-    def points(self) -> int:
-        """Points of an element that are its own: the stages, and a right end that is none."""
+    @cached_property
+    def element_rows(self) -> ElementRows:
+        """The rows of quantities that an element of `problem` has."""
         layout = next(iter(self.transcription.layouts.values()))
-        return layout.stages + layout.own_end
+        return ElementRows(self.conditions, self.transcription.options.tableau, layout.stages + layout.own_end)
 
     def _initial_rows(self, block: Block) -> ca.SX:
         system = self.transcription.ocp.system
@@ -142,9 +135,8 @@ class BranchTranscription:
         layout, w = self.transcription.layouts[elements], block.variables
         left = layout.n_x + layout.n_z
         parts = read_elements(layout, self.transcription.options.tableau, w[:left], w[left:])
-        points = [point for part in parts for point in [*part.stages, *[part.right] * layout.own_end]]
         steps = [parts[n + 1].h - parts[n].h for n in range(elements - 1)]
-        return ca.vertcat(ca.SX(0, 1), *[self.conditions.rows(x, z) for x, z in points], *steps)
+        return ca.vertcat(ca.SX(0, 1), *[self.element_rows.expressions(part) for part in parts], *steps)
 
 
 def _without_pairs(block: Block, rows: ca.SX) -> Block:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -21,7 +22,10 @@ BETWEEN = 24
 """Equal parts of an element at whose ends it is looked at."""
 
 VIOLATION = 1e-7
-"""Violation of a bound between stages above which it is held there too, in the unit of the variable."""
+"""Violation of a bound of a state between stages above which it is held there too, in the unit of the state."""
+
+VIOLATION_OF_MULTIPLIERS = 1e-8
+"""The same of a multiplier: a force of a ten-thousandth of the robot's weight."""
 
 PENETRATION = 2e-6
 """What a gap may be negative between stages, m: a foot that lands without acceleration has a flat gap, all of which a
@@ -41,14 +45,18 @@ STRICTER, AGAIN_STRICTER = 1.5, 4.0
 """A path constraint that is held in an element and violated there becomes stricter by this times the violation, and by
 what it has to spare at the places where it is held; the second is for one that has become stricter already."""
 
-Found = tuple[float, BoundBetween | PathBetween]
-"""By how much a bound is violated, and the bound."""
+
+class Violated(NamedTuple):
+    """A bound, and by how much it is violated."""
+
+    violation: float
+    bound: BoundBetween | PathBetween
 
 
 def violated_between_stages(
     transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch
-) -> list[BoundBetween | PathBetween]:
-    """Return the bounds that are violated between the stages of elements, the least violated first.
+) -> list[Violated]:
+    """Return the bounds that are violated between the stages of elements and not held there, the least violated first.
 
     Looked at are the states with their limits, gaps among them, the path constraints, and the multipliers of the
     conditions, which are not negative: at the left boundary, where controls jump, a negative one is a contact that
@@ -75,19 +83,20 @@ def violated_between_stages(
         if one.kind == "path" and one.row_names and not one.on_request
     ]
     whole = [e for e, without in enumerate(branch.without_length) if not without and elements[e].step > 0]
-    found: list[Found] = list(_ends_of_contact(conditions, elements, branch, whole, n_x))
+    found: list[Violated] = list(_ends_of_contact(conditions, elements, branch, whole, n_x))
     found += _gaps(transcription, gaps, elements, branch, whole)
     for e in whole:
         x = of_states @ np.vstack([elements[e].x_left, elements[e].x[: tableau.stages]])
         z = of_stages @ elements[e].z[: tableau.stages]
         for i, (lower, upper) in enumerate(zip(ocp.state_lower, ocp.state_upper, strict=True)):
-            found += _violated((e, i), x[1:, i], (-np.inf if i in gaps else lower, upper))
+            found += _violated((e, i), x[1:, i], (-np.inf if i in gaps else lower, upper), VIOLATION)
         for i in multipliers:
-            found += _violated((e, i), z[:, i - n_x], (0.0, np.inf))
+            found += _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_MULTIPLIERS)
         for path in paths:
             path.look(elements[e], e, x, z)
     found += [one for path in paths for one in path.found()]
-    return [bound for _, bound in sorted(found, key=lambda one: one[0])]
+    held = set(transcription.added.bounds)
+    return sorted((one for one in found if one.bound not in held), key=lambda one: one.violation)
 
 
 def with_bounds_between(transcription: Transcription, bounds: Sequence[BoundBetween | PathBetween]) -> Transcription:
@@ -131,13 +140,13 @@ class _Path:
         self._excess.setdefault(element.interval, {})[e] = float(worst.max())
         self._room[e] = float(-worst[HELD].max())
 
-    def found(self) -> Iterator[Found]:
+    def found(self) -> Iterator[Violated]:
         """Yield where the constraint is to be held."""
         for excess in self._excess.values():
             worst = max(excess.values())
             if worst > max(VIOLATION, self._constraint.spare):
                 for e in excess:
-                    yield worst, PathBetween(self._number, e, self._margin(e, excess[e], worst))
+                    yield Violated(worst, PathBetween(self._number, e, self._margin(e, excess[e], worst)))
 
     def _margin(self, e: int, own: float, worst: float) -> float:
         """Return by how much the constraint is to be stricter in an element, where it is held.
@@ -158,7 +167,7 @@ def _gaps(
     elements: Sequence[Element],
     branch: Branch,
     whole: Sequence[int],
-) -> Iterator[Found]:
+) -> Iterator[Violated]:
     """Yield by how much gaps pass their lower limits, and their bound: a little below, within a flight a little above.
 
     Args:
@@ -176,12 +185,12 @@ def _gaps(
             excess = lower - float(x[1:, state].min()) - (0.0 if in_flight else PENETRATION)
             if excess > VIOLATION:
                 limit = lower + (CLEARANCE if in_flight else -PENETRATION)
-                yield excess, BoundBetween(e, state, -1, limit, of_mode=in_flight)
+                yield Violated(excess, BoundBetween(e, state, -1, limit, of_mode=in_flight))
 
 
 def _ends_of_contact(
     conditions: ElementConditions, elements: Sequence[Element], branch: Branch, whole: Sequence[int], n_x: int
-) -> Iterator[tuple[float, BoundBetween]]:
+) -> Iterator[Violated]:
     """Yield the multipliers of contacts that end at once inside a control interval, and their upper bound.
 
     Args:
@@ -196,15 +205,15 @@ def _ends_of_contact(
                 continue
             for variable in conditions.variables(member.H):
                 value = float(elements[e].z[len(elements[e].slopes) - 1, variable - n_x])
-                if value > VIOLATION:
-                    yield value, BoundBetween(e, variable, 1, 0.0, end_only=True)
+                if value > VIOLATION_OF_MULTIPLIERS:
+                    yield Violated(value, BoundBetween(e, variable, 1, 0.0, end_only=True))
 
 
 def _violated(
-    where: tuple[int, int], values: np.ndarray, bounds: tuple[float, float]
-) -> Iterator[tuple[float, BoundBetween]]:
-    """Yield by how much values of a variable of an element violate their bounds, where they do, and these."""
+    where: tuple[int, int], values: np.ndarray, bounds: tuple[float, float], least: float
+) -> Iterator[Violated]:
+    """Yield by how much values of a variable of an element violate their bounds, where it is by more than the least."""
     for sign, limit in zip((-1, 1), bounds, strict=True):
         excess = float((sign * (values - limit)).max())
-        if np.isfinite(limit) and excess > VIOLATION:
-            yield excess, BoundBetween(*where, sign, float(limit))
+        if np.isfinite(limit) and excess > least:
+            yield Violated(excess, BoundBetween(*where, sign, float(limit)))

@@ -1,0 +1,85 @@
+"""The rows of an element in a branch NLP: quantities at its points, between its points, and where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.fesd.element import ElementPoints
+from fesd_robot.fesd.polishing.conditions import ElementConditions
+from fesd_robot.fesd.tableau import Tableau
+
+
+@dataclass(frozen=True)
+class ElementRows:
+    """The rows of an element, and where among them a quantity stands.
+
+    - ``r(x_k, z_k)`` of every quantity at every point k = 1..n, in this order;
+    - ``r(x_k, z_j)`` of those that keep their sign between all points k = 0..n, k != j, and stages j;
+    - ``sum_k l_k'(1) r(x_k, z_n)`` of those that are zero where a contact stops, whatever the algebraic variables are:
+      their slope at the end, by the derivatives of the Lagrange basis. It takes the place of the value where the
+      element ends with that: friction at the end of a slide is against the velocity just before it.
+
+    Attributes:
+        conditions: of the element.
+        tableau: of its scheme.
+        points: without the left boundary, with a right end that is no stage.
+    """
+
+    conditions: ElementConditions
+    tableau: Tableau
+    points: int
+
+    @cached_property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Point and stage of every crossed quantity."""
+        return [(k, j) for k in range(self.points + 1) for j in range(1, self.tableau.stages + 1) if k != j]
+
+    @cached_property
+    def ending(self) -> list[int]:
+        """Quantities whose slope at the end is a row."""
+        known = self.tableau.collocation and self.tableau.ends_at_stage
+        return self.conditions.met_by_rest if known else []
+
+    @property
+    def size(self) -> int:
+        """Rows of an element."""
+        between = len(self.pairs) * len(self.conditions.crossed)
+        return self.points * self.conditions.row_count + between + len(self.ending)
+
+    def at(self, point: int, row: int) -> int:
+        """Index of a quantity at a point, from 1."""
+        return (point - 1) * self.conditions.row_count + row
+
+    def between(self, pair: int, row: int) -> int:
+        """Index of a crossed quantity at one of `pairs`."""
+        crossed = self.conditions.crossed
+        return self.points * self.conditions.row_count + pair * len(crossed) + crossed.index(row)
+
+    def at_end(self, row: int) -> int:
+        """Index of the slope of one of `ending`."""
+        return self.size - len(self.ending) + self.ending.index(row)
+
+    def expressions(self, element: ElementPoints) -> ca.SX:
+        """Return the rows of an element, (size)."""
+        rows, points = self.conditions.rows, [element.left, *element.stages]
+        if self.points > self.tableau.stages:
+            points.append(element.right)
+        own = [rows(x, z) for x, z in points[1:]]
+        crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in self.pairs]
+        return ca.vertcat(ca.SX(0, 1), *own, *crossed, self.slopes(points))
+
+    def slopes(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
+        """Return the slopes of `ending`.
+
+        Args:
+            points: (x, z) at the left boundary, whose z does not matter, and at the stages.
+        """
+        if not self.ending:
+            return ca.SX(0, 1)
+        values = [self.conditions.rows(x, points[-1][1])[self.ending] for x, _ in points]
+        return ca.horzcat(*values) @ np.asarray(self.tableau.derivative)[-1]
