@@ -26,7 +26,7 @@ from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport, continue_on_branch
 from fesd_robot.repair import repaired
 from fesd_robot.solved_motion import SolvedMotion
-from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.attempts import Stop, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 
 ROUNDS = 20
@@ -106,11 +106,13 @@ def refined(
     hundredth; what comes nearest is kept.
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
-    else holds the bounds that are violated between stages, all of them or those that are violated least, else holds
+    else holds the bounds that are violated between stages, all of them or those that are violated least; where these
+    are violated by much more than errors explain, that comes first, as long as no round has failed. Else it holds
     contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
     branch NLP again from the interpolated point. After `ENOUGH_ROUNDS` the audit alone decides whether to go on. A
     coarse motion may do what no finer one does: where there is no solution, or one that costs much more, branches near
-    by are looked for (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`.
+    by are looked for (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`; the last motion that
+    passes the audit is kept, if one does.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact, or too coarse to be a motion at all.
@@ -121,14 +123,18 @@ def refined(
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
     """
     continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
+
+    def over() -> bool:
+        return deadline.left <= 0 or stop_requested(stop)
+
     best = solved
     if not solved.solution.exact or _is_no_motion(solved):
         return solved
     for factor in TIGHTENED:
-        solved = _to_accuracy(solved, factor * accuracy, continued, deadline)
+        solved = _to_accuracy(solved, factor * accuracy, continued, over)
         if factor == TIGHTENED[0] or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
-        if deadline.left <= 0 or best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
+        if over() or best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
             break
     return best if best is solved else replace(best, rounds=solved.rounds, seconds=solved.seconds)
 
@@ -137,7 +143,7 @@ def _to_accuracy(
     solved: SolvedMotion,
     accuracy: float,
     continued: Callable[[SolvedMotion, Finer], SolvedMotion | None],
-    deadline: Deadline,
+    over: Callable[[], bool],
 ) -> SolvedMotion:
     """Return an exact solution refined to an accuracy, or as far as its audit passes.
 
@@ -145,11 +151,11 @@ def _to_accuracy(
         solved: of a collocation scheme.
         accuracy: largest local error of an element.
         continued: solves a finer transcription.
-        deadline: of the task; no round begins after it.
+        over: whether nothing more is to begin.
     """
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
     earlier: list[SolvedMotion] = []
-    while solved.rounds < last and deadline.left > 0:
+    while solved.rounds < last and not over():
         if solved.rounds >= ENOUGH_ROUNDS and solved.audit.worst[0] <= SPARE:
             break
         following = None
@@ -163,7 +169,7 @@ def _to_accuracy(
             if costly and not finer.repair and repairs < MOST_REPAIRS:
                 other, repairs = continued(solved, finer._replace(repair=True)), repairs + 1
                 following = min((one for one in (following, other) if one), key=_cost)
-            if following is not None or failures >= MOST_FAILURES:
+            if following is not None or failures >= MOST_FAILURES or over():
                 break
         if following is None:
             break

@@ -13,10 +13,12 @@ from tests.bodies_in_space import MASS, written
 FRICTION, GRAVITY = 0.5, 9.81
 
 
-@pytest.fixture(scope="module", params=[(0.5, 0.3), (0.0, 0.583095)], ids=["askew", "sideways"])
+@pytest.fixture(
+    scope="module", params=[(0.5, 0.3, 0), (0.0, 0.583095, 0), (0.5, 0.3, -0.6)], ids=["askew", "sideways", "curved"]
+)
 def pushed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Plan:
-    """A mass that is pushed over the floor and comes to rest at a place given by x and y."""
-    x, y = request.param
+    """A mass that is pushed over the floor and comes to rest at x and y, from a speed along y."""
+    x, y, speed = request.param
     task = written(
         tmp_path_factory.mktemp("pushed"),
         MASS,
@@ -24,7 +26,7 @@ def pushed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         f"ground: {{type: plane, friction: {FRICTION}}}\n"
         "contacts: {foot: {frame: mass}}\n"
         "horizon: {duration: 1, intervals: 8}\n"
-        "initial: {configuration: {x: 0, y: 0, z: 0}}\n"
+        f"initial: {{configuration: {{x: 0, y: 0, z: 0}}, velocity: {{y: {speed}}}}}\n"
         f"goal: {{configuration: {{x: {x}, y: {y}, z: 0}}}}\n"
         "solver: {starts: 1, local_search: false}\n",
     )
@@ -40,10 +42,14 @@ def test_it_is_solved_and_true(pushed: Plan) -> None:
 
 
 def test_friction_is_on_the_cone_and_against_the_slide(pushed: Plan) -> None:
-    """Where the mass slides the angle between friction and velocity is pi to 1e-8, and its size mu times the weight."""
+    """Where the mass slides the angle between friction and velocity is pi to 1e-8, and its size mu times the weight.
+
+    The very first sample is no stage: its force is that of the polynomial through those of the first element.
+    """
     velocity = np.column_stack([pushed.trajectory.velocity[name] for name in "xy"])
     force, mode = pushed.contacts["foot"].force, np.array(pushed.contacts["foot"].mode)
     slides = (np.linalg.norm(velocity, axis=1) > 1e-3) & (mode == "slip")
+    slides[0] = False
     assert slides.sum() > 20
     along, friction = velocity[slides], force[slides, 1:]
     sizes = np.linalg.norm(along, axis=1) * np.linalg.norm(friction, axis=1)
@@ -52,6 +58,19 @@ def test_friction_is_on_the_cone_and_against_the_slide(pushed: Plan) -> None:
     assert (along * friction).sum(axis=1).max() < 0
     np.testing.assert_allclose(np.linalg.norm(friction, axis=1), FRICTION * GRAVITY, atol=1e-8)
     assert (np.linalg.norm(force[:, 1:], axis=1) <= FRICTION * force[:, 0] + 1e-8).all()
+
+
+def test_friction_at_the_end_of_a_slide_is_against_the_last_velocity(pushed: Plan) -> None:
+    """Where the mass stops, its velocity vanishes along its acceleration, and so friction is parallel to the push."""
+    stops = [one for one in pushed.switches if one.kind == "slip_to_stick"]
+    assert stops
+    for stop in stops:
+        last = pushed.at(stop.time, "before")
+        push = np.array([last.controls["x"], last.controls["y"]])
+        friction = np.array([last.contacts["foot"].tangential, last.contacts["foot"].lateral])
+        across = push[0] * friction[1] - push[1] * friction[0]
+        assert abs(across) <= 1e-7 * (1 + np.linalg.norm(push)) * np.linalg.norm(friction)
+        assert np.linalg.norm(friction) == pytest.approx(FRICTION * GRAVITY, abs=1e-7)
 
 
 def test_the_force_explains_the_motion_between_samples(pushed: Plan) -> None:

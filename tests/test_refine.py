@@ -12,9 +12,9 @@ import pytest
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import solve
+from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.refine import SPARE, refined
+from fesd_robot.refine import MOST_PARTS, SPARE, _last_that_passes, _with_elements_in_parts, refined
 from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.deadline import Deadline
@@ -23,26 +23,70 @@ from fesd_robot.task import load_task
 TASKS = Path(__file__).parents[1] / "tasks"
 
 
-def test_a_motion_that_no_finer_grid_has_leads_to_one_that_is_true() -> None:
-    """The biped's step from two stages is none: it ends with every entry of the audit below a tenth of its limit."""
+@pytest.fixture(scope="module")
+def coarse() -> tuple[SolvedMotion, HomotopyOptions]:
+    """The biped's step from two stages, which is no motion, and the options it was found with."""
     task = load_task(TASKS / "biped_step.yaml")
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     repair = Repair(transcription, options, Deadline(), None, None)
     solution = solve(transcription.problem, options, polisher=BranchTranscription(transcription), otherwise=repair)
     before = SolvedMotion.of(motion, *repair.repaired(BranchTranscription(transcription), solution))
+    return before, options
+
+
+def test_a_motion_that_no_finer_grid_has_leads_to_one_that_is_true(
+    coarse: tuple[SolvedMotion, HomotopyOptions],
+) -> None:
+    """The biped's step from two stages ends with every entry of the audit below a tenth of its limit."""
+    before, options = coarse
     assert before.solution.exact and before.audit.violations
     after = refined(before, options, 1e-7, Deadline(), None, None)
     assert after.audit.worst[0] <= SPARE and after.local_errors.max() <= 1e-7
     assert after.rounds > 0 and after.stages > before.stages
 
 
+def test_a_stop_ends_refinement_at_once(coarse: tuple[SolvedMotion, HomotopyOptions]) -> None:
+    """No round begins after the user wants to stop."""
+    before, options = coarse
+    stopped = refined(before, options, 1e-7, Deadline(), None, lambda iteration, objective: True)
+    assert stopped.rounds == 0 and stopped.solution is before.solution
+
+
+def test_only_elements_of_the_same_mode_are_divided_together(coarse: tuple[SolvedMotion, HomotopyOptions]) -> None:
+    """An element with a large error and those that are as long as it get the same parts, the others of its interval
+    none."""
+    before, _ = coarse
+    same = set(before.polisher.equally_long(before.branch))
+    alone = next(
+        e
+        for e, without in enumerate(before.branch.without_length)
+        if not without and e not in same and e - 1 not in same
+    )
+    first = min(same - {e + 1 for e in same})
+    run = [first]
+    while run[-1] in same:
+        run.append(run[-1] + 1)
+    for divided in ([alone], run):
+        excess = np.ones(len(before.branch.factors))
+        excess[divided[0]] = 1e3
+        parts = len(before.branch.factors) + len(divided) * (MOST_PARTS - 1)
+        assert sum(_with_elements_in_parts(before, excess).transcription.elements) == parts
+
+
+def test_the_last_motion_that_passes_is_kept() -> None:
+    """A later motion that fails the audit does not take its place; if none passes the last one is returned."""
+    motions = [cast(Any, SimpleNamespace(audit=SimpleNamespace(violations=one))) for one in ([], ["gap"], [], ["gap"])]
+    assert _last_that_passes(motions) is motions[2]
+    assert _last_that_passes(motions[1:2] + motions[3:]) is motions[3]
+
+
 @pytest.mark.parametrize(("errors", "none"), [([0.2, 1e-9], True), ([0.09, np.inf], False)])
 def test_what_is_no_motion_is_not_refined(errors: list[float], none: bool) -> None:
     """An element that errs by a tenth of its states is none; one whose error cannot be estimated may be."""
-    coarse = SimpleNamespace(solution=SimpleNamespace(exact=True), local_errors=np.array(errors))
+    motion = SimpleNamespace(solution=SimpleNamespace(exact=True), local_errors=np.array(errors))
     if none:
-        assert refined(cast(Any, coarse), cast(Any, None), 1e-7, Deadline(), None, None) is coarse
+        assert refined(cast(Any, motion), cast(Any, None), 1e-7, Deadline(), None, None) is motion
     else:
         with pytest.raises(AttributeError, match="rounds"):  # it goes on
-            refined(cast(Any, coarse), cast(Any, None), 1e-7, Deadline(), None, None)
+            refined(cast(Any, motion), cast(Any, None), 1e-7, Deadline(), None, None)

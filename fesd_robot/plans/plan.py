@@ -320,6 +320,11 @@ class Plan(Record):
     finite_elements: FiniteElements | None = None
     simulation: SimulationSummary | None = None
 
+    @property
+    def in_space(self) -> bool:
+        """Whether contacts have forces in two tangential directions."""
+        return any(one.lateral_force is not None for one in self.contacts.values())
+
     def at(self, time: float | Sequence[float] | np.ndarray, side: Side | Sequence[Side] = "before") -> MotionAt:
         """Return the motion at any time, from the polynomials that the scheme has in every finite element.
 

@@ -158,7 +158,7 @@ class PlannedMotion:
     @property
     def _force_rows(self) -> int:
         """Parts of a contact's force: two in the plane, three in space."""
-        return 3 if any(one.lateral_force is not None for one in self._plan.contacts.values()) else 2
+        return 3 if self._plan.in_space else 2
 
     def _rows_of_elements(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the elements in which the clock runs, and the sample of the first stage of each.

@@ -97,6 +97,7 @@ def write_page(plan: Plan, task: Task, path: Path, ghost: tuple[Plan, Task] | No
         ground=ground_visual(task),
         traces={foot.name: foot.path for foot in feet},
         circles=circle_visuals(task, robot),
+        planar=not plan.in_space,
         story=story_of(plan, feet, actuation, time),
         ghost=other,
     )

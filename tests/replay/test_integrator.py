@@ -17,7 +17,7 @@ from fesd_robot.replay.contacts import Note
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.robot import load_robot
 
-from .bodies import GRAVITY, block, disc, point, rod
+from .bodies import GRAVITY, block, body, disc, point, rod
 
 NOTHING = np.zeros(3)
 
@@ -140,6 +140,17 @@ def test_a_contact_that_rises_from_below_the_ground_lands_where_it_started() -> 
     result = replay_motion(point(0.4), np.array([0, -2e-3]), np.array([0, 0.05]), np.zeros(2), 0.05)
     assert [(event.kind, round(event.time, 8)) for event in result.events] == [("touchdown", round(0.1 / GRAVITY, 8))]
     np.testing.assert_allclose(result.configuration, [0, -2e-3], atol=1e-9)
+
+
+def test_a_block_that_hardly_rocks_comes_to_rest() -> None:
+    """A slender block on one foot, the other 2e-12 m above the ground, stays within 1e-9 m and rad, in a few events."""
+    slender = body(1.0, 0.05, {"rear": (-0.02, -0.2), "front": (0.02, -0.2)}, friction=1.0)
+    start, flying = np.array([0.0, 0.2, -5e-11]), np.array([False, True])
+    assert slender.gaps(start)[1] > 0
+    result = replay_motion(slender, start, NOTHING, NOTHING, 0.5, flying=flying)
+    assert not result.notes and len(result.events) <= 6
+    np.testing.assert_allclose(result.configuration, [0, 0.2, 0], atol=1e-9)
+    np.testing.assert_allclose(result.velocity, 0, atol=1e-9)
 
 
 def test_the_cap_on_events_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

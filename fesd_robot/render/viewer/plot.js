@@ -1,5 +1,5 @@
 // One plot, of a curve that the reader chooses, with a line at the moment that the scene shows.
-const LINES = ["#0072b2", "#d55e00"];
+const LINES = ["#0072b2", "#d55e00", "#009e73"];
 const FLAT = 1e-3; // half of the least range that a plot shows, so that round-off is flat
 const PLOT_HEIGHT = 170, LOW_PLOT_HEIGHT = 120; // pixels
 
