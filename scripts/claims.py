@@ -92,6 +92,7 @@ CLAIMS: dict[str, Claim] = {
     ),
     "hopper_downhill": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
     "hopper_five_jumps": Claim({"foot": ContactClaim((5, 5), longest=0.9, highest=0.3)}),
+    "hopper_in_space": Claim({"foot": ContactClaim((1, 1), longest=0.7, highest=0.5)}),
     "hopper_one_jump": Claim({"foot": ContactClaim((1, 1), longest=0.8, highest=0.3)}),
     "hopper_stairs": Claim({"foot": ContactClaim((2, 6), longest=0.3)}),
     "hopper_wedge": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),

@@ -61,6 +61,9 @@ VARIED = {
     "block_slope": Varied(None, efforts=("robot.actuators.push.upper",), count=FEW),
     "puck_shot": Varied("slider_x", count=FEW),
     "gripper_lift": Varied("box_z", count=FEW),
+    "hopper_in_space": Varied(
+        "root_x", efforts=("robot.actuators.leg_force.lower", "robot.actuators.leg_force.upper"), count=FEW
+    ),
 }
 """Name of a task -> what is varied in it; new ones at the end, for their numbers seed the draws."""
 
