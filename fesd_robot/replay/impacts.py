@@ -273,7 +273,7 @@ class _Process:
     def _headings(self, choice: _Choice, velocity: np.ndarray) -> np.ndarray:
         """Return the directions of all slides; of those that begin in space the one of their acceleration."""
         tangential = tangential_rows(velocity, self.rows)
-        headings = slip_headings(tangential, slow=_SLOW)
+        headings = slip_headings(tangential, slow=np.finfo(float).tiny)
         starting = [
             i
             for i, one in enumerate(choice)
@@ -351,7 +351,7 @@ class _Process:
                 continue
             kind, slip = chosen
             push, friction = self._of(rates, i)
-            if kind == "push" and normal == 0 and rising >= -small_slope:
+            if kind == "push" and normal == 0 and rising > small_slope:
                 return False
             if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_slope):
                 return False

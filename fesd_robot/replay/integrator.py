@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -14,11 +15,16 @@ from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
-from fesd_robot.replay.dynamics import contact_dynamics
-from fesd_robot.replay.headings import slip_headings
+from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.headings import NO_SPEED, slip_headings
 from fesd_robot.replay.impacts import Impact
 from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
-from fesd_robot.replay.modes import acceleration_in_modes, force_margin, motion_in_modes
+from fesd_robot.replay.modes import (
+    acceleration_in_modes,
+    force_margin,
+    motion_in_modes,
+    with_beginning_headings,
+)
 
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 """Of the integration, in rad, m and per s."""
@@ -220,8 +226,10 @@ class Segments:
             watch: whether to look for events.
         """
         headings = contacts.headings.copy()
+        starting = self._starting(contacts, y)
+        dynamics = partial(self._dynamics, contacts, headings, starting)
         stepper = DOP853(
-            self._rate(contacts, headings),
+            self._rate(contacts, dynamics),
             time,
             y,
             end,
@@ -229,7 +237,7 @@ class Segments:
             atol=ABSOLUTE_TOLERANCE,
             max_step=LONGEST_STEP,
         )
-        watched = self._watched(contacts, headings)
+        watched = self._watched(contacts, headings, dynamics)
         before = watched(y)
         while stepper.status == "running":
             if next(self.steps, None) is None:
@@ -244,30 +252,68 @@ class Segments:
             if found:
                 return found
             self.law.look(contacts, *self.state(stepper.y))
-            self._turn(headings, stepper.y)
+            self._turn(headings, starting, dynamics, stepper.y)
             before = after
         if stepper.status == "failed":
             self.law.notes.add(Note.FAILED)
             return end, np.full_like(y, np.nan), None
         return end, stepper.y, None
 
-    def _turn(self, headings: np.ndarray, y: np.ndarray) -> None:
-        """Turn the directions of slides, in place, to where the velocities of a state point."""
-        if self.physics.rows > 2:
-            q, v = self.state(y)
-            velocity = self.physics.contact_jacobian(q) @ v
-            headings[:] = slip_headings(tangential_rows(velocity, self.physics.rows), headings)
+    def _starting(self, contacts: Contacts, y: np.ndarray) -> list[int]:
+        """Return the contacts in space that slide without a velocity that has a direction, and so begin to."""
+        if self.physics.rows == 2:
+            return []
+        slides = np.array([mode.direction != 0 for mode in contacts.modes]) & (self.physics.friction > 0)
+        return np.flatnonzero(slides & (self._speeds(y) <= NO_SPEED)).tolist()
 
-    def _rate(self, contacts: Contacts, headings: np.ndarray) -> Callable[[float, np.ndarray], np.ndarray]:
+    def _speeds(self, y: np.ndarray) -> np.ndarray:
+        q, v = self.state(y)
+        return np.asarray(
+            np.linalg.norm(tangential_rows(self.physics.contact_jacobian(q) @ v, self.physics.rows), axis=1)
+        )
+
+    def _turn(
+        self,
+        headings: np.ndarray,
+        starting: list[int],
+        dynamics: Callable[[np.ndarray, np.ndarray], ContactDynamics],
+        y: np.ndarray,
+    ) -> None:
+        """Turn the directions of slides, in place, to where the velocities of a state point.
+
+        Those in `starting` that have become fast leave it, and the others turn to where they accelerate.
+        """
+        if self.physics.rows == 2:
+            return
+        if starting:
+            headings[starting] = dynamics(*self.state(y)).headings[starting]
+            speeds = self._speeds(y)
+            starting[:] = [i for i in starting if speeds[i] <= NO_SPEED]
+        q, v = self.state(y)
+        velocity = self.physics.contact_jacobian(q) @ v
+        headings[:] = slip_headings(tangential_rows(velocity, self.physics.rows), headings)
+
+    def _dynamics(
+        self, contacts: Contacts, headings: np.ndarray, starting: Sequence[int], q: np.ndarray, v: np.ndarray
+    ) -> ContactDynamics:
+        """Return the dynamics of a state, slides that begin in the directions in which they accelerate."""
+        dynamics = contact_dynamics(self.physics, q, v, self.control, headings, through_zero=True)
+        dynamics = dynamics.in_joint_modes(contacts.joints)
+        if not starting:
+            return dynamics
+        found = with_beginning_headings(dynamics, contacts.modes, starting).headings
+        return replace(dynamics, headings=np.where(found.any(axis=1, keepdims=True), found, dynamics.headings))
+
+    def _rate(
+        self, contacts: Contacts, dynamics: Callable[[np.ndarray, np.ndarray], ContactDynamics]
+    ) -> Callable[[float, np.ndarray], np.ndarray]:
         physics, half = self.physics, len(self.physics.damping)
         forced = bool(contacts.closed.any() or contacts.joints)
 
         def rate(_: float, y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)
             if forced:
-                dynamics = contact_dynamics(physics, q, v, self.control, headings, through_zero=True)
-                dynamics = dynamics.in_joint_modes(contacts.joints)
-                a = acceleration_in_modes(dynamics, contacts.modes)
+                a = acceleration_in_modes(dynamics(q, v), contacts.modes)
             else:
                 force = physics.required_force(q, v, np.zeros_like(v), self.control)
                 a = np.linalg.solve(physics.mass_matrix(q), -force)
@@ -275,7 +321,9 @@ class Segments:
 
         return rate
 
-    def _watched(self, contacts: Contacts, headings: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    def _watched(
+        self, contacts: Contacts, headings: np.ndarray, dynamics_at: Callable[[np.ndarray, np.ndarray], ContactDynamics]
+    ) -> Callable[[np.ndarray], np.ndarray]:
         """Return what must stay positive, (2 n_c + 2 + n_f).
 
         Gap and slip of every contact, the margin of all their forces, that of the dry friction of sticking joints, and
@@ -293,8 +341,7 @@ class Segments:
                 gaps = self.physics.gaps(q) - contacts.ground + _BEYOND_GAP
                 result[:count] = np.where(contacts.closed, np.inf, gaps)
             if touches or sticking.any():
-                dynamics = contact_dynamics(self.physics, q, v, self.control, headings, through_zero=True)
-                dynamics = dynamics.in_joint_modes(contacts.joints)
+                dynamics = dynamics_at(q, v)
             if touches:
                 velocities = tangential_rows(dynamics.velocity, dynamics.rows)
                 along = slip * (velocities * headings).sum(axis=1) + _BEYOND_SLIP

@@ -234,7 +234,12 @@ def _bounds(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray) -> np.n
 
 
 def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMotion:
-    without = _with_headings(without, modes)
+    starting = [
+        i
+        for i, mode in enumerate(modes)
+        if mode.direction and without.rows > 2 and without.friction[i] > 0 and not _slides(without, i)
+    ]
+    without = with_beginning_headings(without, modes, starting)
     chosen = joints_in_motion(without, lambda dynamics: _forces(dynamics, modes)[0])
     dynamics = chosen.dynamics
     forces, margin, unmet = _forces(dynamics, modes)
@@ -271,15 +276,14 @@ def _slides(dynamics: ContactDynamics, contact: int) -> bool:
     return float(np.linalg.norm(velocity)) > ZERO_TANGENTIAL_VELOCITY
 
 
-def _with_headings(dynamics: ContactDynamics, modes: Modes) -> ContactDynamics:
-    """Return the dynamics with directions of the contacts in space that begin to slide: see
-    `beginning_headings`.
+def with_beginning_headings(dynamics: ContactDynamics, modes: Modes, starting: Sequence[int]) -> ContactDynamics:
+    """Return the dynamics with directions of the contacts in space that begin to slide: see `beginning_headings`.
+
+    Args:
+        dynamics: of the state.
+        modes: of every contact, (n_c).
+        starting: numbers of those that begin to slide.
     """
-    starting = [
-        i
-        for i, mode in enumerate(modes)
-        if mode.direction and dynamics.rows > 2 and dynamics.friction[i] > 0 and not _slides(dynamics, i)
-    ]
     if not starting:
         return dynamics
     held = tuple(Mode.STICK if i in starting else mode for i, mode in enumerate(modes))

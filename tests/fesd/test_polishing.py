@@ -98,6 +98,17 @@ def test_the_rows_are_the_quantities(hopper: MotionProblem) -> None:
             assert quantity.sign * parts + quantity.offset == pytest.approx(value, rel=1e-14)
 
 
+@pytest.mark.parametrize("task", ["block_push", "cart_pole_friction", "published_hopper_one_jump", "hopper_in_space"])
+def test_an_element_has_as_many_rows_as_are_counted(task: str) -> None:
+    """Behind the rows of the relaxed problem are those of every element, and the differences of their lengths."""
+    motion = formulate(load_task(TASK.with_stem(task)))
+    polisher = BranchTranscription(Transcription(motion.ocp, motion.fesd))
+    count, relaxed = motion.fesd.elements, polisher.transcription.problem.blocks[1]
+    assert isinstance(count, int)
+    rows = polisher.problem.blocks[1].rows.numel() - relaxed.rows.numel()
+    assert rows == count * polisher.element_rows.size + count - 1
+
+
 def test_the_branch_problem_is_the_relaxed_one_without_pairs(hopper: MotionProblem) -> None:
     """Cost and the rows both have agree; what is added is not held until a branch holds it."""
     transcription = Transcription(hopper.ocp, hopper.fesd)

@@ -70,7 +70,8 @@ class ElementRows:
         if self.points > self.tableau.stages:
             points.append(element.right)
         own = [rows(x, z) for x, z in points[1:]]
-        crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in self.pairs]
+        between = self.pairs if self.conditions.crossed else []
+        crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in between]
         return ca.vertcat(ca.SX(0, 1), *own, *crossed, self.slopes(points))
 
     def slopes(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
