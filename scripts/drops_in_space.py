@@ -292,7 +292,7 @@ def main() -> None:
         f"| impacts of single corners off the law, as a ratio of the normal impulse: median, worst "
         f"| {np.median(laws):.1e}, {max(laws):.1e} |",
         f"| motions that are not the only ones, and say so | {notes} |",
-        f"| a corner at the end off Moreau's steps of {MOREAU_STEP:g} s, {len(apart)} boxes, m: median, worst, below 1e-3 "
+        f"| a corner off Moreau's steps of {MOREAU_STEP:g} s, m: median and worst of {len(apart)}, below 1e-3 "
         f"| {np.median(apart):.1e}, {max(apart):.1e}, {sum(one < 1e-3 for one in apart)} |",
         "",
         "Two corners that hit within microseconds are one impact or two, which leads to different motions: the steps",
