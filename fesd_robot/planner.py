@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from fesd_robot.adapters import (
     assembled_plan,
@@ -39,7 +40,7 @@ from fesd_robot.strategies.fallbacks import (
     with_overrides,
 )
 from fesd_robot.strategies.multistart import attempt_seeds
-from fesd_robot.strategies.processes import processes_of
+from fesd_robot.strategies.processes import SharedStop, processes_of
 from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.strategies.suggestions import suggestions
@@ -64,7 +65,8 @@ def plan(
             (`strategies.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
-            (0, NaN); True ends the solve, and the best iterate is returned as not solved.
+            (0, NaN); True ends the solve, of other starts as well, and the best motion that one of them has by then is
+            returned, or the best iterate as not solved.
         retrying: called before fallback settings or changes of the task are tried, with these and the plan that was not
             solved.
         started: called with the seed and the plan of every one of several starts when it is there.
@@ -80,7 +82,8 @@ def plan(
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    deadline, reached = Deadline(task.solver.time_limit), station or _unseen
+    deadline, reached, shared = Deadline(task.solver.time_limit), station or _unseen, SharedStop(stop)
+    stop = None if stop is None else shared.here
 
     def attempted(one: Task) -> Plan:
         promised = not task.goal.soft
@@ -89,7 +92,7 @@ def plan(
     attempts = attempt_seeds(
         task,
         attempted,
-        attempt,
+        partial(attempt, stop=shared.elsewhere),
         deadline=deadline,
         stop=stop,
         started=started,

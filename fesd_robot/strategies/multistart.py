@@ -24,6 +24,9 @@ DEFAULT_STARTS = 2
 _POLL = 0.2
 """s between two looks at whether to stop."""
 
+PATIENCE = 20.0
+"""s that other processes have after a stop to hand over the best that they have found."""
+
 Attempt = Callable[[Task], Plan]
 
 logger = logging.getLogger(__name__)
@@ -54,9 +57,10 @@ def attempt_seeds(
     Args:
         task: the task; its seeds are `solver.seed` and the numbers after it.
         attempt: task -> plan, in this process.
-        quietly: the same in another process, which is forked: it says nothing and asks for nothing.
+        quietly: the same in another process, which is forked: it says nothing, and stops with this one (`SharedStop`).
         deadline: of all attempts.
-        stop: called with (0, NaN) while others are waited for; True ends them, and they are left out of the result.
+        stop: called with (0, NaN) while others are waited for; after True those that do not end in `PATIENCE` seconds
+            are left out of the result.
         started: called with the seed and the plan of every attempt as soon as it is there.
         waiting: called when nothing is left to do but wait for others.
 
@@ -98,7 +102,7 @@ class _Starts:
             jobs = {pool.submit(seed): seed for seed in seeds[1:]}
             yield from self._here(own, seeds[:1])
             for job, seed in reversed(jobs.items()):
-                if not self._ended and job.cancel():
+                if job.cancel() and not self._ended:
                     yield from self._here(own, range(seed, seed + 1))
             yield from self._awaited({job: seed for job, seed in jobs.items() if not job.cancelled()})
         except BrokenProcessPool:
@@ -129,7 +133,10 @@ class _Starts:
         remaining = set(jobs)
         if remaining:
             self.waiting()
-        while remaining and not stop_requested(self.stop):
+        stopping: Deadline | None = None
+        while remaining and not (stopping and stopping.left <= 0):
+            if stopping is None and stop_requested(self.stop):
+                stopping = Deadline(PATIENCE)
             done, remaining = wait(remaining, timeout=_POLL, return_when=FIRST_COMPLETED)
             for job in done:
                 yield jobs[job], job.result()

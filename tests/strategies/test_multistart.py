@@ -19,6 +19,7 @@ from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.report import report
 from fesd_robot.strategies import multistart
+from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.multistart import starts_of
 from fesd_robot.strategies.stations import Station
 from fesd_robot.task import Task
@@ -97,7 +98,7 @@ def test_more_starts_than_cores(load_short: Load, started: Started) -> None:
 
 
 def test_a_stop_ends_all_starts(load_short: Load) -> None:
-    """A stop while the starts run leaves no process behind, and a plan that is not solved or a start that was done."""
+    """A stop while the starts run leaves no process behind, and a plan that is not solved."""
     calls: list[float] = []
 
     def stop(iteration: int, objective: float) -> bool:
@@ -109,11 +110,39 @@ def test_a_stop_ends_all_starts(load_short: Load) -> None:
     while multiprocessing.active_children() and time.monotonic() < ended:
         time.sleep(0.05)
     assert calls and multiprocessing.active_children() == []
-    assert not stopped.status.solved and len(stopped.statistics.attempts) == 1
+    assert not stopped.status.solved and len(stopped.statistics.attempts) <= 2
+
+
+def test_a_stop_asks_others_for_what_they_have(load_short: Load, started: Started) -> None:
+    """A start in another process sees the stop and hands over the best it has; here that is cheaper, and kept."""
+
+    def slowly(task: Task, *, stop: Stop, **_: Any) -> Plan:
+        if not task.solver.seed:
+            return own
+        for _second in range(600):
+            if stop(0, float("nan")):
+                break
+            time.sleep(0.1)
+        return cheaper
+
+    own = plan(load_short("solver.starts=1"))
+    cost = own.statistics.model_copy(update={"objective": own.statistics.objective - 1})
+    cheaper = own.model_copy(update={"statistics": cost})
+    stations: list[Station] = []
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(planner, "attempt", slowly)
+        result = plan(
+            load_short("solver.starts=2", "solver.processes=2"),
+            stop=lambda *_: Station.WAITING in stations,
+            started=started,
+            station=stations.append,
+        )
+    assert started.seeds == [0, 1]
+    assert result.status.solved and result.statistics.objective == cheaper.statistics.objective
 
 
 def test_a_stop_while_others_are_waited_for_keeps_what_is_there(load_short: Load, started: Started) -> None:
-    """Once this process has made its own start, a stop ends the others, and its plan is kept."""
+    """Once this process has made its own start, others that do not stop in time are ended, and its plan is kept."""
 
     def slowly(task: Task, **_: Any) -> Plan:
         if task.solver.seed:
@@ -124,6 +153,7 @@ def test_a_stop_while_others_are_waited_for_keeps_what_is_there(load_short: Load
     stations: list[Station] = []
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(planner, "attempt", slowly)
+        patched.setattr(multistart, "PATIENCE", 0.5)
         result = plan(
             load_short("solver.starts=2", "solver.processes=2"),
             stop=lambda *_: Station.WAITING in stations,
