@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -11,7 +11,7 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from fesd_robot.recovery import SwitchRecord
-from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
+from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
@@ -245,8 +245,9 @@ class Segments:
                 return end, np.full_like(y, np.nan), None
             stepper.step()
             after = watched(stepper.y)
-            crossing = (before >= 0) & (after < 0)
-            found = _first_root(stepper, watched, np.flatnonzero(crossing)) if watch and crossing.any() else None
+            crossing = {int(k): stepper.t for k in np.flatnonzero((before >= 0) & (after < 0))}
+            crossing |= self._dips(contacts, stepper, watched) if watch else {}
+            found = _first_root(stepper, watched, crossing) if watch and crossing else None
             if self.taken:
                 self.taken(stepper.t_old, found[0] if found else stepper.t, stepper.dense_output(), contacts)
             if found:
@@ -258,6 +259,29 @@ class Segments:
             self.law.notes.add(Note.FAILED)
             return end, np.full_like(y, np.nan), None
         return end, stepper.y, None
+
+    def _dips(
+        self, contacts: Contacts, stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray]
+    ) -> dict[int, float]:
+        """Return the open contacts that were below the ground inside the last step -> when they were lowest, s."""
+        parting = self._parting(stepper.y)
+        turning = ~contacts.closed & (parting > 0)
+        if not turning.any():
+            return {}
+        path, dips = stepper.dense_output(), {}
+        turning &= self._parting(path(stepper.t_old)) < 0
+        for k in np.flatnonzero(turning).tolist():
+            lowest = float(
+                brentq(lambda t, k=k: self._parting(path(t))[k], stepper.t_old, stepper.t, xtol=1e-14, rtol=1e-14)
+            )
+            if watched(path(lowest))[k] < 0 <= watched(path(stepper.t_old))[k]:
+                dips[k] = lowest
+        return dips
+
+    def _parting(self, y: np.ndarray) -> np.ndarray:
+        """Normal velocity of every contact, m/s, (n_c)."""
+        q, v = self.state(y)
+        return normal_rows(self.physics.contact_jacobian(q) @ v, self.physics.rows)
 
     def _starting(self, contacts: Contacts, y: np.ndarray) -> list[int]:
         """Return the contacts in space that slide without a velocity that has a direction, and so begin to."""
@@ -359,13 +383,17 @@ class Segments:
 
 
 def _first_root(
-    stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: np.ndarray
+    stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: Mapping[int, float]
 ) -> tuple[float, np.ndarray, int]:
-    """Return time, state and number of the value, of those that become negative in the last step, that is first."""
+    """Return time, state and number of the value, of those that become negative in the last step, that is first.
+
+    Args:
+        crossing: number of a value -> time at which it is negative, s.
+    """
     path = stepper.dense_output()
-    roots = [
-        float(brentq(lambda t, k=k: watched(path(t))[k], stepper.t_old, stepper.t, xtol=1e-14, rtol=1e-14))
-        for k in crossing
-    ]
-    first = int(np.argmin(roots))
-    return roots[first], path(roots[first]), int(crossing[first])
+    roots = {
+        k: float(brentq(lambda t, k=k: watched(path(t))[k], stepper.t_old, negative, xtol=1e-14, rtol=1e-14))
+        for k, negative in crossing.items()
+    }
+    first = min(roots, key=lambda k: roots[k])
+    return roots[first], path(roots[first]), first

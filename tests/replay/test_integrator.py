@@ -153,6 +153,19 @@ def test_a_block_that_hardly_rocks_comes_to_rest() -> None:
     np.testing.assert_allclose(result.velocity, 0, atol=1e-9)
 
 
+def test_a_foot_that_dips_below_the_ground_inside_a_step_touches_it() -> None:
+    """The end of a turning arm would pass 0.02 mm below the ground within 2 ms, while its centre flies as a stone: it
+    touches down."""
+    arm = body(1.0, 0.01, {"tip": (0.0, -0.1)}, friction=0.0)
+    lowest, rate = 0.1, 20.0  # s, rad/s
+    height = 0.1 - 2e-5 - 0.5 * GRAVITY * lowest**2
+    start, turning = np.array([0.0, height, -rate * lowest]), np.array([0.0, GRAVITY * lowest, rate])
+    result = replay_motion(arm, start, turning, NOTHING, 2 * lowest)
+    assert [event.kind for event in result.events] == ["touchdown", "takeoff"]
+    assert result.events[0].time == pytest.approx(lowest, abs=2e-3)
+    assert result.velocity[1] > -GRAVITY * lowest + 1e-3
+
+
 def test_the_cap_on_events_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the last event that is allowed the motion goes on in its modes, with a note."""
     monkeypatch.setattr(integrator, "MOST_EVENTS", 1)
