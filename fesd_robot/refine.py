@@ -216,10 +216,10 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
         yield from _with_more_stages(solved, accuracy)
     if not asking.any() and solved.stages < MAX_STAGES:
         errors = multiplier_errors(transcription, conditions, solved.solution.w, solved.branch)
-        if early and worst > errors.max():
-            yield _with_bounds(solved, violated)
         excess = np.maximum(errors / (MULTIPLIER_ACCURACY * accuracy), 1.0)
         if excess.max(initial=1.0) > 1.0:
+            if early and worst > errors.max():
+                yield _with_bounds(solved, violated)
             yield _with_elements_in_parts(solved, excess)
     yield from _with_more_bounds(solved, violated)
     if not asking.any():

@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -213,35 +212,64 @@ def impact_error(box: Box, plan: Plan) -> float:
     return worst
 
 
+class Drops:
+    """What bodies of one kind do that are let go one after the other.
+
+    Args:
+        kind: what a line calls one of them.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self._kind, self.count, self.notes = kind, 0, 0
+        self.failures, self.gaps, self.gains = list[str](), [0.0], [0.0]
+
+    def simulated(self, task: Path) -> Plan | None:
+        """Return the motion of the next one, None if it ends with an error."""
+        self.count += 1
+        try:
+            plan = simulate(load_task(task))
+        except FesdRobotError as error:
+            self.failures.append(f"- {self._kind} {self.count - 1}: {error}")
+            print(self.failures[-1], flush=True)
+            return None
+        self.gaps.append(min(float(contact.gap.min()) for contact in plan.contacts.values()))
+        self.notes += "not the only motion" in plan.status.message
+        return plan
+
+    def rated(self, energy: np.ndarray) -> None:
+        """Note by how much the energy of the last one rises, (n) samples, and say what was found."""
+        self.gains.append(float(np.diff(energy).max(initial=0.0)) / abs(energy[0]))
+        print(f"{self._kind} {self.count - 1} {self.gaps[-1]:.0e} {self.gains[-1]:.0e}", flush=True)
+
+    def rows(self, part: str) -> list[str]:
+        """Return the rows of a table that all kinds have, `part` being what may be below the floor."""
+        gain = max(self.gains)
+        return [
+            "| property | found |",
+            "|---|---|",
+            f"| finished | {self.count - len(self.failures)} of {self.count} |",
+            f"| deepest {part} below the floor, m | {-min(self.gaps):.1e} |",
+            f"| largest rise of the energy from one sample to the next, as a ratio of the first | {gain:.1e} |",
+            f"| motions that are not the only ones, and say so | {self.notes} |",
+        ]
+
+
 def quadrupeds(count: int) -> list[str]:
     """Return what postures of Solo12 do that are dropped, as lines of the table's page."""
-    quadruped, failures, gaps, gains, notes = Quadruped(np.random.default_rng(1)), list[str](), [0.0], [0.0], 0
+    quadruped, drops = Quadruped(np.random.default_rng(1)), Drops("posture")
     with tempfile.TemporaryDirectory() as name:
-        for number in range(count):
-            try:
-                plan = simulate(load_task(quadruped.task(Path(name))))
-            except FesdRobotError as error:
-                failures.append(f"- posture {number}: {error}")
-                print(failures[-1], flush=True)
-                continue
-            energy = quadruped.energies(plan)
-            gaps.append(min(float(contact.gap.min()) for contact in plan.contacts.values()))
-            gains.append(float(np.diff(energy).max(initial=0.0)) / abs(energy[0]))
-            notes += "not the only motion" in plan.status.message
-            print(f"posture {number} {gaps[-1]:.0e} {gains[-1]:.0e}", flush=True)
+        for _ in range(count):
+            plan = drops.simulated(quadruped.task(Path(name)))
+            if plan is not None:
+                drops.rated(quadruped.energies(plan))
     return [
         "",
         "## Solo12",
         f"{count} postures (seed 1) with four feet, whose joints nothing drives, damps or stops.",
         "",
-        "| property | found |",
-        "|---|---|",
-        f"| finished | {count - len(failures)} of {count} |",
-        f"| deepest foot below the floor, m | {-min(gaps):.1e} |",
-        f"| largest rise of the energy from one sample to the next, as a ratio of the first | {max(gains):.1e} |",
-        f"| motions that are not the only ones, and say so | {notes} |",
+        *drops.rows("foot"),
         "",
-        *failures,
+        *drops.failures,
     ]
 
 
@@ -253,52 +281,37 @@ def main() -> None:
     arguments.add_argument("--compared", type=int, default=20)
     given = arguments.parse_args()
     boxes = given.boxes
-    random, failures, seconds = np.random.default_rng(0), list[str](), list[float]()
-    gaps, gains, laws, notes, impacts = list[float](), list[float](), list[float](), 0, 0
-    apart = list[float]()
+    random, drops = np.random.default_rng(0), Drops("box")
+    laws, apart, impacts = list[float](), list[float](), 0
     with tempfile.TemporaryDirectory() as name:
         for number in range(boxes):
             box = Box(random)
-            begin = time.perf_counter()
-            try:
-                plan = simulate(load_task(box.task(Path(name))))
-            except FesdRobotError as error:
-                failures.append(f"- box {number}: {error}")
-                print(failures[-1], flush=True)
+            plan = drops.simulated(box.task(Path(name)))
+            if plan is None:
                 continue
-            seconds.append(time.perf_counter() - begin)
-            energy = energies(box, plan)
-            gaps.append(min(float(contact.gap.min()) for contact in plan.contacts.values()))
-            gains.append(float(np.diff(energy).max(initial=0.0)) / energy[0])
+            drops.rated(energies(box, plan))
             laws.append(impact_error(box, plan))
             impacts += len(plan.impulses)
-            notes += "not the only motion" in plan.status.message
             if number < given.compared:
                 apart.append(distance_from_steps(box, plan))
                 print(f"{number} {apart[-1]:.1e} m from Moreau's steps", flush=True)
-            print(f"{number} {gaps[-1]:.0e} {gains[-1]:.0e} {laws[-1]:.0e} {seconds[-1]:.1f}", flush=True)
     lines = [
         "# Boxes dropped in space",
         "",
         f"Written by `scripts/drops_in_space.py`: {boxes} random boxes (seed 0), eight corners each, dropped from up",
         "to 0.3 m and simulated for 0.5 s.",
         "",
-        "| property | found |",
-        "|---|---|",
-        f"| finished | {len(seconds)} of {boxes} |",
+        *drops.rows("corner"),
         f"| impulses in all | {impacts} |",
-        f"| deepest corner below the floor, m | {-min(gaps):.1e} |",
-        f"| largest rise of the energy from one sample to the next, as a ratio of the first | {max(gains):.1e} |",
         f"| impacts of single corners off the law, as a ratio of the normal impulse: median, worst "
         f"| {np.median(laws):.1e}, {max(laws):.1e} |",
-        f"| motions that are not the only ones, and say so | {notes} |",
         f"| a corner off Moreau's steps of {MOREAU_STEP:g} s, m: median and worst of {len(apart)}, below 1e-3 "
         f"| {np.median(apart):.1e}, {max(apart):.1e}, {sum(one < 1e-3 for one in apart)} |",
         "",
         "Two corners that hit within microseconds are one impact or two, which leads to different motions: the steps",
         "take another order than the simulation does, and other lengths of the steps yet another one.",
         "",
-        *failures,
+        *drops.failures,
         *quadrupeds(given.quadrupeds),
     ]
     REPORT.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")

@@ -264,8 +264,9 @@ class Segments:
         self, contacts: Contacts, stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray]
     ) -> dict[int, float]:
         """Return the open contacts that were below the ground inside the last step -> when they were lowest, s."""
-        parting = self._parting(stepper.y)
-        turning = ~contacts.closed & (parting > 0)
+        turning = ~contacts.closed
+        if turning.any():
+            turning &= self._parting(stepper.y) > 0
         if not turning.any():
             return {}
         path, dips = stepper.dense_output(), {}
@@ -280,21 +281,20 @@ class Segments:
 
     def _parting(self, y: np.ndarray) -> np.ndarray:
         """Normal velocity of every contact, m/s, (n_c)."""
+        return normal_rows(self._velocity(y), self.physics.rows)
+
+    def _velocity(self, y: np.ndarray) -> np.ndarray:
+        """J v, m/s, (rows n_c)."""
         q, v = self.state(y)
-        return normal_rows(self.physics.contact_jacobian(q) @ v, self.physics.rows)
+        return np.asarray(self.physics.contact_jacobian(q) @ v)
 
     def _starting(self, contacts: Contacts, y: np.ndarray) -> list[int]:
         """Return the contacts in space that slide without a velocity that has a direction, and so begin to."""
         if self.physics.rows == 2:
             return []
         slides = np.array([mode.direction != 0 for mode in contacts.modes]) & (self.physics.friction > 0)
-        return np.flatnonzero(slides & (self._speeds(y) <= NO_SPEED)).tolist()
-
-    def _speeds(self, y: np.ndarray) -> np.ndarray:
-        q, v = self.state(y)
-        return np.asarray(
-            np.linalg.norm(tangential_rows(self.physics.contact_jacobian(q) @ v, self.physics.rows), axis=1)
-        )
+        speeds = np.linalg.norm(tangential_rows(self._velocity(y), self.physics.rows), axis=1)
+        return np.flatnonzero(slides & (speeds <= NO_SPEED)).tolist()
 
     def _turn(
         self,
@@ -309,13 +309,11 @@ class Segments:
         """
         if self.physics.rows == 2:
             return
+        velocities = tangential_rows(self._velocity(y), self.physics.rows)
         if starting:
             headings[starting] = dynamics(*self.state(y)).headings[starting]
-            speeds = self._speeds(y)
-            starting[:] = [i for i in starting if speeds[i] <= NO_SPEED]
-        q, v = self.state(y)
-        velocity = self.physics.contact_jacobian(q) @ v
-        headings[:] = slip_headings(tangential_rows(velocity, self.physics.rows), headings)
+            starting[:] = [i for i in starting if np.linalg.norm(velocities[i]) <= NO_SPEED]
+        headings[:] = slip_headings(velocities, headings)
 
     def _dynamics(
         self, contacts: Contacts, headings: np.ndarray, starting: Sequence[int], q: np.ndarray, v: np.ndarray

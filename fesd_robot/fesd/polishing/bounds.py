@@ -238,11 +238,8 @@ class BoundsBuilder:
 
 def _element_indices(branch_transcription: BranchTranscription) -> list[ElementIndices]:
     """Return the indices of all elements, in time order."""
-    transcription, rows, problem = (
-        branch_transcription.transcription,
-        branch_transcription.element_rows,
-        branch_transcription.problem,
-    )
+    transcription, problem = branch_transcription.transcription, branch_transcription.problem
+    rows = branch_transcription.element_rows
     state_names = transcription.ocp.system.state_names
     elements: list[ElementIndices] = []
     first_row = len(problem.blocks[0].lower)
