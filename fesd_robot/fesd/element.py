@@ -119,8 +119,10 @@ def element_equations(
     layout: IntervalLayout,
     u: ca.SX,
     p: ca.SX,
+    *,
+    dynamics: bool = True,
 ) -> list[Rows]:
-    """Return the scheme's equations of an element, to be held at zero.
+    """Return the scheme's equations of an element, to be held at zero, those with E and f only if `dynamics`.
 
     ``E(X_j) K_j = f(X_j, u, Z_j)``, ``0 = g(X_j, Z_j)``, ``0 = e(X_j, u, Z_j)``; integral form: h K_j is the slope of
     the polynomial through X_0..X_ns and the right end lies on it; lifted form: ``X_j = X_0 + h sum_r a_jr K_r``; both
@@ -133,9 +135,10 @@ def element_equations(
     rows: list[Rows] = []
     for j, (x, z) in enumerate(element.stages):
         where = Place(stage=j + 1)
-        E, f = functions.dynamics(x, u, z, p)
-        scale = element.h if options.form == "integral" else ca.SX(1)
-        rows.append(Rows(DYNAMICS, ca.mtimes(E, element.slopes[j]) - scale * f, names, where))
+        if dynamics:
+            E, f = functions.dynamics(x, u, z, p)
+            scale = element.h if options.form == "integral" else ca.SX(1)
+            rows.append(Rows(DYNAMICS, ca.mtimes(E, element.slopes[j]) - scale * f, names, where))
         if options.form == "lifted":
             stage = x_left + element.h * _combination(tableau.A[j], element.slopes)
             rows.append(Rows("state", stage - x, names, where))

@@ -78,6 +78,14 @@ class TrajectoryIndices:
         k, n = self._at(element)
         return self.state(k) if n == 0 else self.offsets[k] + self.layout(k).end(n - 1)[: self._sizes[0]]
 
+    def element(self, element: int) -> np.ndarray:
+        """Indices of all that `layout_of` one element reads: (x, z) at its left boundary, u, and its own variables."""
+        k, n = self._at(element)
+        layout, first = self.layout(k), self.offsets[k]
+        left = self.point(k) if n == 0 else first + layout.end(n - 1)
+        own = first + np.arange(layout.step(n), layout.step(n + 1))
+        return np.concatenate([left, self.control(k), own])
+
     def stage(self, element: int, stage: int) -> np.ndarray:
         """Indices of (x, z) at a stage of an element, (n_x + n_z)."""
         k, n = self._at(element)

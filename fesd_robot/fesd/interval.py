@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label, Place
+from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.cross import cross_pairs, vanishing_pairs
 from fesd_robot.fesd.element import ElementPoints, Rows, SystemFunctions, element_equations, read_elements
 from fesd_robot.fesd.equilibration import Equilibration, equilibrate, refuse_vanishing
@@ -30,6 +32,7 @@ class Interval:
         layout: order of the own variables.
         variables, parameters: w and p, SX symbols.
         cost: name -> term of the cost, SX scalar.
+        own_cost: what of their sum the interval's block has.
         while_relaxed: what is added to their sum while the velocity level is relaxed by `sigma`, SX scalar.
         if_exploited: what is added instead where a relaxed cost is negative all the same.
         sigma: SX symbol.
@@ -42,6 +45,7 @@ class Interval:
     variables: ca.SX
     parameters: ca.SX
     cost: dict[str, ca.SX]
+    own_cost: ca.SX
     while_relaxed: ca.SX
     if_exploited: ca.SX
     sigma: ca.SX
@@ -55,11 +59,9 @@ class Interval:
     @cached_property
     def cost_terms(self) -> ca.Function:
         """(w, p) -> terms of the cost, in the order of `cost`."""
-        return ca.Function("cost_terms", [self.variables, self.parameters], [self._costs])
-
-    @property
-    def _costs(self) -> ca.SX:
-        return ca.vertcat(*self.cost.values(), ca.SX(0, 1))
+        return ca.Function(
+            "cost_terms", [self.variables, self.parameters], [ca.vertcat(*self.cost.values(), ca.SX(0, 1))]
+        )
 
     def block(self, places: Sequence[Place], index: np.ndarray, values: np.ndarray) -> Block:
         """Return the block of the intervals at given places.
@@ -74,7 +76,7 @@ class Interval:
             places=places,
             variables=self.variables,
             parameters=self.parameters,
-            cost=ca.sum1(self._costs),
+            cost=self.own_cost,
             rows=self.rows,
             lower=self.lower,
             upper=self.upper,
@@ -88,7 +90,7 @@ class Interval:
         )
 
 
-def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> Interval:
+def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int, *, within: bool = True) -> Interval:
     """Return the equations of one control interval.
 
     Per element the scheme's equations (`element_equations`) and the pairs of cross complementarity; once per interval
@@ -102,6 +104,8 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
         ocp: the problem; its constraints beyond single elements are not part of an interval.
         options: scheme, form, cross complementarity and step equilibration.
         elements: number of elements.
+        within: whether it has dynamics, running cost and conditions of its elements; else these have blocks of their
+            own (`fesd.apart`).
 
     Raises:
         ModelError: a step equilibration that would overlook vanishing constraints.
@@ -121,16 +125,15 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     pairs: list[Complementarity] = []
     vanishing: list[Complementarity] = []
     sums: list[tuple[ca.SX, ca.SX]] = []
-    mode = options.cross_complementarity if options.switch_detection else "plain"
     for n, part in enumerate(parts):
         here = Place(element=n)
-        equations = element_equations(part, functions, options, layout, own[: layout.n_u], p)
+        equations = element_equations(part, functions, options, layout, own[: layout.n_u], p, dynamics=within)
         rows += [replace(one, place=one.place.within(here)) for one in equations]
+        own_pairs, own_vanishing = element_conditions(system, options, part, functions, layout.stages)
+        pairs += _at(here, own_pairs if within else [])
+        vanishing += _at(here, own_vanishing if within else [])
         sides = [functions.sides(z) for _, z in part.points]
-        G, H = [G for G, _ in sides], [H for _, H in sides[1:]]
-        pairs += _at(here, cross_pairs(system.pairs, G, H, mode))
-        vanishing += _at(here, vanishing_pairs(system, part.points, layout.stages, mode))
-        sums.append((sum(G[1:], G[0]), sum(H[1:], H[0])))
+        sums.append((sum((G for G, _ in sides[1:]), sides[0][0]), sum((H for _, H in sides[2:]), sides[1][1])))
     interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
     rows.append(Rows("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
     rows.append(Rows("end of interval", interval_end(parts[-1].right[0], p), ocp.interval_end_names))
@@ -139,15 +142,17 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     rows += equal.equations
     bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
     w, held = ca.vertcat(left, own), sum(one.expression.numel() for one in rows)
-    costs, sigma = _cost_terms(ocp, options, parts, own[: layout.n_u], p), ca.SX.sym("sigma")
-    added, relaxed = partial(_added, ocp, options, parts, own[: layout.n_u], p, sigma), ocp.relaxed_costs.values()
+    running, regularised = _cost_terms(ocp, options, parts, own[: layout.n_u], p)
+    costs, sigma = {**running, **regularised, **_equilibration_cost(equal)}, ca.SX.sym("sigma")
+    added = partial(_added, ocp, options, parts if within else [], own[: layout.n_u], p, sigma)
     return Interval(
         layout=layout,
         variables=w,
         parameters=p,
-        cost=costs | _equilibration_cost(equal),
-        while_relaxed=added(*(one.always for one in relaxed)),
-        if_exploited=added(*(one.if_exploited for one in relaxed)),
+        cost=costs,
+        own_cost=sum((term for name, term in costs.items() if within or name not in running), ca.SX(0)),
+        while_relaxed=added("always"),
+        if_exploited=added("if_exploited"),
         sigma=sigma,
         rows=ca.vertcat(*[one.expression for one in rows], bounded.rows),
         lower=np.concatenate([np.zeros(held), bounded.lower]),
@@ -163,23 +168,54 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     )
 
 
+def element_conditions(
+    system: ComplementaritySystem, options: FesdOptions, part: ElementPoints, functions: SystemFunctions, stages: int
+) -> tuple[list[Complementarity], list[Complementarity]]:
+    """Return the pairs of an element, and its vanishing constraints.
+
+    Args:
+        system: with these conditions; functions: of it.
+        options: cross complementarity.
+        part: the element, of a scheme with `stages` stages.
+    """
+    mode = options.cross_complementarity if options.switch_detection else "plain"
+    sides = [functions.sides(z) for _, z in part.points]
+    G, H = [G for G, _ in sides], [H for _, H in sides[1:]]
+    return cross_pairs(system.pairs, G, H, mode), vanishing_pairs(system, part.points, stages, mode)
+
+
 def _at(place: Place, conditions: list[Complementarity]) -> list[Complementarity]:
     return [replace(one, label=one.label.at(place)) for one in conditions]
 
 
 def _cost_terms(
     ocp: OptimalControlProblem, options: FesdOptions, parts: Sequence[ElementPoints], u: ca.SX, p: ca.SX
-) -> dict[str, ca.SX]:
-    """Return the running costs, integrated, and the regularisation."""
+) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
+    """Return the running costs, integrated, and the regularisation, if there is one."""
     system = ocp.system
-    running = ca.Function("running", system.arguments, [ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))])
+    running = running_costs(ocp)
     integral = sum(
         (h * running(x, u, z, p) for h, x, z in _quadrature(options, parts)), ca.SX.zeros(len(ocp.running_cost), 1)
     )
     regularisation = ca.Function("regularisation", [system.algebraic], [system.regularisation])
     regularised = sum((regularisation(z) for part in parts for _, z in part.points[1:]), ca.SX(0))
     terms = dict(zip(ocp.running_cost, ca.vertsplit(integral), strict=True)) if ocp.running_cost else {}
-    return terms if system.regularisation.is_zero() else {**terms, system.regularisation_name: regularised}
+    return terms, {} if system.regularisation.is_zero() else {system.regularisation_name: regularised}
+
+
+def running_costs(ocp: OptimalControlProblem) -> ca.Function:
+    """Return (x, u, z, p) -> all running costs, in the problem's order."""
+    costs = ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))
+    return ca.Function("running", ocp.system.arguments, [costs])
+
+
+def relaxed_difference(ocp: OptimalControlProblem, when: Literal["always", "if_exploited"]) -> ca.Function | None:
+    """Return (x, u, z, p, sigma) -> by how much relaxed costs are larger than the costs; None if there are none."""
+    if not ocp.relaxed_costs:
+        return None
+    sigma = ca.SX.sym("sigma")
+    differences = [getattr(one, when)(sigma) - ocp.running_cost[name] for name, one in ocp.relaxed_costs.items()]
+    return ca.Function("difference", [*ocp.system.arguments, sigma], [sum(differences[1:], differences[0])])
 
 
 def _added(
@@ -189,13 +225,12 @@ def _added(
     u: ca.SX,
     p: ca.SX,
     sigma: ca.SX,
-    *relaxed: Callable[[ca.SX], ca.SX],
+    when: Literal["always", "if_exploited"],
 ) -> ca.SX:
-    """Return by how much relaxed costs, in the problem's order, are larger than the costs, integrated."""
-    differences = [one(sigma) - ocp.running_cost[name] for name, one in zip(ocp.relaxed_costs, relaxed, strict=True)]
-    if not differences:
+    """Return by how much relaxed costs are larger than the costs, integrated."""
+    difference = relaxed_difference(ocp, when)
+    if difference is None:
         return ca.SX(0)
-    difference = ca.Function("difference", [*ocp.system.arguments, sigma], [sum(differences[1:], differences[0])])
     return sum((h * difference(x, u, z, p, sigma) for h, x, z in _quadrature(options, parts)), ca.SX(0))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
+from fesd_robot.fesd.apart import conditions_block, is_large, stages_block
 from fesd_robot.fesd.constraints import TrajectoryConstraint, constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
 from fesd_robot.fesd.indices import TrajectoryIndices
@@ -54,7 +55,13 @@ class Transcription:
     @cached_property
     def intervals(self) -> dict[int, Interval]:
         """The equations of an interval by number of elements."""
-        return {count: build_interval(self.ocp, self.options, count) for count in sorted(set(self.elements))}
+        counts, within = sorted(set(self.elements)), not self.apart
+        return {count: build_interval(self.ocp, self.options, count, within=within) for count in counts}
+
+    @cached_property
+    def apart(self) -> bool:
+        """Whether elements, and stages, have blocks of their own, which follow those of the intervals."""
+        return self.options.form == "integral" and is_large(self.ocp.system)
 
     @cached_property
     def layouts(self) -> dict[int, IntervalLayout]:
@@ -75,6 +82,9 @@ class Transcription:
             where = [k for k, c in enumerate(self.elements) if c == count]
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
             blocks.append(interval.block([Place(interval=k) for k in where], index, self.ocp.parameters[:, where]))
+        if self.apart:
+            blocks.append(conditions_block(self.ocp, self.options, self.indices))
+            blocks.append(stages_block(self.ocp, self.options.tableau, self.indices))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
         blocks += self.added.blocks(self.indices, self.options.tableau, self.ocp.constraints)
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=self._variable_labels())

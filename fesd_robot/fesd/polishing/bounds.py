@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch, Label
+from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.element import CONTINUITY, DYNAMICS
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, Quantity
-from fesd_robot.mpcc import BranchBounds
+from fesd_robot.mpcc import BranchBounds, Mpcc
 
 if TYPE_CHECKING:
     from fesd_robot.fesd.polishing.transcription import BranchTranscription
@@ -239,19 +239,22 @@ class BoundsBuilder:
 def _element_indices(branch_transcription: BranchTranscription) -> list[ElementIndices]:
     """Return the indices of all elements, in time order."""
     transcription, problem = branch_transcription.transcription, branch_transcription.problem
-    rows = branch_transcription.element_rows
-    state_names = transcription.ocp.system.state_names
+    rows, apart = branch_transcription.element_rows, transcription.apart
+    kinds, sizes = len(transcription.intervals), [len(block.lower) * block.copies for block in problem.blocks]
+    state_rows = _state_rows(problem, transcription.ocp.system.state_names)
+    of_elements = np.concatenate([[0], np.cumsum(transcription.elements)]).astype(int)
+    first_apart = sum(sizes[: 1 + kinds])
     elements: list[ElementIndices] = []
-    first_row = len(problem.blocks[0].lower)
+    first_row = sizes[0]
     for block, count in zip(problem.blocks[1:], transcription.intervals, strict=False):
         layout = transcription.layouts[count]
-        base = len(block.lower) - count * rows.size - (count - 1)
-        state_rows = _state_rows(block.constraints, state_names, count)
         for place in block.places:
             assert place.interval is not None
-            offset = int(transcription.indices.offsets[place.interval])
+            offset, end = int(transcription.indices.offsets[place.interval]), first_row + len(block.lower)
+            steps = end - (count - 1)
+            first = first_apart + int(of_elements[place.interval]) * rows.size if apart else steps - count * rows.size
             for n in range(count):
-                first_condition = first_row + base + n * rows.size
+                own = first + n * rows.size
                 elements.append(
                     ElementIndices(
                         step=offset + layout.step(n),
@@ -259,23 +262,30 @@ def _element_indices(branch_transcription: BranchTranscription) -> list[ElementI
                             PointIndices(
                                 offset + layout.state(n, j).start,
                                 offset + layout.algebraic(n, j).start,
-                                first_condition + rows.at(j + 1, 0),
+                                own + rows.at(j + 1, 0),
                             )
                             for j in range(rows.points)
                         ],
-                        first_row=first_condition,
-                        state_rows={i: [first_row + r for r in own] for i, own in state_rows[n].items()},
-                        step_difference=first_row + len(block.lower) - count + 1 + n,
+                        first_row=own,
+                        state_rows=state_rows[place.interval, n],
+                        step_difference=steps + n,
                     )
                 )
-            first_row += len(block.lower)
+            first_row = end
     return sorted(elements, key=lambda element: element.step)  # blocks may hold intervals out of order
 
 
-def _state_rows(labels: Sequence[Label], states: Sequence[str], count: int) -> list[dict[int, list[int]]]:
-    """Return, per element and state, the rows that are its dynamics."""
-    rows: list[dict[int, list[int]]] = [{i: [] for i in range(len(states))} for _ in range(count)]
-    for row, label in enumerate(labels):
-        if label.kind in (DYNAMICS, CONTINUITY) and label.place.element is not None:
-            rows[label.place.element][list(states).index(label.subject)].append(row)
+def _state_rows(problem: Mpcc, states: Sequence[str]) -> dict[tuple[int | None, int | None], dict[int, list[int]]]:
+    """Return, by interval and element there, the rows that are the dynamics of a state, by its number."""
+    number, first = {name: i for i, name in enumerate(states)}, 0
+    rows: dict[tuple[int | None, int | None], dict[int, list[int]]] = {}
+    for block in problem.blocks:
+        own = [(row, label) for row, label in enumerate(block.constraints) if label.kind in (DYNAMICS, CONTINUITY)]
+        for place in block.places if own else ():
+            for row, label in own:
+                where = place.within(label.place)
+                of_element = rows.setdefault((where.interval, where.element), {})
+                of_element.setdefault(number[label.subject], []).append(first + row)
+            first += len(block.lower)
+        first += 0 if own else len(block.lower) * block.copies
     return rows

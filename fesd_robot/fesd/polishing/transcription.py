@@ -12,6 +12,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.fesd.element import read_elements
+from fesd_robot.fesd.layout import layout_of
 from fesd_robot.fesd.polishing.bounds import BoundsBuilder
 from fesd_robot.fesd.polishing.conditions import ElementConditions, conditions_of
 from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, drop_elements, out_of_elements, read_branch
@@ -41,15 +42,16 @@ class BranchTranscription:
     @cached_property
     def problem(self) -> Mpcc:
         """The problem without pairs, and with a row for every quantity that needs one at every point."""
-        full = self.transcription.problem
-        kinds = len(self.transcription.intervals)
-        first, intervals, others = full.blocks[0], full.blocks[1 : 1 + kinds], full.blocks[1 + kinds :]
+        full, kinds, apart = self.transcription.problem, len(self.transcription.intervals), self.transcription.apart
+        first, intervals = full.blocks[0], full.blocks[1 : 1 + kinds]
+        elements, others = full.blocks[1 + kinds :][:apart], full.blocks[1 + kinds + apart :]
         blocks = [
             _without_pairs(first, self._initial_rows(first)),
             *(
                 _without_pairs(block, self._interval_rows(block, count))
                 for block, count in zip(intervals, self.transcription.intervals, strict=True)
             ),
+            *(_without_pairs(block, self._element_rows(block, 1)[0]) for block in elements),
             *others,
         ]
         return replace(full, blocks=blocks)
@@ -132,11 +134,17 @@ class BranchTranscription:
         return self.conditions.rows(block.variables[:n_x], block.variables[n_x : n_x + n_z])
 
     def _interval_rows(self, block: Block, elements: int) -> ca.SX:
-        layout, w = self.transcription.layouts[elements], block.variables
-        left = layout.n_x + layout.n_z
-        parts = read_elements(layout, self.transcription.options.tableau, w[:left], w[left:])
-        steps = [parts[n + 1].h - parts[n].h for n in range(elements - 1)]
-        return ca.vertcat(ca.SX(0, 1), *[self.element_rows.expressions(part) for part in parts], *steps)
+        own = [] if self.transcription.apart else self._element_rows(block, elements)
+        left = block.variables.numel() - self.transcription.layouts[elements].size
+        steps = [block.variables[left + self.transcription.layouts[elements].step(n)] for n in range(elements)]
+        return ca.vertcat(ca.SX(0, 1), *own, *(after - before for before, after in pairwise(steps)))
+
+    def _element_rows(self, block: Block, elements: int) -> list[ca.SX]:
+        """Return the rows of every element whose variables are those of a block."""
+        system, options, w = self.transcription.ocp.system, self.transcription.options, block.variables
+        left = system.state.numel() + system.algebraic.numel()
+        parts = read_elements(layout_of(system, options, elements), options.tableau, w[:left], w[left:])
+        return [self.element_rows.expressions(part) for part in parts]
 
 
 def _without_pairs(block: Block, rows: ca.SX) -> Block:
