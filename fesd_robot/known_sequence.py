@@ -83,7 +83,7 @@ def known_start(
         None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit, or lead to no
         motion: then its configurations are the initial guess, as those of any file.
     """
-    task, begin = motion.task, time.perf_counter()
+    task = motion.task
     name = task.solver.warm_start
     if name is None or task.solver.seed or not is_plan(task.folder / name):
         return None
@@ -95,7 +95,32 @@ def known_start(
         )
         return None
     fitted, w, branch = on_grid(known, transcription)
-    around = Neighbourhood.of(fitted, w, branch, options, deadline, stop, progress=progress)
+    return exact_start(fitted, w, branch, options, deadline, progress, stop)
+
+
+def exact_start(
+    transcription: Transcription,
+    w: np.ndarray,
+    branch: Branch,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion on a branch, or on one near by, from a point that need not satisfy anything.
+
+    Args:
+        transcription, w, branch: the point.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
+
+    Returns:
+        None if none is found.
+    """
+    begin = time.perf_counter()
+    around = Neighbourhood.of(transcription, w, branch, options, deadline, stop, progress=progress)
     end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True)) or exact_end(around)
     if end is None:
         return None

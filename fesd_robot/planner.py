@@ -15,6 +15,7 @@ from fesd_robot.adapters import (
 from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start
 from fesd_robot.known_sequence import finite_elements_of, known_start
 from fesd_robot.local_search import searched
 from fesd_robot.mpcc import NlpReport, solve
@@ -155,6 +156,8 @@ def attempt(
         return stop is not None and stop(iteration, objective)
 
     found = known = known_start(motion, transcription, options, deadline, searching, iterating)
+    if found is None and needs_guessed_start(motion):
+        found = guessed_start(motion, transcription, options, deadline, searching, iterating)
     if found is None:
         repair = Repair(transcription, options, deadline, searching, iterating)
         solution = solve(problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair)

@@ -28,6 +28,9 @@ Compile = Literal["auto", "never", "always"]
 COMPILE_THRESHOLD = 100_000
 """Instructions of one evaluation of all derivatives from which on compiling pays for itself within a solve."""
 
+OFTEN = 40
+"""Copies of a block from which on it is worth compiling for a few evaluations of the problem."""
+
 
 @dataclass(frozen=True)
 class RelaxedNlp:
@@ -147,7 +150,8 @@ def assemble(
         problem, relaxation: what is to be solved, and how.
         compiled: whether its functions become machine code.
         steering: where sigma comes from.
-        few_evaluations: that the functions are made faster than they run; they are not compiled then, unless always.
+        few_evaluations: that the functions are made faster than they run; they are not compiled then, unless always, or
+            their blocks have many copies.
 
     Raises:
         CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
@@ -159,7 +163,9 @@ def assemble(
     slacks = slacks_of(problem, steering, relaxation.power)
     blocks = problem.blocks
     derivatives = [
-        differentiate(block, problem, relaxation, steering, len(own), shared=not few_evaluations)
+        differentiate(
+            block, problem, relaxation, steering, len(own), shared=not few_evaluations or block.copies >= OFTEN
+        )
         for block, own in zip(blocks, slacks.index, strict=True)
     ]
     layout = _Layout(
@@ -173,7 +179,8 @@ def assemble(
         ).tolist(),
     )
     instructions = sum(d.instructions * block.copies for block, d in zip(blocks, derivatives, strict=True))
-    worthwhile = instructions >= COMPILE_THRESHOLD and not few_evaluations
+    often = OFTEN * sum(d.instructions for d in derivatives) <= instructions
+    worthwhile = instructions >= COMPILE_THRESHOLD and (often or not few_evaluations)
     wanted = compiled == "always" or (compiled == "auto" and worthwhile)
     functions = _compiled(layout, required=compiled == "always") if wanted else None
     functions = functions or _interpreted(layout)

@@ -15,7 +15,7 @@ from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.robot import Robot
-from fesd_robot.robot.root import ROOT_HEIGHT
+from fesd_robot.robot.root import root_height
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 
 LONGEST_STANCE = 0.8
@@ -81,10 +81,11 @@ def reference_of(
 def _stance(jumps: Jumps, robot: Robot, endpoints: Endpoints, duration: float) -> float:
     """Return the part of a jump's duration T, s, that a free fall from its apex leaves, 1 - 2 sqrt(2 h / g) / T."""
     gravity = float(np.linalg.norm(robot.model.gravity.linear))
-    if jumps.stance is not None or ROOT_HEIGHT not in jumps.apex or gravity == 0:
+    height = root_height(list(jumps.apex))
+    if jumps.stance is not None or height is None or gravity == 0:
         return jumps.stance or 0.0
-    takeoff = endpoints.initial_configuration[robot.configuration_names.index(ROOT_HEIGHT)]
-    rise = max(jumps.apex[ROOT_HEIGHT] - takeoff, 0.0)
+    takeoff = endpoints.initial_configuration[robot.configuration_names.index(height)]
+    rise = max(jumps.apex[height] - takeoff, 0.0)
     return float(np.clip(1.0 - 2.0 * np.sqrt(2.0 * rise / gravity) / duration, 0.0, LONGEST_STANCE))
 
 

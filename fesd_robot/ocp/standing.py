@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from fesd_robot.contact import Contact
 from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_values
 from fesd_robot.robot import Robot
-from fesd_robot.robot.root import ROOT_HEIGHT, ROOT_PITCH
+from fesd_robot.robot.root import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, changes_alone
 from fesd_robot.task import Task
 from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.standing import Configured
@@ -120,9 +120,13 @@ def touching_configuration(
         limits: of the positions, which the coordinates keep to.
     """
     entries = [robot.configuration_names.index(name) for name in adjust]
-    rates = [robot.velocity_names.index(name) for name in adjust]
     gaps = ca.vertcat(*[contact.gap for contact in contacts])
-    jacobian = ca.horzcat(*[contact.normal for contact in contacts])[rates, :].T
+    slopes, rates = ca.horzcat(*[contact.normal for contact in contacts]).T, list(robot.velocity_names)
+    by_place = ca.jacobian(gaps, configuration)  # of a free flyer, whose velocity is in its own axes
+    columns = [
+        slopes[:, rates.index(n)] if n in rates else by_place[:, i] for n, i in zip(adjust, entries, strict=True)
+    ]
+    jacobian = ca.horzcat(*columns)
     function = ca.Function("touching", [configuration], [gaps, jacobian])
     lower, upper = limits.lower_position[entries], limits.upper_position[entries]
 
@@ -263,7 +267,8 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
     if wanted is None:
         return None
     default = _DEFAULT_ADJUST[: len(wanted.contacts)]
-    adjust = wanted.adjust or [name for name in default if name in robot.velocity_names]
+    flyer = [FLYER_HEIGHT] if FLYER_HEIGHT in robot.configuration_names else []
+    adjust = wanted.adjust or [name for name in default if name in robot.velocity_names] or flyer
     if not adjust and not wanted.prefer:
         raise task.error(
             (*path, "stand_on"),
@@ -273,7 +278,7 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
     asked = [("adjust", str(i), name) for i, name in enumerate(adjust)]
     asked += [("prefer", name, name) for name in wanted.prefer]
     for section_key, key, name in asked:
-        if name not in robot.velocity_names:
+        if not changes_alone(name, robot.velocity_names, robot.configuration_names):
             raise task.error(
                 (*path, "stand_on", section_key, key),
                 f"found '{name}', which changes together with others, expected a length or an angle that one joint "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +22,9 @@ ROOT_JOINT = "root_joint"
 
 ROOT_HEIGHT, ROOT_PITCH = "root_z", "root_pitch"
 """Coordinates of a root that lift and tilt the whole robot."""
+
+FLYER_HEIGHT = f"{ROOT_JOINT}.z"
+"""Coordinate of a free flyer that lifts it."""
 
 SAGITTAL_NAMES = ("root_x", ROOT_HEIGHT, ROOT_PITCH)
 """Coordinates of a sagittal root: forward, m, up, m, and nose down, rad about +y."""
@@ -43,6 +47,23 @@ def make_root_joint(root: Root) -> pin.JointModel | None:
             joint.addJoint(part)
         return joint
     return None
+
+
+def root_height(names: Sequence[str]) -> str | None:
+    """Return which of a robot's configuration coordinates lifts all of it, None if none does."""
+    return next((name for name in (ROOT_HEIGHT, FLYER_HEIGHT) if name in names), None)
+
+
+def changes_alone(name: str, velocity_names: Sequence[str], configuration_names: Sequence[str]) -> bool:
+    """Return whether a configuration coordinate is a length or an angle that may change without others.
+
+    Args:
+        name: of the coordinate.
+        velocity_names, configuration_names: of the robot; a place of a free flyer changes alone, its quaternion not.
+    """
+    joint, _, axis = name.rpartition(".")
+    place = axis in ("x", "y", "z") and f"{joint}.qw" in configuration_names
+    return name in velocity_names or (place and name in configuration_names)
 
 
 def root_values(name: str, root: Root, pose: pin.SE3) -> dict[str, float]:

@@ -1,0 +1,227 @@
+"""A start on the contact sequence of the initial guess: contacts that touch there stick, the others fly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd import Element, Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.known_sequence import exact_start
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+TOUCHING = 0.2
+"""Part of the largest height of a contact up to which it touches the ground in the guess."""
+
+LOW = 2e-3
+"""m, height up to which it touches whatever the largest is."""
+
+LEAST_FORCE, LARGEST_FORCE = 0.02, 3.0
+"""Of the weight: normal force of a contact that touches in the guess."""
+
+INSIDE = 0.7
+"""Part of the friction that its tangential force may use up."""
+
+LEAST_RATE = 0.05
+"""Of the clock in numerical time."""
+
+NEWTON_STEPS = 10
+"""For the algebraic variables that follow from the forces: products of a few factors."""
+
+
+def needs_guessed_start(motion: MotionProblem) -> bool:
+    """Return whether a motion is first looked for on the contact sequence of its guess: with several feet in space."""
+    return motion.in_space and len(motion.contacts) > 1
+
+
+def guessed_start(
+    motion: MotionProblem,
+    transcription: Transcription,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion with the contact sequence of the initial guess.
+
+    A contact sticks in the control intervals in which the guess has it on the ground, and flies in the others; it lands
+    softly, so that no interval needs an impact. The forces are those of least size that move the robot as the guess
+    does. The branch NLP is solved from there; where it does not converge its neighbours are tried, as in `repair`. The
+    sequence is a start, no more: the local search changes it wherever that pays, and adds impacts.
+
+    A homotopy instead has a pair for every contact at every stage: with four feet in space it has not found a motion in
+    ten minutes where this takes seconds.
+
+    Args:
+        motion, transcription: the task.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
+
+    Returns:
+        None where the guess has no contact sequence that leads to a motion.
+    """
+    guess = _Guess(motion, transcription)
+    w, branch = guess.point()
+    return exact_start(transcription, w, branch, options, deadline, progress, stop)
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """The initial guess as finite elements, all of an interval in one mode."""
+
+    motion: MotionProblem
+    transcription: Transcription
+
+    @cached_property
+    def _ends(self) -> np.ndarray:
+        ocp = self.transcription.ocp
+        return np.linspace(0.0, ocp.duration, ocp.intervals + 1)
+
+    @cached_property
+    def _rigid(self) -> ca.Function:
+        """(q, v, u) -> M, B u - h, B, (J_n, J_t)^T of all contacts, (n_v, n_c (1 + n_t)), and gaps, (n_c)."""
+        dynamics, contacts = self.motion.dynamics, self.motion.contacts
+        symbols = [dynamics.configuration, dynamics.velocity, dynamics.control]
+        directions = ca.horzcat(*[ca.horzcat(contact.normal, contact.tangents) for contact in contacts])
+        gaps = ca.vertcat(*[contact.gap for contact in contacts])
+        actuation = ca.jacobian(dynamics.force, dynamics.control)
+        return ca.Function("rigid", symbols, [dynamics.mass_matrix, dynamics.force, actuation, directions, gaps])
+
+    def _evaluated(self, x: np.ndarray) -> list[np.ndarray]:
+        n_q, n_v = len(self.motion.robot.configuration_names), len(self.motion.robot.velocity_names)
+        u = np.zeros(self.motion.dynamics.control.numel())
+        v = x[n_q : n_q + n_v] if len(x) > n_q else np.zeros(n_v)
+        return [np.asarray(ca.DM(part).full()) for part in self._rigid(x[:n_q], v, u)]
+
+    @cached_property
+    def touching(self) -> np.ndarray:
+        """Which contacts touch in which interval, (N, n_c)."""
+        middles, seed = (self._ends[:-1] + self._ends[1:]) / 2, self.motion.task.solver.seed
+        configuration = self.motion.reference.configuration if seed else self.transcription.ocp.state_guess
+        gaps = np.array([self._evaluated(configuration(time))[4].ravel() for time in middles])
+        return gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0))
+
+    def point(self) -> tuple[np.ndarray, Branch]:
+        """Return the guess as a point of the transcription, and its branch."""
+        ocp, tableau = self.transcription.ocp, self.transcription.options.tableau
+        fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
+        elements: list[Element] = []
+        nothing = np.zeros((tableau.stages, ocp.system.state.numel()))
+        for k, count in enumerate(self.transcription.elements):
+            z, u = self._forces(k)
+            step = (self._ends[k + 1] - self._ends[k]) / count
+            for n in range(count):
+                start = self._ends[k] + n * step
+                x = np.array([self._state(start + c * step, k) for c in fractions])
+                left = elements[-1] if elements else None
+                x_left = left.x[-1] if left else self._state(0.0, 0)
+                z_left = left.z[-1] if left else z
+                elements.append(Element(k, start, step, x_left, z_left, x, np.tile(z, (len(x), 1)), u, nothing))
+        w = self.transcription.pack(elements)
+        return w, self._branch(w)
+
+    def _state(self, time: float, interval: int) -> np.ndarray:
+        """Return the state of the guess, its gaps zero where a contact touches."""
+        x, contacts = self.transcription.ocp.state_guess(time).copy(), len(self.motion.contacts)
+        first = len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names) + 1
+        x[first : first + contacts] = np.maximum(self._evaluated(x)[4].ravel(), 0.0)
+        x[first : first + contacts][self.touching[interval]] = 0.0
+        return x
+
+    def _forces(self, interval: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return algebraic variables and control of an interval.
+
+        Of M a = B u - h + J^T lambda the solution that is nearest to equal shares of the weight.
+        """
+        ocp, contacts, robot = self.transcription.ocp, self.motion.contacts, self.motion.robot
+        n_q, n_v = len(robot.configuration_names), len(robot.velocity_names)
+        begin, end = self._ends[interval : interval + 2]
+        velocity = [ocp.state_guess(time)[n_q : n_q + n_v] for time in (begin, end)]
+        mass, force, actuation, directions, _ = self._evaluated(ocp.state_guess((begin + end) / 2))
+        width, touching = directions.shape[1] // len(contacts), np.flatnonzero(self.touching[interval])
+        weight = self.motion.scales.force
+        shares = np.zeros((len(contacts), width))
+        shares[touching, 0] = weight / max(len(touching), 1)
+        own = (touching[:, None] * width + np.arange(width)).ravel()
+        needed = mass @ (velocity[1] - velocity[0]) / (end - begin) - force.ravel() - directions @ shares.ravel()
+        found = np.linalg.lstsq(np.hstack([actuation, directions[:, own]]), needed, rcond=1e-9)[0]
+        u, rest = found[: actuation.shape[1]], found[actuation.shape[1] :]
+        forces = shares.copy()
+        forces[touching] += rest.reshape(len(touching), width)
+        forces[touching, 0] = np.clip(forces[touching, 0], LEAST_FORCE * weight, LARGEST_FORCE * weight)
+        return self._algebraic(forces, np.append(u, 1.0))
+
+    def _algebraic(self, forces: np.ndarray, control: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return algebraic variables with given forces, (n_c, 1 + n_t), and the control with the speed of time.
+
+        With theta_ODE s = 1 a force is a_n beta, and 1 / theta_ODE the speed of time.
+        """
+        system = self.transcription.ocp.system
+        z, given = np.zeros(system.algebraic.numel()), set[int]()
+        multipliers = self.motion.contact_system.theta_auxiliary
+        for own, one, force in zip(multipliers, self.motion.contacts, forces, strict=True):
+            beta, limit = force[0] / self.motion.auxiliary_force, one.friction * force[0]
+            along = np.clip(force[1:] / limit, -INSIDE, INSIDE) if limit > 0 else np.ones(len(own.sides))
+            for sides, share in zip(own.sides, along, strict=True):
+                for side, sign in zip(sides, (-1, 1) if limit > 0 else (1, -1), strict=True):
+                    for at in self._variable(side):
+                        z[at] = beta * (1 + sign * share) / 2
+                        given.add(at)
+        open_ones = np.array(sorted(set(range(len(z))) - given), dtype=int)
+        for _ in range(NEWTON_STEPS):
+            residual, slope = (np.asarray(ca.DM(part).full()) for part in self._residual(z, control))
+            z[open_ones] -= np.linalg.lstsq(slope[:, open_ones], residual.ravel(), rcond=None)[0]
+        rate = float(self._free_flow(z))
+        speed = np.append(control[:-1], 1 / max(rate, LEAST_RATE))
+        ocp = self.transcription.ocp
+        return np.clip(z, system.algebraic_lower, system.algebraic_upper), np.clip(
+            speed, ocp.control_lower, ocp.control_upper
+        )
+
+    def _variable(self, side: ca.SX) -> list[int]:
+        """Return the index of the algebraic variable that a multiplier is; nothing if it is none."""
+        return list(ca.jacobian_sparsity(side, self.transcription.ocp.system.algebraic).get_triplet()[1])
+
+    @cached_property
+    def _residual(self) -> ca.Function:
+        system = self.transcription.ocp.system
+        z = system.algebraic
+        symbols = [z, system.control]
+        x = ca.DM(self.transcription.ocp.state_guess(0.0))
+        residual = ca.substitute(system.residual, system.state, ca.SX(x))
+        return ca.Function("residual", symbols, [residual, ca.jacobian(residual, z)], {"allow_free": True})
+
+    @cached_property
+    def _free_flow(self) -> ca.Function:
+        return ca.Function("rate", [self.transcription.ocp.system.algebraic], [self.motion.contact_system.theta_ode])
+
+    def _branch(self, w: np.ndarray) -> Branch:
+        """Return the branch in which touching contacts stick and the others fly; of joints what the point shows."""
+        polisher = BranchTranscription(self.transcription)
+        shown, conditions = polisher.branch(w), polisher.conditions
+        names = [contact.name for contact in self.motion.contacts]
+        intervals = np.repeat(np.arange(len(self.transcription.elements)), self.transcription.elements)
+        factors = []
+        for interval, own in zip(intervals, shown.factors, strict=True):
+            touching = dict(zip(names, self.touching[interval], strict=True))
+            factors.append(
+                tuple(
+                    factor
+                    if member.condition.label.contact is None
+                    else ActiveFactor.G
+                    if touching[member.condition.label.contact] or member.condition.met_by
+                    else ActiveFactor.H
+                    for member, factor in zip(conditions.members, own, strict=True)
+                )
+            )
+        return replace(shown, factors=tuple(factors), without_length=(False,) * len(factors))
