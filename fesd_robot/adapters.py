@@ -76,10 +76,8 @@ def homotopy_options(task: Task) -> HomotopyOptions:
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
     friction = {contact.name: contact.friction for contact in motion.contacts}
-    matrix = motion.actuation.matrix
-    return NumericPhysics(
-        motion.robot, motion.scene, friction, lambda q: np.asarray(matrix(q).full()), in_space=motion.in_space
-    )
+    matrix = motion.actuation.numeric
+    return NumericPhysics(motion.robot, motion.scene, friction, matrix, in_space=motion.in_space)
 
 
 def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: Branch) -> PhysicalMotion:

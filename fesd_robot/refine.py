@@ -40,7 +40,10 @@ SPARE = 0.1
 """Of its limit: an audit whose entries are all below that passes with something to spare."""
 
 TIGHTENED = 1.0, 0.1, 0.01
-"""Factors on the accuracy, as long as the audit has less to spare."""
+"""Factors on the accuracy, as long as the audit has less to spare, and more with every factor."""
+
+IMPROVED = 0.5
+"""Factor by which a round reduces the worst entry of an audit that passes, if more rounds are to do so."""
 
 MOST_FAILURES = 6
 """How many finer transcriptions may be found without solution, in all rounds together; each costs hundreds of IPOPT
@@ -103,7 +106,8 @@ def refined(
     """Return an exact solution refined on its branch until its local errors and its bounds between stages are right.
 
     If an entry of the audit is then above a tenth of its limit (`SPARE`), a tenth of the accuracy is asked for, and a
-    hundredth; what comes nearest is kept.
+    hundredth; what comes nearest is kept. A motion that passes and is accurate is not refined further where the last
+    round has not halved the worst entry.
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
     else holds the bounds that are violated between stages, all of them or those that are violated least; where these
@@ -127,14 +131,15 @@ def refined(
     def over() -> bool:
         return deadline.left <= 0 or stop_requested(stop)
 
-    best = solved
+    best = unrefined = solved
     if not solved.solution.exact or _is_no_motion(solved):
         return solved
     for factor in TIGHTENED:
         solved = _to_accuracy(solved, factor * accuracy, continued, over)
-        if factor == TIGHTENED[0] or solved.audit.worst[0] < best.audit.worst[0]:
+        idle = best is not unrefined and not _improves(solved, best)
+        if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
-        if over() or best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
+        if idle or over() or best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
             break
     return best if best is solved else replace(best, rounds=solved.rounds, seconds=solved.seconds)
 
@@ -157,6 +162,8 @@ def _to_accuracy(
     earlier: list[SolvedMotion] = []
     while solved.rounds < last and not over():
         if solved.rounds >= ENOUGH_ROUNDS and solved.audit.worst[0] <= SPARE:
+            break
+        if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
             break
         following = None
         for finer in _finer(solved, accuracy, early=not failures):
@@ -182,6 +189,11 @@ def _to_accuracy(
 def _last_that_passes(motions: Sequence[SolvedMotion]) -> SolvedMotion:
     """Return the last motion whose audit has no violations, the very last if none has."""
     return next((one for one in reversed(motions) if not one.audit.violations), motions[-1])
+
+
+def _improves(solved: SolvedMotion, earlier: SolvedMotion) -> bool:
+    """Whether a motion has an audit that fails, or its worst entry is much smaller than an earlier motion's."""
+    return bool(solved.audit.violations) or solved.audit.worst[0] <= IMPROVED * earlier.audit.worst[0]
 
 
 def _is_no_motion(solved: SolvedMotion) -> bool:

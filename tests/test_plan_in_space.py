@@ -60,12 +60,30 @@ def test_friction_is_on_the_cone_and_against_the_slide(pushed: Plan) -> None:
     assert (np.linalg.norm(force[:, 1:], axis=1) <= FRICTION * force[:, 0] + 1e-8).all()
 
 
-def test_friction_at_the_end_of_a_slide_is_against_the_last_velocity(pushed: Plan) -> None:
+@pytest.fixture(scope="module", params=[0.08, 0.12], ids=["straight", "curved"])
+def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    """A mass that friction stops whatever its controls do: these are too weak to keep it moving, and bend its way."""
+    task = written(
+        tmp_path_factory.mktemp("stopped"),
+        MASS,
+        "robot: {model: model.urdf, root: fixed}\n"
+        f"ground: {{type: plane, friction: {FRICTION}}}\n"
+        "contacts: {foot: {frame: mass}}\n"
+        "horizon: {duration: 1, intervals: 8}\n"
+        "initial: {configuration: {x: 0, y: 0, z: 0}, velocity: {x: 0.5, y: 1.5}}\n"
+        f"goal: {{configuration: {{x: {request.param}, y: 0.24, z: 0}}}}\n"
+        "limits: {effort: {x: 2, y: 2}}\n"
+        "solver: {starts: 1, local_search: false}\n",
+    )
+    return plan(load_task(task))
+
+
+def test_friction_at_the_end_of_a_slide_is_against_the_last_velocity(stopped: Plan) -> None:
     """Where the mass stops, its velocity vanishes along its acceleration, and so friction is parallel to the push."""
-    stops = [one for one in pushed.switches if one.kind == "slip_to_stick"]
-    assert stops
+    stops = [one for one in stopped.switches if one.kind == "slip_to_stick"]
+    assert stopped.status.solved and stops
     for stop in stops:
-        last = pushed.at(stop.time, "before")
+        last = stopped.at(stop.time, "before")
         push = np.array([last.controls["x"], last.controls["y"]])
         friction = np.array([last.contacts["foot"].tangential, last.contacts["foot"].lateral])
         across = push[0] * friction[1] - push[1] * friction[0]

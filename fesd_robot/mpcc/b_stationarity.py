@@ -27,6 +27,9 @@ from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
 from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
 from fesd_robot.mpcc.problem import Mpcc
 
+NO_DESCENT = 1e-5
+"""Slope of the cost, relative to the gradient, that counts as no descent; HiGHS resolves about 1e-6."""
+
 Verdict = Literal["certified", "refuted", "unknown"]
 
 
@@ -66,7 +69,7 @@ def b_stationary(
     radius: float = 1e-2,
     activity: float = 1e-6,
     bound_activity: float | None = None,
-    tolerance: float = 1e-5,
+    tolerance: float = NO_DESCENT,
     time_limit: float = 60.0,
 ) -> BCertificate:
     """Decide by the LPCC at w (head of this module) whether w is B-stationary.
@@ -117,6 +120,28 @@ def b_stationary(
         unresolved=int(active.unresolved.sum()),
         seconds=time.perf_counter() - begin,
     )
+
+
+def relaxed_slope(
+    at: Linearisation, *, activity: float, bound_activity: float, radius: float = 1e-2, time_limit: float = 60.0
+) -> float | None:
+    """Return the optimum of the linear program that is left of the LPCC without complementarity, <= 0.
+
+    Where it is zero the point is S-stationary: the dual of that program has multipliers of the right sign, and minus
+    its optimum is the sum of their residuals, relative to the gradient and weighted by the trust region.
+
+    Args:
+        at, activity, bound_activity, radius, time_limit: as in `b_stationary`.
+
+    Returns:
+        None on failure, and where the point violates a constraint by more than `activity`.
+    """
+    deadline, active = time.perf_counter() + time_limit, active_set(at, activity, bound_activity)
+    if active.violation > activity:
+        return None
+    lpcc = lpcc_at(at, active, radius * np.maximum(1.0, abs(at.w)), radius)
+    solved = lpcc.solve(lpcc.undecided, deadline)
+    return None if solved is None else solved[0]
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,8 @@ class Certificate:
 def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
     """Return what kind of stationary point w is, by linear programs (`stationarity`, `b_stationary`).
 
+    The first of them asks for a descent without complementarity: where there is none, w is S- and so B-stationary.
+
     Args:
         problem: the MPCC.
         w: a solution, (n).
@@ -63,12 +65,16 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
     Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
     """
     # The linear programs take long to import, and few runs need them.
-    from fesd_robot.mpcc.b_stationarity import b_stationary
-    from fesd_robot.mpcc.derivatives import linearise
+    from fesd_robot.mpcc.b_stationarity import NO_DESCENT, b_stationary, relaxed_slope
+    from fesd_robot.mpcc.derivatives import active_set, linearise
     from fesd_robot.mpcc.stationarity import stationarity
 
     activity, at = ACTIVITY * tolerance**0.5, linearise(problem, w)
     activities = {"activity": activity, "bound_activity": max(activity, BOUND_ACTIVITY)}
+    slope = relaxed_slope(at, **activities, time_limit=time_limit)
+    if slope is not None and slope >= -NO_DESCENT:
+        active = active_set(at, **activities)
+        return Certificate("S", "certified", int(active.biactive.sum()), int(active.unresolved.sum()), -slope)
     kind = stationarity(problem, w, at=at, **activities, time_limit=time_limit)
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_sizes
+from fesd_robot.mpcc.multipliers import MANY_UNKNOWNS
 from fesd_robot.mpcc.quiet import silent_highs
 
 _RELATIVE_GAP = 0.9
@@ -66,10 +67,16 @@ class Lpcc:
         remaining = deadline - time.perf_counter()
         if remaining <= 0:
             return None
-        result = milp(
+        equal, below, above = self.row_low == row_high, np.isfinite(row_high), np.isfinite(self.row_low)
+        below, above = below & ~equal, above & ~equal
+        result = linprog(
             self.cost,
-            bounds=Bounds(self.low, self.high),
-            constraints=LinearConstraint(self.matrix, self.row_low, row_high),
+            A_ub=sparse.csc_array(sparse.vstack([self.matrix[below], -self.matrix[above]])),
+            b_ub=np.concatenate([row_high[below], -self.row_low[above]]),
+            A_eq=sparse.csc_array(self.matrix[equal]),
+            b_eq=row_high[equal],
+            bounds=np.column_stack([self.low, self.high]),
+            method="highs-ipm" if len(self.cost) > MANY_UNKNOWNS else "highs",
             options={"time_limit": remaining},
         )
         return (float(result.fun), result.x) if result.status == 0 else None

@@ -24,6 +24,10 @@ _HIGHS_ATTEMPTS = (
 )
 """HiGHS methods, tolerances and prices, tried in turn: on degenerate problems it gives up on some of them."""
 
+MANY_UNKNOWNS = 2000
+"""Unknowns of a linear program from which HiGHS's interior-point method is tried first: a robot in space has thousands,
+and the simplex method then takes several times as long."""
+
 _RESIDUAL_MISMATCH = 5e-7
 """By how much a residual may exceed what HiGHS claims; beyond, its multipliers are round-off and the next is tried."""
 
@@ -166,7 +170,10 @@ def least_residual(
     extra = np.zeros(len(low))
     extra[equation.pairs.ravel()] = sign_cost
     negative, positive = low < 0, high > 0
-    for method, tolerance, price in _HIGHS_ATTEMPTS:
+    attempts = list(_HIGHS_ATTEMPTS)
+    if len(equation.c) > MANY_UNKNOWNS:
+        attempts.sort(key=lambda one: one[0] != "highs-ipm")
+    for method, tolerance, price in attempts:
         free = negative & positive & (price + extra == 0.0)
         equal, below, above = (np.flatnonzero(part) for part in (free, positive & ~free, negative & ~free))
         remaining = deadline - time.perf_counter()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -33,6 +34,14 @@ class Actuation:
     upper: np.ndarray
     units: list[str]
     matrix: ca.Function
+
+    @cached_property
+    def numeric(self) -> Callable[[np.ndarray], np.ndarray]:
+        """The function q -> B in numbers, (n_v, n_u); directions that do not depend on q are computed once."""
+        if self.matrix.jac_sparsity(0, 0).nnz():
+            return lambda q: np.asarray(self.matrix(q).full())
+        constant = np.asarray(self.matrix(0).full())
+        return lambda _: constant
 
 
 def actuators_of(task: Task, robot: Robot) -> dict[str, JointActuator | GeneralizedForceActuator]:

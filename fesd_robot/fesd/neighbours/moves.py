@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -22,6 +22,10 @@ SHORT_RUN = 3
 
 LEAST_STANCE = 3
 """A flight may be inserted into a contact of at least so many intervals; it gets the third in the middle."""
+
+PAIR = 2
+"""Contacts of a pair. Where more than two switch alike, pairs of them move, too, as the hind feet of a quadruped; and
+where there are more contacts than a pair, those that move together come before single ones, which seldom gain then."""
 
 Key = tuple[str, int, str]
 
@@ -108,7 +112,8 @@ def moves(
         switches.append(switches_of(modes, patterns, runs, placing))
         changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1])]
         changes += [*_without_run(modes, runs), *_swapped(modes, runs), *_with_flight(modes, runs)]
-    for change in (*changes, *_shifted_together(switches)):
+    together = _shifted_together(switches)
+    for change in (*together, *changes) if len(switches) > PAIR else (*changes, *together):
         for neighbour in placing.placed(change.steps):
             yield Move(change.key, change.what, change.intervals, neighbour)
 
@@ -142,7 +147,8 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
     for switch in every:
         alike = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= 1]
         at_once = [other for other in every if other.interval == switch.interval]
-        for group in (alike, at_once):
+        pairs = combinations(alike, PAIR) if len(alike) > PAIR else ()
+        for group in (alike, at_once, *map(list, pairs)):
             contacts = {other.modes.name for other in group}
             members = frozenset((other.modes.name, other.number) for other in group)
             if len(group) < 2 or len(contacts) < len(group) or members in seen:

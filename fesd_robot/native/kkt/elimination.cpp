@@ -88,9 +88,11 @@ void Factorization::eliminate(Factor& factor, int fully_summed, double threshold
                threshold * (std::abs(off) * beside_j + std::abs(d) * beside_r) <= std::abs(determinant);
     };
 
+    // A refused column may become acceptable as others are eliminated; it is tried again in the next pass, since a search
+    // that began anew after every pivot would test all refused columns as often as there are pivots.
     for (bool eliminated = true; eliminated && k < fully_summed;) {
         eliminated = false;
-        for (int j = k; j < fully_summed && !eliminated; ++j) {
+        for (int j = k; j < fully_summed; j = std::max(j + 1, k)) {
             double partner = 0.0;  // the largest entry whose row could make a pivot of order 2 with j
             int r = -1;
             const double* own = column(j);
@@ -138,6 +140,8 @@ bool Factorization::too_many_negative(const Front& front, const Factor& factor) 
     int needed = b - surplus + 1;  // negative eigenvalues of the Schur complement that prove it
     if (needed <= 0) return true;
     const double* block = stack_[front.level & 1].data() + factor.contribution;
+    // A proof that costs more than the front itself is not worth looking for.
+    if (static_cast<double>(b) * b * needed > static_cast<double>(factor.order) * factor.order * factor.pivots) return false;
     const int leading = factor.contribution_leading;
     schur_.resize(static_cast<std::size_t>(b) * b);
     double largest = 0.0;

@@ -15,7 +15,7 @@ constexpr int SLACK = 16;  // kernels read and write a little beyond the end
 constexpr int MAX_REORDERINGS = 4;
 // In factorizations as cheap as the cheapest:
 constexpr double PATIENCE = 10.0;  // excess after which a structure is given up
-constexpr double BUDGET = 100.0;   // cost at which a factorization is given up ...
+constexpr double BUDGET = 20.0;    // cost at which a factorization is given up ...
 constexpr int GIVEN_UP = -1;       // ... with this in the place of its rank
 
 // 2^k near the inverse root of a size, so that scaling costs no round-off.

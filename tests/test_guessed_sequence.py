@@ -1,0 +1,81 @@
+"""Several feet in space: the first motion has the contact sequence of the guess, without a homotopy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fesd_robot import Plan, load_task, plan
+from fesd_robot.guessed_sequence import needs_guessed_start
+from fesd_robot.mpcc import NlpReport
+from fesd_robot.ocp import formulate
+from fesd_robot.task import Task
+
+LEGS = ("FL", "FR", "HL", "HR")
+TURN = np.pi / 8
+
+JUMP = (
+    "name: turning\n"
+    "robot: {model: example-robot-data:solo12, root: free_flyer}\n"
+    "ground: {type: plane, friction: 0.7}\n"
+    "contacts:\n" + "".join(f"  {leg}: {{frame: {leg}_FOOT, slipping: forbidden}}\n" for leg in LEGS) + "horizon: "
+    "{duration: 0.5, intervals: 10}\n"
+    "initial:\n"
+    "  configuration: {" + ", ".join(f"{leg}_HFE: 0.7, {leg}_KFE: -1.4" for leg in LEGS) + "}\n"
+    "  stand_on: [FL, FR, HL, HR]\n"
+    f"goal: {{configuration: {{root_joint.qz: {np.sin(TURN / 2)}, root_joint.qw: {np.cos(TURN / 2)}}}}}\n"
+    "reference: {type: jumps, count: 1, apex: {root_joint.z: 0.32}}\n"
+    "solver: {starts: 1, retries: 0, local_search: false}\n"
+)
+
+
+@pytest.fixture(scope="module")
+def task(tmp_path_factory: pytest.TempPathFactory) -> Task:
+    """A jump of Solo12 with four feet and twelve joints that turns it by 22.5 degrees."""
+    file = tmp_path_factory.mktemp("guessed") / "turning.yaml"
+    file.write_text(JUMP, encoding="utf-8")
+    return load_task(file, ["method.accuracy=1.0"])
+
+
+@pytest.fixture(scope="module")
+def planned(task: Task) -> tuple[Plan, list[NlpReport]]:
+    """Its plan and the NLPs of it."""
+    reports: list[NlpReport] = []
+    return plan(task, progress=reports.append), reports
+
+
+def test_it_stands_on_all_feet(task: Task) -> None:
+    """The height that inverse kinematics finds for a free flyer is that of Pinocchio's feet above its root."""
+    motion = formulate(task)
+    assert needs_guessed_start(motion)
+    model, q = motion.robot.model, motion.endpoints.initial_configuration
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    feet = [data.oMf[model.getFrameId(f"{leg}_FOOT")].translation[2] for leg in LEGS]
+    np.testing.assert_allclose(feet, 0.0, atol=1e-9)
+    assert q[:2] == pytest.approx([0, 0]) and np.linalg.norm(q[3:7]) == pytest.approx(1)
+
+
+def test_the_guess_flies_as_long_as_a_fall_from_its_apex(task: Task) -> None:
+    """Between take-off and landing the reference is above the stance for 2 sqrt(2 h / g), as a falling mass."""
+    motion = formulate(task)
+    times = np.linspace(0, 0.5, 5001)
+    heights = np.array([motion.reference.configuration(time)[2] for time in times])
+    stance = motion.endpoints.initial_configuration[2]
+    in_flight = np.ptp(times[heights > stance + 1e-9])
+    assert in_flight == pytest.approx(2 * np.sqrt(2 * (0.32 - stance) / 9.81), abs=2e-4)
+
+
+def test_the_motion_is_exact_without_relaxation(planned: tuple[Plan, list[NlpReport]]) -> None:
+    """No NLP relaxes complementarity, and the motion is solved to round-off and meets its goal."""
+    result, reports = planned
+    assert result.status.solved and result.status.exact and result.status.complementarity <= 1e-9
+    assert reports and all(report.sigma == 0 for report in reports)
+    assert result.trajectory.configuration["root_joint.qz"][-1] == pytest.approx(np.sin(TURN / 2), abs=1e-3)
+
+
+def test_all_feet_leave_the_ground_and_come_back(planned: tuple[Plan, list[NlpReport]]) -> None:
+    """Every foot is on the ground at first, flies, and stands again at the end."""
+    for contact in planned[0].contacts.values():
+        assert contact.mode[1] == "stick" and contact.mode[-1] == "stick" and "flight" in contact.mode
