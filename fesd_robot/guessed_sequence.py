@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.branch_of_modes import branch_in_modes
+from fesd_robot.complementarity import Branch
+from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Element, Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.force_variables import ForceVariables
 from fesd_robot.known_sequence import exact_start
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport
 from fesd_robot.ocp import MotionProblem
@@ -27,14 +30,7 @@ LOW = 2e-3
 LEAST_FORCE, LARGEST_FORCE = 0.02, 3.0
 """Of the weight: normal force of a contact that touches in the guess."""
 
-INSIDE = 0.7
-"""Part of the friction that its tangential force may use up."""
-
-LEAST_RATE = 0.05
-"""Of the clock in numerical time."""
-
-NEWTON_STEPS = 10
-"""For the algebraic variables that follow from the forces: products of a few factors."""
+_MODES = {True: ContactMode.STICK, False: ContactMode.FLIGHT}
 
 
 def needs_guessed_start(motion: MotionProblem) -> bool:
@@ -83,6 +79,10 @@ class _Guess:
     transcription: Transcription
 
     @cached_property
+    def _variables(self) -> ForceVariables:
+        return ForceVariables(self.motion)
+
+    @cached_property
     def _ends(self) -> np.ndarray:
         ocp = self.transcription.ocp
         return np.linspace(0.0, ocp.duration, ocp.intervals + 1)
@@ -128,7 +128,12 @@ class _Guess:
                 z_left = left.z[-1] if left else z
                 elements.append(Element(k, start, step, x_left, z_left, x, np.tile(z, (len(x), 1)), u, nothing))
         w = self.transcription.pack(elements)
-        return w, self._branch(w)
+        names = [contact.name for contact in self.motion.contacts]
+        modes = [
+            {name: _MODES[bool(touches)] for name, touches in zip(names, own, strict=True)}
+            for own in np.repeat(self.touching, self.transcription.elements, axis=0)
+        ]
+        return w, branch_in_modes(BranchTranscription(self.transcription), w, modes)
 
     def _state(self, time: float, interval: int) -> np.ndarray:
         """Return the state of the guess, its gaps zero where a contact touches."""
@@ -159,69 +164,4 @@ class _Guess:
         forces = shares.copy()
         forces[touching] += rest.reshape(len(touching), width)
         forces[touching, 0] = np.clip(forces[touching, 0], LEAST_FORCE * weight, LARGEST_FORCE * weight)
-        return self._algebraic(forces, np.append(u, 1.0))
-
-    def _algebraic(self, forces: np.ndarray, control: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return algebraic variables with given forces, (n_c, 1 + n_t), and the control with the speed of time.
-
-        With theta_ODE s = 1 a force is a_n beta, and 1 / theta_ODE the speed of time.
-        """
-        system = self.transcription.ocp.system
-        z, given = np.zeros(system.algebraic.numel()), set[int]()
-        multipliers = self.motion.contact_system.theta_auxiliary
-        for own, one, force in zip(multipliers, self.motion.contacts, forces, strict=True):
-            beta, limit = force[0] / self.motion.auxiliary_force, one.friction * force[0]
-            along = np.clip(force[1:] / limit, -INSIDE, INSIDE) if limit > 0 else np.ones(len(own.sides))
-            for sides, share in zip(own.sides, along, strict=True):
-                for side, sign in zip(sides, (-1, 1) if limit > 0 else (1, -1), strict=True):
-                    for at in self._variable(side):
-                        z[at] = beta * (1 + sign * share) / 2
-                        given.add(at)
-        open_ones = np.array(sorted(set(range(len(z))) - given), dtype=int)
-        for _ in range(NEWTON_STEPS):
-            residual, slope = (np.asarray(ca.DM(part).full()) for part in self._residual(z, control))
-            z[open_ones] -= np.linalg.lstsq(slope[:, open_ones], residual.ravel(), rcond=None)[0]
-        rate = float(self._free_flow(z))
-        speed = np.append(control[:-1], 1 / max(rate, LEAST_RATE))
-        ocp = self.transcription.ocp
-        return np.clip(z, system.algebraic_lower, system.algebraic_upper), np.clip(
-            speed, ocp.control_lower, ocp.control_upper
-        )
-
-    def _variable(self, side: ca.SX) -> list[int]:
-        """Return the index of the algebraic variable that a multiplier is; nothing if it is none."""
-        return list(ca.jacobian_sparsity(side, self.transcription.ocp.system.algebraic).get_triplet()[1])
-
-    @cached_property
-    def _residual(self) -> ca.Function:
-        system = self.transcription.ocp.system
-        z = system.algebraic
-        symbols = [z, system.control]
-        x = ca.DM(self.transcription.ocp.state_guess(0.0))
-        residual = ca.substitute(system.residual, system.state, ca.SX(x))
-        return ca.Function("residual", symbols, [residual, ca.jacobian(residual, z)], {"allow_free": True})
-
-    @cached_property
-    def _free_flow(self) -> ca.Function:
-        return ca.Function("rate", [self.transcription.ocp.system.algebraic], [self.motion.contact_system.theta_ode])
-
-    def _branch(self, w: np.ndarray) -> Branch:
-        """Return the branch in which touching contacts stick and the others fly; of joints what the point shows."""
-        polisher = BranchTranscription(self.transcription)
-        shown, conditions = polisher.branch(w), polisher.conditions
-        names = [contact.name for contact in self.motion.contacts]
-        intervals = np.repeat(np.arange(len(self.transcription.elements)), self.transcription.elements)
-        factors = []
-        for interval, own in zip(intervals, shown.factors, strict=True):
-            touching = dict(zip(names, self.touching[interval], strict=True))
-            factors.append(
-                tuple(
-                    factor
-                    if member.condition.label.contact is None
-                    else ActiveFactor.G
-                    if touching[member.condition.label.contact] or member.condition.met_by
-                    else ActiveFactor.H
-                    for member, factor in zip(conditions.members, own, strict=True)
-                )
-            )
-        return replace(shown, factors=tuple(factors), without_length=(False,) * len(factors))
+        return self._variables.of(forces, np.append(u, 1.0))

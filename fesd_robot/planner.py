@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from fesd_robot.adapters import (
     assembled_plan,
@@ -18,8 +20,8 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start
 from fesd_robot.known_sequence import finite_elements_of, known_start
 from fesd_robot.local_search import searched
-from fesd_robot.mpcc import NlpReport, solve
-from fesd_robot.ocp import formulate
+from fesd_robot.mpcc import MpccSolution, NlpReport, solve
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan
 from fesd_robot.plans.assemble import controls_of
 from fesd_robot.plans.overlaps import overlaps_of_motion
@@ -29,6 +31,7 @@ from fesd_robot.plans.tables import settings_line
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
+from fesd_robot.sagittal_start import sagittal_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
@@ -131,55 +134,18 @@ def attempt(
 
     The other args and raises are those of `plan`.
     """
-    deadline, reports, reached = Deadline(task.solver.time_limit), list[NlpReport](), station or _unseen
-    count = counted or _uncounted
+    chain = _Chain(
+        Deadline(task.solver.time_limit), progress, stop, station or _unseen, counted or _uncounted, list[NlpReport]()
+    )
+    deadline, reached = chain.deadline, chain.reached
     reached(Station.BUILDING)
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
-
-    def report(nlp: NlpReport) -> None:
-        reports.append(nlp)
-        if progress:
-            progress(nlp)
-
-    problem, build_seconds = transcription.problem, deadline.spent
-
-    options, polisher = homotopy_options(task), BranchTranscription(transcription)
-    steps = SearchSteps(options, reached, count)
-
-    def searching(nlp: NlpReport) -> None:
-        report(nlp)
-        steps.nlp(nlp)
-
-    def iterating(iteration: int, objective: float) -> bool:
-        steps.iteration()
-        return stop is not None and stop(iteration, objective)
-
-    found = known = known_start(motion, transcription, options, deadline, searching, iterating)
-    if found is None and needs_guessed_start(motion):
-        found = guessed_start(motion, transcription, options, deadline, searching, iterating)
-    if found is None:
-        repair = Repair(transcription, options, deadline, searching, iterating)
-        solution = solve(problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair)
-        found = repair.repaired(polisher, solution)
-    polisher, solution = found
-
-    motion = with_promised_goal(motion) if promised and task.goal.soft else motion
-    solved = SolvedMotion.of(motion, polisher, solution)
-    if task.solver.local_search:
-        reached(Station.IMPROVING)
-        processes = processes_of(task)
-        searches = searched(solved, options, deadline, report, stop, processes, detours=known is None, tried=count)
-    else:
-        searches = iter([solved])
-    for candidate in searches:  # the cheaper ones first; the first that is true is taken
-        solved = candidate
-        if task.method.accuracy != "none":
-            reached(Station.REFINING)
-            solved = refined(candidate, options, task.method.accuracy, deadline, report, stop)
-        if not solved.audit.violations:
-            break
-    solved, certificate = descended(solved, options, task, deadline, report, stop, reached)
+    build_seconds = chain.built(transcription)
+    options = homotopy_options(task)
+    solved = chain.solved(motion, transcription, promised=promised)
+    motion = solved.motion
+    solved, certificate = descended(solved, options, task, deadline, chain.report, stop, reached)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
     problem, physics = transcription.problem, solved.physics
@@ -191,7 +157,7 @@ def attempt(
         solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps, in_the_way
     )
     cost_terms = transcription.cost_terms(w)
-    effort = Effort(reports, build_seconds, deadline.spent - build_seconds)
+    effort = Effort(chain.reports, build_seconds, deadline.spent - build_seconds)
     statistics = statistics_of(problem, solution, effort, cost_terms, solved.stages, solved.search, solved.refinement)
     names, controls = motion.actuation.names, transcription.controls(w)
     plan = assembled_plan(
@@ -208,6 +174,114 @@ def attempt(
     elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
     warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """From a formulated task to its motion, and who is told about it.
+
+    Attributes:
+        deadline: of the task.
+        progress, stop, reached, counted: as in `plan`.
+        reports: NLPs so far.
+    """
+
+    deadline: Deadline
+    progress: Callable[[NlpReport], None] | None
+    stop: Stop | None
+    reached: Reached
+    counted: Counted
+    reports: list[NlpReport]
+
+    def report(self, nlp: NlpReport) -> None:
+        """Note an NLP."""
+        self.reports.append(nlp)
+        if self.progress:
+            self.progress(nlp)
+
+    def built(self, transcription: Transcription) -> float:
+        """Build the problem of a transcription, and return the seconds that are spent then."""
+        assert transcription.problem.size
+        return self.deadline.spent
+
+    def solved(self, motion: MotionProblem, transcription: Transcription, *, promised: bool = False) -> SolvedMotion:
+        """Return the motion of a task: the first one, the cheapest nearby, and that refined.
+
+        Args:
+            motion, transcription: the formulated task.
+            promised: as in `attempt`.
+        """
+        task = motion.task
+        options, stop = homotopy_options(task), self.stop
+        first = self._first(motion, transcription)
+        if promised and task.goal.soft:
+            motion = with_promised_goal(motion)
+        solved = SolvedMotion.of(motion, first.polisher, first.solution)
+        if task.solver.local_search and first.search:
+            self.reached(Station.IMPROVING)
+            searches = searched(
+                solved,
+                options,
+                self.deadline,
+                self.report,
+                stop,
+                processes_of(task),
+                detours=not first.known,
+                tried=self.counted,
+            )
+        else:
+            searches = iter([solved])
+        for candidate in searches:  # the cheaper ones first; the first that is true is taken
+            solved = candidate
+            if task.method.accuracy != "none":
+                self.reached(Station.REFINING)
+                solved = refined(candidate, options, task.method.accuracy, self.deadline, self.report, stop)
+            if not solved.audit.violations:
+                break
+        return solved
+
+    def _first(self, motion: MotionProblem, transcription: Transcription) -> _First:
+        """Return the motion of an earlier plan, of a twin in the plane, on the guess's contacts, or of a homotopy."""
+        options, deadline, stop = homotopy_options(motion.task), self.deadline, self.stop
+        steps = SearchSteps(options, self.reached, self.counted)
+
+        def searching(nlp: NlpReport) -> None:
+            self.report(nlp)
+            steps.nlp(nlp)
+
+        def iterating(iteration: int, objective: float) -> bool:
+            steps.iteration()
+            return stop is not None and stop(iteration, objective)
+
+        if found := known_start(motion, transcription, options, deadline, searching, iterating):
+            return _First(*found, known=True)
+        if needs_guessed_start(motion):
+            if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
+                return _First(*found, search=False)
+            if found := guessed_start(motion, transcription, options, deadline, searching, iterating):
+                return _First(*found)
+        repair, polisher = (
+            Repair(transcription, options, deadline, searching, iterating),
+            BranchTranscription(transcription),
+        )
+        solution = solve(
+            transcription.problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair
+        )
+        return _First(*repair.repaired(polisher, solution))
+
+    def _twin(self, task: Task) -> SolvedMotion:
+        """Return the motion of another task, within the time of this one."""
+        motion = formulate(task)
+        return self.solved(motion, Transcription(motion.ocp, motion.fesd))
+
+
+class _First(NamedTuple):
+    """A first motion, whether it is that of an earlier plan, and whether cheaper ones are looked for near it."""
+
+    polisher: BranchTranscription
+    solution: MpccSolution
+    known: bool = False
+    search: bool = True
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

@@ -5,7 +5,7 @@ from fesd_robot.fesd.neighbours.mode_shifts import ModeShift, mode_shifts
 from fesd_robot.fesd.neighbours.moves import Move, moves
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.neighbours.pivots import Pivots
-from fesd_robot.fesd.neighbours.room import filled, with_room, without_room
+from fesd_robot.fesd.neighbours.room import filled, with_counts, with_room, without_room
 from fesd_robot.fesd.neighbours.window import Surroundings
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "mode_shifts",
     "moves",
     "on_grid",
+    "with_counts",
     "with_room",
     "without_room",
 ]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
+from scipy.linalg import lstsq
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.element import (
@@ -174,7 +175,7 @@ class _ModeEquations:
             if np.abs(residual).max() <= NEWTON_TOLERANCE:
                 stages = np.array([own[layout.algebraic(0, j)] for j in range(layout.stages)])
                 return _Solved(np.array(own[layout.state(0, layout.stages)]), _at_ends(self.options.tableau, stages))
-            own[unknown] -= np.linalg.lstsq(slope[np.ix_(chosen, unknown)], residual, rcond=1e-12)[0]
+            own[unknown] -= lstsq(slope[np.ix_(chosen, unknown)], residual, cond=1e-12, lapack_driver="gelsy")[0]
         return None
 
     def _equations(self, factors: Sequence[ActiveFactor]) -> np.ndarray:

@@ -1,0 +1,41 @@
+"""The branch on which contacts do what is said of every element."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.contact import ContactMode
+from fesd_robot.contact.kinds import FORCE_AT_A_DISTANCE, FORCE_WHILE_PARTING, MOTION_DURING_IMPACT
+from fesd_robot.fesd.polishing import BranchTranscription
+
+
+def branch_in_modes(polisher: BranchTranscription, w: np.ndarray, modes: Sequence[Mapping[str, ContactMode]]) -> Branch:
+    """Return the branch on which contacts fly, hit or stick as said; of slides and joints it is what a point shows.
+
+    Args:
+        polisher: of the transcription.
+        w: the point, (n).
+        modes: of every element, name of a contact -> its mode.
+    """
+    shown = polisher.branch(w)
+    factors = []
+    for own, chosen in zip(modes, shown.factors, strict=True):
+        row = []
+        for member, factor in zip(polisher.conditions.members, chosen, strict=True):
+            condition = member.condition
+            mode = None if condition.label.contact is None else own[condition.label.contact]
+            if mode is ContactMode.STICK or (mode is ContactMode.FLIGHT and condition.met_by):
+                factor = ActiveFactor.G
+            elif mode is ContactMode.FLIGHT:
+                factor = ActiveFactor.H
+            elif mode is ContactMode.IMPACT and condition.label.kind == MOTION_DURING_IMPACT:
+                factor = ActiveFactor.COMPLEMENT
+            elif mode is ContactMode.IMPACT and condition.label.kind in (FORCE_AT_A_DISTANCE, FORCE_WHILE_PARTING):
+                factor = ActiveFactor.G
+            row.append(factor)
+        factors.append(tuple(row))
+    return replace(shown, factors=tuple(factors), without_length=(False,) * len(factors))
