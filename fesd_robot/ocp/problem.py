@@ -70,7 +70,9 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
 def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
     grid = parts.grid
     return [
-        *target_constraints(parts.task, parts.points, parts.contact_system.system.state, grid),
+        *target_constraints(
+            parts.task, parts.points, parts.contact_system.system.state, grid, parts.endpoints.goal_configuration
+        ),
         *trajectory_costs(parts),
         *path_constraints(parts),
         *determinacy_constraints(parts),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fesd_robot.orientations import quaternion_entries
 from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
@@ -91,6 +92,7 @@ def audit(
         "max_force_at_opening": modes.openings(),
         "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
         "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
+        "max_quaternion_norm_error": _quaternion_norm_error(motion, names),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}
@@ -124,6 +126,12 @@ def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics, names: Names) ->
         return Measured(0.0)
     gaps = np.array([physics.gaps(q) for q in motion.configuration])
     return largest_entry(np.abs(gaps - motion.gap_state), motion.time, motion.interval, names.contacts)
+
+
+def _quaternion_norm_error(motion: PhysicalMotion, names: Names) -> Measured:
+    states, own = motion.states, quaternion_entries(list(names.configuration))
+    lengths = np.array([np.linalg.norm(states.configuration[:, at], axis=1) for at in own.values()])
+    return largest_entry(np.abs(lengths - 1.0).T, states.time, states.interval, list(own))
 
 
 def _clock_error(motion: PhysicalMotion, interval_ends: np.ndarray) -> Measured:
