@@ -91,13 +91,20 @@ def with_unit_quaternions(names: Sequence[str], q: np.ndarray) -> np.ndarray:
 
 
 def roll_pitch_yaw(quaternion: np.ndarray) -> np.ndarray:
-    """Return roll, pitch and yaw, rad, (..., 3), of quaternions (..., 4): R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return roll, pitch and yaw, rad, (..., 3), of quaternions (..., 4): R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Pitch and roll are those of Rz(yaw)^T R, so that the three give R also at a pitch of a right angle.
+    """
     x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
     length = x * x + y * y + z * z + w * w
-    forward_x, forward_y, forward_z = length - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
-    roll = np.arctan2(2 * (y * z + w * x), length - 2 * (x * x + y * y))
-    pitch = np.arctan2(-forward_z, np.hypot(forward_x, forward_y))
-    return np.stack([roll, pitch, np.arctan2(forward_y, forward_x)], axis=-1) + 0.0
+    r00, r10, r20 = length - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+    r01, r11 = 2 * (x * y - w * z), length - 2 * (x * x + z * z)
+    r02, r12 = 2 * (x * z + w * y), 2 * (y * z - w * x)
+    yaw = np.arctan2(r10, r00)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    pitch = np.arctan2(-r20, cos * r00 + sin * r10)
+    roll = np.arctan2(sin * r02 - cos * r12, cos * r11 - sin * r01)
+    return np.stack([roll, pitch, yaw], axis=-1) + 0.0
 
 
 def with_angles(values: Mapping[str, float]) -> dict[str, float]:
