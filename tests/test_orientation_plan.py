@@ -33,6 +33,7 @@ TASK = (
     + ", ".join(f"{name}: {value}" for name, value in zip(ANGLES, GOAL, strict=True))
     + "}}\n"
     "costs: {terminal_configuration: {root_joint.yaw: 0}}\n"
+    "method: {compile: never, elements: 1, accuracy: 1.0e-5}\n"
     "solver: {starts: 1, retries: 0, local_search: false}\n"
 )
 
