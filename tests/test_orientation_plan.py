@@ -11,6 +11,7 @@ import pytest
 
 from fesd_robot import Plan, load_task, plan, read_plan, write_plan
 from fesd_robot.ocp import formulate
+from fesd_robot.orientations import roll_pitch_yaw
 from fesd_robot.plans.columns import columns_of
 from fesd_robot.plans.report import report
 from tests.bodies_in_space import box, written
@@ -102,6 +103,21 @@ def test_what_is_written_has_angles(turned: Plan, tmp_path: Path) -> None:
     assert np.array_equal(quaternions(again), quaternions(turned))
     with (tmp_path / "plan" / "trajectory.csv").open(encoding="utf-8") as stream:
         assert "root_joint.pitch [rad]" in next(csv.reader(stream))
+
+
+def test_it_keeps_to_the_limit_of_an_angle(tmp_path: Path) -> None:
+    """Where a waypoint asks for more roll than is allowed, the box rolls to its limit and no further."""
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.9, 0.0, 0.4)).coeffs()
+    wanted = ", ".join(f"root_joint.q{axis}: {value}" for axis, value in zip("xyzw", turn, strict=True))
+    lines = TASK.replace(
+        "costs:",
+        f"waypoints: [{{configuration: {{{wanted}}}, weight: 1000}}]\n"
+        "limits: {position: {root_joint.roll: [-0.1, 0.5]}}\ncosts:",
+    )
+    result = plan(load_task(written(tmp_path, box(), lines)))
+    assert result.status.solved and result.audit.max_position_limit_violation <= 1e-6
+    roll = roll_pitch_yaw(quaternions(result))[:, 0]
+    assert roll.max() == pytest.approx(0.5, abs=1e-6)
 
 
 def test_solo12_turns_by_a_yaw(tmp_path: Path) -> None:

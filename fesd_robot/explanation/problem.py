@@ -90,7 +90,8 @@ def _robot(motion: MotionProblem) -> list[str]:
     start, goal, lower, upper = (dict(zip(robot.configuration_names, each.tolist(), strict=True)) for each in arrays)
     start, goal = with_angles(start), with_angles(goal)
     for name, unit in units.items():
-        bounds = lower.get(name, -np.inf), upper.get(name, np.inf)
+        own = motion.task.limits.position.get(name, (-np.inf, np.inf))
+        bounds = lower.get(name, own[0]), upper.get(name, own[1])
         rows.append([name, unit, f"{start[name]:.4g}", f"{goal[name]:.4g}", _interval(*bounds)])
     velocity_unit = velocity_units(robot)
     velocity_rows = [["velocity", "unit", "start", "goal", "limits"]]

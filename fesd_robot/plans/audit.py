@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fesd_robot.orientations import quaternion_entries
+from fesd_robot.orientations import angles_of, quaternion_entries, roll_pitch_yaw
 from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
@@ -32,12 +32,14 @@ class MotionLimits:
     Attributes:
         position, velocity, control: bounds of configuration (n_q), velocity (n_v) and controls (n_u).
         entries: name of an entry of the audit -> limit in place of its default.
+        angles: name of an angle of an orientation -> lower and upper, rad.
     """
 
     position: Bounds
     velocity: Bounds
     control: Bounds
     entries: Mapping[str, float] = field(default_factory=dict)
+    angles: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def audit(
@@ -77,8 +79,11 @@ def audit(
         "max_normal_force_violation": largest([stages.pulling(), modes.pulling()]),
         "max_dynamics_error": stages.dynamics(),
         "max_impact_law_error": largest(_impact_errors(motion, physics, names)),
-        "max_position_limit_violation": _outside(
-            states.configuration, limits.position, names.configuration, states.time, states.interval
+        "max_position_limit_violation": largest(
+            [
+                _outside(states.configuration, limits.position, names.configuration, states.time, states.interval),
+                _angles_outside(motion, names, limits.angles),
+            ]
         ),
         "max_velocity_limit_violation": _outside(
             states.velocity, limits.velocity, names.velocity, states.time, states.interval
@@ -111,6 +116,21 @@ def _outside(
     lower, upper = limits
     found = largest_entry(np.maximum(lower - values, values - upper), time, interval, list(units))
     return replace(found, unit=units.get(found.subject, ""))
+
+
+def _angles_outside(motion: PhysicalMotion, names: Names, limits: Mapping[str, tuple[float, float]]) -> Measured:
+    """Return the largest excess of an angle over its limits, rad; of roll and yaw the shorter way round."""
+    states, found = motion.states, [Measured(0.0)]
+    for joint, at in quaternion_entries(list(names.configuration)).items():
+        values = roll_pitch_yaw(states.configuration[:, at])
+        for name, angle in zip(angles_of(joint), values.T, strict=True):
+            lower, upper = limits.get(name, (-np.inf, np.inf))
+            if np.isfinite([lower, upper]).all():
+                middle = (lower + upper) / 2
+                angle = middle + np.remainder(angle - middle + np.pi, 2 * np.pi) - np.pi
+            bounds = np.array([lower]), np.array([upper])
+            found.append(_outside(angle[:, None], bounds, {name: "rad"}, states.time, states.interval))
+    return largest(found)
 
 
 def _smallest_gap(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:

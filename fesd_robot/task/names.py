@@ -130,7 +130,7 @@ def check_values(
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
             if not lower - _SLACK <= value <= upper + _SLACK:
                 source = f"limits.{'velocity' if limits is velocity else 'position'}" if name in given else "the robot"
-                words = "one turn in rad" if name in turns else f"the limits in {source}"
+                words = "one turn in rad" if name in turns and name not in given else f"the limits in {source}"
                 unit = None if limits is velocity else "rad" if name in turns else (units or {}).get(name)
                 problems.append(
                     (

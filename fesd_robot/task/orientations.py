@@ -15,6 +15,10 @@ ROUNDED = 1e-2
 """Difference of a quaternion's norm from one that few digits leave; it is normalised."""
 
 
+_SLACK = 1e-6
+"""rad; a right angle in few digits is one."""
+
+
 def check_orientations(task: Task, configuration_names: Collection[str]) -> None:
     """Raise the first error, by line, about the orientation of a joint.
 
@@ -24,7 +28,7 @@ def check_orientations(task: Task, configuration_names: Collection[str]) -> None
 
     Raises:
         TaskError: angles beside a quaternion, a quaternion that is not whole or not of norm one, a weight or a
-            tolerance of one of its entries, a limit of an angle.
+            tolerance or a limit of one of its entries, limits of an angle that no motion could break or keep.
     """
     joints = orientations_of(configuration_names)
     problems = [
@@ -92,14 +96,19 @@ def _part(path: KeyPath, names: Collection[str], joint: str) -> Iterator[tuple[K
 
 
 def _limited(task: Task, joint: str) -> Iterator[tuple[KeyPath, str]]:
-    """Yield every angle of an orientation that has a limit."""
-    for angle in angles_of(joint):
-        if angle in task.limits.position:
-            yield (
-                ("limits", "position", angle),
-                f"found '{angle}', an angle of an orientation, which has no limits, expected a length or an angle of a "
-                "joint that turns about one axis; a weight in costs.configuration keeps it near the reference",
-            )
+    """Yield limits of a quaternion's entries, and those of angles that say nothing."""
+    at, given = ("limits", "position"), task.limits.position
+    roll, pitch, yaw = angles_of(joint)
+    for entry in quaternion_of(joint):
+        if entry in given:
+            yield (*at, entry), f"found '{entry}', a part of a quaternion, expected {_listed([roll, pitch, yaw])} (rad)"
+    for angle in (roll, yaw):
+        if angle in given and not given[angle][1] - given[angle][0] < 2 * math.pi:
+            found = "limits that are one turn apart or more"
+            yield (*at, angle), f"found {found}, expected two numbers less than {2 * math.pi:.6g} apart (rad)"
+    right = math.pi / 2
+    if any(math.isfinite(bound) and abs(bound) > right + _SLACK for bound in given.get(pitch, ())):
+        yield (*at, pitch), f"found a limit beyond a right angle, expected numbers in [-{right:.6g}, {right:.6g}] (rad)"
 
 
 def _listed(names: Collection[str]) -> str:

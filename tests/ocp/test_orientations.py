@@ -215,6 +215,32 @@ def test_a_file_may_give_angles_or_quaternions(formulated: Formulated, tmp_path:
         np.testing.assert_allclose(motion.reference.configuration(1.0)[3:], turn(0.2, -0.1, 1), atol=1e-12)
 
 
+def test_limits_of_angles_are_those_of_the_angles(formulated: Formulated) -> None:
+    """Rows are the sine of the pitch, and roll and yaw from the middle of their limits, for any orientation."""
+    limits = {"root_joint.roll": (-0.4, 1.2), "root_joint.pitch": (-np.inf, 0.3), "root_joint.yaw": (-1.0, 5.0)}
+    lines = (
+        "limits: {position: {root_joint.roll: [-0.4, 1.2], root_joint.pitch: [null, 0.3], root_joint.yaw: [-1, 5]}}\n"
+    )
+    motion = formulated(START + GOAL + lines)
+    found = constraint(motion, "angle limits")
+    assert found.kind == "path" and list(found.intervals) == [0, 1, 2, 3]
+    bounds = dict(zip(found.row_names, zip(found.lower, found.upper, strict=True), strict=True))
+    assert bounds["limit of root_joint.pitch"] == pytest.approx((-1.0, np.sin(0.3)))
+    assert bounds["limit of root_joint.roll"] == pytest.approx((-0.8, 0.8))
+    for roll, pitch, yaw in np.random.default_rng(2).uniform(-1, 1, (20, 3)) * [3.1, 1.5, 3.1]:
+        x = np.zeros(found.variables.numel())
+        x[3:7] = 1.3 * turn(roll, pitch, yaw)
+        values = dict(zip(limits, [roll, pitch, yaw], strict=True))
+        inside = {
+            f"limit of {name}": bool(low <= low + np.remainder(values[name] - low, 2 * np.pi) <= high)
+            if np.isfinite(low)
+            else bool(values[name] <= high)
+            for name, (low, high) in limits.items()
+        }
+        held = zip(found.row_names, found.lower, rows(found, x), found.upper, strict=True)
+        assert {name: bool(low <= value <= high) for name, low, value, high in held} == inside
+
+
 QUATERNION = "root_joint.qx: 0, root_joint.qy: 0, root_joint.qz: 0, root_joint.qw: "
 FAULTS = [
     (f"goal: {{configuration: {{{QUATERNION}1, root_joint.yaw: 1}}}}", "goal.configuration.root_joint.yaw", "not both"),
@@ -237,7 +263,10 @@ FAULTS = [
         "goal.tolerance.configuration.root_joint.qz",
         "expected root_joint.roll, root_joint.pitch and root_joint.yaw",
     ),
-    ("limits: {position: {root_joint.pitch: [-1, 1]}}", "limits.position.root_joint.pitch", "which has no limits"),
+    ("limits: {position: {root_joint.qz: [-1, 1]}}", "limits.position.root_joint.qz", "a part of a quaternion"),
+    ("limits: {position: {root_joint.pitch: [-2, 1]}}", "limits.position.root_joint.pitch", "beyond a right angle"),
+    ("limits: {position: {root_joint.yaw: [null, 1]}}", "limits.position.root_joint.yaw", "less than 6.28319 apart"),
+    ("limits: {position: {root_joint.yaw: [-4, 4]}}", "limits.position.root_joint.yaw", "less than 6.28319 apart"),
     (
         "goal: {configuration: {root_joint.yaw: 45}}",
         "goal.configuration.root_joint.yaw",
@@ -270,3 +299,12 @@ def test_faults_are_located(formulated: Formulated, line: str, key: str, fragmen
     assert (error.key, error.line) == (key, BOX.count("\n") + 2), str(error)
     assert fragment in error.message and error.file is not None
     assert "more error" not in error.message
+
+
+def test_a_start_outside_the_limits_of_an_angle_is_located(formulated: Formulated) -> None:
+    """Whichever way it is written: the neutral orientation, which nothing mentions, has no roll."""
+    with pytest.raises(TaskError, match="found limits that the initial orientation is outside of") as caught:
+        formulated("initial: {configuration: {root_joint.z: 1}}\nlimits: {position: {root_joint.roll: [0.1, 1]}}\n")
+    assert caught.value.key == "limits.position.root_joint.roll"
+    with pytest.raises(TaskError, match=r"found 0\.2, expected .*, the limits in limits\.position"):
+        formulated(START + "limits: {position: {root_joint.roll: [-0.1, 0.1]}}\n")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.plans import Plan
+from fesd_robot.plans.audit import _angles_outside
 from fesd_robot.plans.weights import weights_of
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.render.figures.coordinates import _aims
@@ -30,6 +31,20 @@ def test_a_quaternion_that_is_too_long_is_found(physics: NumericPhysics) -> None
     assert words.subject == "ball" and words.time == motion.states.time[int(np.argmax(np.abs(lengths - 1)))]
     assert "the length of the quaternion of 'ball' is" in words.sentence
     assert audit_of(motion, physics).max_quaternion_norm_error == 0
+
+
+def test_an_angle_beyond_its_limits_is_found(physics: NumericPhysics) -> None:
+    """By how much, in rad, of roll and yaw the shorter way round; within its limits nothing is."""
+    motion, joint = drop(), {f"ball.q{axis}": "1" for axis in "xyzw"}
+    names, turn = replace(NAMES, configuration=joint), np.array([0.0, 0.0, np.sin(1.5), np.cos(1.5)])
+    dense = replace(motion.between, configuration=np.broadcast_to(turn, motion.between.configuration.shape))
+    turned = replace(motion, configuration=np.tile(turn, (len(motion.time), 1)), between=dense)
+    bounds = np.full(4, -np.inf), np.full(4, np.inf)
+    for limits, excess in (((2.0, 2.8), 0.2), ((-4.0, 2.8 - 2 * np.pi), 0.2), ((2.9, 3.5), 0.0)):
+        found = _angles_outside(turned, names, {"ball.yaw": limits})
+        assert (found.value, found.subject) == (pytest.approx(excess), "ball.yaw" if excess else "")
+    seen = audit_of(turned, physics, names=names, position=bounds, angles={"ball.yaw": (2.0, 2.8)})
+    assert seen.max_position_limit_violation == pytest.approx(0.2)
 
 
 def _plan(waypoints: list[dict[str, Any]]) -> Plan:

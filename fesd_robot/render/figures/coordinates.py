@@ -136,7 +136,8 @@ def _limits(robot: RobotMotion | None, kind: str) -> dict[str, tuple[float, floa
         names, low, high = robot.robot.configuration_names, limits.lower_position, limits.upper_position
     else:
         names, low, high = robot.robot.velocity_names, limits.lower_velocity, limits.upper_velocity
-    return {name: (float(low[i]), float(high[i])) for i, name in enumerate(names)}
+    found = {name: (float(low[i]), float(high[i])) for i, name in enumerate(names)}
+    return found if kind == "velocity" else {**robot.task.limits.position, **found}  # angles have the task's only
 
 
 def _references(robot: RobotMotion | None) -> dict[str, np.ndarray]:
