@@ -18,7 +18,7 @@ class Tolerance(Section):
     configuration: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> largest distance from its goal, m or rad, a hard "
-        "constraint.",
+        "constraint; roll, pitch and yaw: of the turn from the goal, about the x, y and z axis of the body.",
     )
     velocity: dict[Name, NonNegative] = Field(
         default_factory=dict,
@@ -135,7 +135,8 @@ class Goal(Configured):
     configuration: Values = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> wanted final value, m or rad; names not listed: their "
-        "initial value as a wish, weighted only, or none if there is a goal for a frame or the centre of mass.",
+        "initial value as a wish, weighted only, or none if there is a goal for a frame or the centre of mass. An "
+        "orientation by some of roll, pitch and yaw, rad, or by its whole quaternion: it is one goal.",
     )
     velocity: Values = Field(
         default_factory=dict,
