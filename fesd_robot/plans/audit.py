@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
-from fesd_robot.orientations import angles_of, quaternion_entries, roll_pitch_yaw
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, roll_pitch_yaw
 from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
@@ -20,6 +21,9 @@ from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
 STANDARD_GRAVITY = 9.81
 """m/s^2; used for the tolerance of a force even where the robot moves on a level table."""
 
+
+_SAME_TIME = 1e-12
+"""s; a sample this close to the end of an element is there."""
 
 Bounds = tuple[np.ndarray, np.ndarray]
 """Lower and upper."""
@@ -180,20 +184,34 @@ def _impact_errors(motion: PhysicalMotion, physics: NumericPhysics, names: Names
 
 
 def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Iterator[Measured]:
-    """Yield the largest |change of configuration - integral of the velocity| of every control interval, m or rad."""
-    start, coordinates = 0, list(names.velocity)
+    """Yield the largest |change of configuration - integral of the velocity| of every control interval, m or rad.
+
+    Of a robot with quaternions those of its elements add up: a change of an orientation is half a turn at most.
+    """
+    start, coordinates, turns = 0, list(names.velocity), bool(orientations_of(names.configuration))
+    ends = motion.between.time[:, -1]
     for interval in np.unique(motion.interval):
         end = int(np.flatnonzero(motion.interval == interval)[-1])
-        inside, first = range(start + 1, end + 1), motion.configuration[start]
-        displacements = [physics.difference(first, motion.configuration[k]) for k in inside]
-        rates = [
-            physics.displacement_rate(first, displacement, motion.velocity[k])
-            for k, displacement in zip(inside, displacements, strict=True)
+        cuts = [
+            k
+            for k in range(start + 1, end)
+            if turns and np.abs(ends - motion.time[k]).min(initial=np.inf) <= _SAME_TIME
         ]
-        defects = np.abs(displacements[-1] - motion.weight[start + 1 : end + 1] @ np.array(rates))
+        defects = np.sum([_defect(motion, physics, *part) for part in pairwise([start, *cuts, end])], axis=0)
         worst = int(np.argmax(defects))
         yield Measured(float(defects[worst]), float(motion.time[end]), int(interval), coordinates[worst])
         start = end
+
+
+def _defect(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: int) -> np.ndarray:
+    """Return |change of configuration - integral of the velocity| from one sample to another, m or rad, (n_v)."""
+    inside, first = range(start + 1, end + 1), motion.configuration[start]
+    displacements = [physics.difference(first, motion.configuration[k]) for k in inside]
+    rates = [
+        physics.displacement_rate(first, displacement, motion.velocity[k])
+        for k, displacement in zip(inside, displacements, strict=True)
+    ]
+    return np.asarray(np.abs(displacements[-1] - motion.weight[start + 1 : end + 1] @ np.array(rates)))
 
 
 class _Energies:

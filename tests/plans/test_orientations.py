@@ -7,10 +7,11 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from fesd_robot.plans import Plan
-from fesd_robot.plans.audit import _angles_outside
+from fesd_robot.plans.audit import _angles_outside, _position_defects
 from fesd_robot.plans.weights import weights_of
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.render.figures.coordinates import _aims
@@ -45,6 +46,32 @@ def test_an_angle_beyond_its_limits_is_found(physics: NumericPhysics) -> None:
         assert (found.value, found.subject) == (pytest.approx(excess), "ball.yaw" if excess else "")
     seen = audit_of(turned, physics, names=names, position=bounds, angles={"ball.yaw": (2.0, 2.8)})
     assert seen.max_position_limit_violation == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("slip", [0.0, 0.01])
+def test_a_fast_spin_is_the_integral_of_its_velocity(slip: float) -> None:
+    """Two turns of a ball joint in one control interval: no defect, and of a velocity 1 % too large 1 % of the turn."""
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
+    nodes, weights, rate, step, count = (1 / 3, 1.0), (0.75, 0.25), 60.0, 0.02, 10
+    times = np.array([0.0, *(step * (e + node) for e in range(count) for node in nodes)])
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    motion = SimpleNamespace(
+        time=times,
+        interval=np.zeros(len(times), dtype=int),
+        configuration=np.array([pin.Quaternion(pin.exp3(time * rate * axis)).coeffs() for time in times]),
+        velocity=np.tile((1 + slip) * rate * axis, (len(times), 1)),
+        weight=np.array([0.0, *(step * weight for _ in range(count) for weight in weights)]),
+        between=SimpleNamespace(time=np.array([[step * e, step * (e + 1)] for e in range(count)])),
+    )
+    numeric = SimpleNamespace(
+        difference=lambda q0, q1: pin.difference(model, q0, q1),
+        displacement_rate=lambda q, d, v: np.linalg.solve(pin.dIntegrate(model, q, d, pin.ARG1), v),
+    )
+    velocity = {f"ball.w{axis}": "rad/s" for axis in "xyz"}
+    names = replace(NAMES, configuration={f"ball.q{axis}": "1" for axis in "xyzw"}, velocity=velocity)
+    (found,) = _position_defects(cast(Any, motion), cast(Any, numeric), names)
+    assert found.value == pytest.approx(slip * rate * step * count * 2 / 3, abs=1e-12)
 
 
 def _plan(waypoints: list[dict[str, Any]]) -> Plan:
