@@ -122,6 +122,9 @@ def motion_audit(
             velocity=(limits.lower_velocity, limits.upper_velocity),
             control=(motion.actuation.lower, motion.actuation.upper),
             entries=motion.task.audit.given,
+            angles={
+                name: each for name, each in motion.task.limits.position.items() if name not in names.configuration
+            },
         ),
         others={
             **requirements(

@@ -24,7 +24,7 @@ JUMP = (
     "initial:\n"
     "  configuration: {" + ", ".join(f"{leg}_HFE: 0.7, {leg}_KFE: -1.4" for leg in LEGS) + "}\n"
     "  stand_on: [FL, FR, HL, HR]\n"
-    f"goal: {{configuration: {{root_joint.qz: {np.sin(TURN / 2)}, root_joint.qw: {np.cos(TURN / 2)}}}}}\n"
+    f"goal: {{configuration: {{root_joint.yaw: {TURN}}}}}\n"
     "reference: {type: jumps, count: 1, apex: {root_joint.z: 0.32}}\n"
     "solver: {starts: 1, retries: 0, local_search: false}\n"
 )

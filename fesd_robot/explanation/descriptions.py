@@ -5,6 +5,7 @@ from __future__ import annotations
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.standing import standings_of
 from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.orientations import with_angles
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
 from fesd_robot.task.costs import COST_TERMS
@@ -37,7 +38,7 @@ def described_waypoints(motion: MotionProblem) -> list[str]:
     for waypoint, end in zip(motion.task.waypoints, waypoint_ends(motion.task, motion.grid), strict=True):
         time = "" if motion.grid.free else f", {motion.grid.ends[end - 1]:g} s"
         tolerance = waypoint.tolerance
-        parts = [f"{name} {value:g}" for name, value in waypoint.configuration.items()]
+        parts = [f"{name} {value:g}" for name, value in with_angles(waypoint.configuration).items()]
         parts += [f"velocity of {name} {value:g}" for name, value in waypoint.velocity.items()]
         parts += [f"{name} within {width:g}" for name, width in tolerance.configuration.items()]
         parts += [f"velocity of {name} within {width:g}" for name, width in tolerance.velocity.items()]

@@ -22,8 +22,9 @@ from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
+from fesd_robot.orientations import with_angles
 from fesd_robot.robot import Robot
-from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.robot.units import deviation_units, velocity_units
 from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, TwoBodyContact
 from fesd_robot.task import Robot as RobotSection
 from fesd_robot.task.contacts import SingleContact
@@ -83,19 +84,15 @@ def _robot(motion: MotionProblem) -> list[str]:
         f"'{robot.name}' from {task.robot.model}, root {task.robot.root.replace('_', ' ')}; {mass:.6g} kg, "
         f"{len(robot.configuration_names)} configuration and {len(robot.velocity_names)} velocity coordinates:"
     )
-    units, limits, ends = configuration_units(robot), motion.limits, motion.endpoints
+    units, limits, ends = deviation_units(robot), motion.limits, motion.endpoints
     rows = [["coordinate", "unit", "start", "goal", "limits"]]
-    for i, name in enumerate(robot.configuration_names):
-        bounds = (limits.lower_position[i], limits.upper_position[i])
-        rows.append(
-            [
-                name,
-                units[name],
-                f"{ends.initial_configuration[i]:.4g}",
-                f"{ends.goal_configuration[i]:.4g}",
-                _interval(*bounds),
-            ]
-        )
+    arrays = ends.initial_configuration, ends.goal_configuration, limits.lower_position, limits.upper_position
+    start, goal, lower, upper = (dict(zip(robot.configuration_names, each.tolist(), strict=True)) for each in arrays)
+    start, goal = with_angles(start), with_angles(goal)
+    for name, unit in units.items():
+        own = motion.task.limits.position.get(name, (-np.inf, np.inf))
+        bounds = lower.get(name, own[0]), upper.get(name, own[1])
+        rows.append([name, unit, f"{start[name]:.4g}", f"{goal[name]:.4g}", _interval(*bounds)])
     velocity_unit = velocity_units(robot)
     velocity_rows = [["velocity", "unit", "start", "goal", "limits"]]
     for i, name in enumerate(robot.velocity_names):
@@ -281,7 +278,7 @@ def capacity(elements: int) -> str:
 
 def _goal(motion: MotionProblem) -> list[str]:
     goal, robot = motion.task.goal, motion.robot
-    positions, velocities = configuration_units(robot), velocity_units(robot)
+    positions, velocities = deviation_units(robot), velocity_units(robot)
     if goal.periodic is not None:
         shifts = ", ".join(f"{name} by {value:g} {positions[name]}" for name, value in goal.periodic.stride.items())
         stride = f", shifted by one stride: {shifts}" if shifts else ""

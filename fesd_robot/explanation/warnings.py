@@ -86,7 +86,7 @@ def _degrees(motion: MotionProblem) -> Iterator[str]:
         groups["reference.apex"] = task.reference.apex
     for key, values in groups.items():
         for name, value in values.items():
-            if units[name] == "rad" and abs(value) >= _LEAST_DEGREES and value % _STEP_OF_DEGREES == 0:
+            if units.get(name, "rad") == "rad" and abs(value) >= _LEAST_DEGREES and value % _STEP_OF_DEGREES == 0:
                 yield (
                     f"{key}.{name} is {value:g} rad, {abs(value) / (2 * math.pi):.2g} turns; {value:g} degrees would "
                     f"be {math.radians(value):.6g} rad."

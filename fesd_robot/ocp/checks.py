@@ -134,5 +134,6 @@ def _hard_targets(task: Task, grid: TimeGrid) -> Iterator[_HardTarget]:
             yield _HardTarget(("goal", "configuration", name), name, goal.configuration[name], width, grid.upper)
     for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
         for name, width in waypoint.tolerance.configuration.items():
-            key, time = ("waypoints", str(i), "configuration", name), grid.upper * end / grid.intervals
-            yield _HardTarget(key, name, waypoint.configuration[name], width, time)
+            if name in waypoint.configuration:
+                key, time = ("waypoints", str(i), "configuration", name), grid.upper * end / grid.intervals
+                yield _HardTarget(key, name, waypoint.configuration[name], width, time)

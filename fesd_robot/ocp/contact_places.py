@@ -12,6 +12,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.ocp.scene import surfaces_of
 from fesd_robot.ocp.standing import posture_of
 from fesd_robot.ocp.vectors import initial_configuration, with_values
+from fesd_robot.orientations import layered
 from fesd_robot.robot import Robot
 from fesd_robot.robot.load import with_frames
 from fesd_robot.robot.outline import Outline, touching_outlines
@@ -109,7 +110,7 @@ def _placed(task: Task, contact: BodyContact, outline: Outline) -> PointContact 
 def _pose(task: Task, robot: Robot, body: str) -> pin.SE3:
     """Return the pose of a body at the start, as far as postures and values say it."""
     posture = posture_of(task, robot, task.initial.posture)
-    q = with_values(robot, {**posture, **task.initial.configuration}, initial_configuration(task, robot))
+    q = with_values(robot, layered(posture, task.initial.configuration), initial_configuration(task, robot))
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
     return data.oMf[robot.frame_id(body)]

@@ -16,6 +16,8 @@ from fesd_robot.fesd import RelaxedCost, TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES
 from fesd_robot.ocp.vectors import vector
+from fesd_robot.orientations import deviation_names
+from fesd_robot.robot.orientations import deviation
 
 Terms = dict[str, ca.SX]
 """Name of a term -> expression."""
@@ -56,10 +58,11 @@ def trajectory_costs(parts: ProblemParts) -> list[TrajectoryConstraint]:
 
 
 def _configuration(parts: ProblemParts) -> Terms:
-    """Rate times sum_i w_i (q_i - q_ref,i)^2."""
-    dynamics = parts.dynamics
-    deviation = dynamics.configuration - parts.reference_configuration
-    return {"configuration": _rate(parts) * _square(parts, "configuration", deviation, dynamics.configuration_names)}
+    """Rate times sum_i w_i d_i^2 with the deviation d from the reference, q_i - q_ref,i or log(R_ref^T R)."""
+    names = parts.dynamics.configuration_names
+    from_reference = deviation(names, parts.dynamics.configuration, parts.reference_configuration)
+    square = _square(parts, "configuration", from_reference, deviation_names(names))
+    return {"configuration": _rate(parts) * square}
 
 
 def _velocity(parts: ProblemParts) -> Terms:
@@ -164,12 +167,12 @@ def _frames(parts: ProblemParts) -> Terms:
 
 
 def _terminal_configuration(parts: ProblemParts) -> Terms:
-    """sum_i w_i (q_i - q_goal,i)^2."""
-    dynamics = parts.dynamics
+    """sum_i w_i d_i^2 with the deviation d from the goal, q_i - q_goal,i or log(R_goal^T R)."""
     if parts.task.goal.periodic is not None:
         return {}
-    distance = dynamics.configuration - parts.endpoints.goal_configuration
-    square = _square(parts, "terminal_configuration", distance, dynamics.configuration_names)
+    names = parts.dynamics.configuration_names
+    distance = deviation(names, parts.dynamics.configuration, parts.endpoints.goal_configuration)
+    square = _square(parts, "terminal_configuration", distance, deviation_names(names))
     return {"terminal configuration": square}
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.ocp.actuation import Actuation
+from fesd_robot.orientations import deviation_names
 from fesd_robot.robot import Robot
-from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.robot.units import deviation_units, velocity_units
 from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, Task
 from fesd_robot.task.contacts import SingleContact
 
@@ -103,8 +104,8 @@ def with_default_costs(task: Task, robot: Robot, actuation: Actuation, scales: R
         scales: units of the robot, in which deviations are counted.
     """
     costs, goal = task.costs, task.goal
-    positions, velocities = configuration_units(robot), velocity_units(robot)
-    ends = {name: positions[name] for name in goal.configuration} if goal.has_points else positions
+    positions, velocities = deviation_units(robot), velocity_units(robot)
+    ends = {name: positions[name] for name in deviation_names(goal.configuration)} if goal.has_points else positions
     work = scales.force * scales.length
     controls = dict(zip(actuation.names, actuation.units, strict=True))
     defaults = {

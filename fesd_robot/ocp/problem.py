@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
+from fesd_robot.ocp.angle_limits import angle_limits
 from fesd_robot.ocp.constraints import path_constraints
 from fesd_robot.ocp.costs import relaxed_costs, running_costs, terminal_costs, trajectory_costs
 from fesd_robot.ocp.determinacy import determinacy_constraints
@@ -70,9 +71,12 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
 def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
     grid = parts.grid
     return [
-        *target_constraints(parts.task, parts.points, parts.contact_system.system.state, grid),
+        *target_constraints(
+            parts.task, parts.points, parts.contact_system.system.state, grid, parts.endpoints.goal_configuration
+        ),
         *trajectory_costs(parts),
         *path_constraints(parts),
+        *angle_limits(parts),
         *determinacy_constraints(parts),
         *([_equal_intervals(parts)] if grid.free and grid.intervals > 1 else []),
         *([_period(parts)] if parts.task.goal.periodic is not None else []),

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from fesd_robot.ocp.scene import friction_of
 from fesd_robot.ocp.vectors import StateLimits
+from fesd_robot.orientations import deviation_names
 from fesd_robot.robot import Robot
 from fesd_robot.task import DEFAULT_TOLERANCE, GROUND, Jumps, PointTarget, Task, Tolerance
 
@@ -31,7 +32,7 @@ def with_promises(task: Task, robot: Robot, limits: StateLimits) -> Task:
         _check_rest(task, robot, limits)
     points = {name: _promised(point) for name, point in goal.frames.items()}
     tolerance = Tolerance(
-        configuration=_widths(goal.configuration, goal.tolerance.configuration),
+        configuration=_widths(deviation_names(goal.configuration), goal.tolerance.configuration),
         velocity=_widths(robot.velocity_names if at_rest else goal.velocity, goal.tolerance.velocity),
     )
     center = goal.center_of_mass and _promised(goal.center_of_mass)

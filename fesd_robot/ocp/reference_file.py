@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import MotionFileError, PlanFileError, nearest, nearest_file
+from fesd_robot.ocp.vectors import initial_configuration
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
 from fesd_robot.plans import read_plan
 from fesd_robot.robot import Robot
+from fesd_robot.robot.rotations import continuous_quaternions
 from fesd_robot.task import Task
 
 _UNIT = re.compile(r"\s*\[[^\]]*\]$")
@@ -33,6 +37,7 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
         columns = _of_plan(path) if is_plan(path) else columns_of_csv(path)
     except (OSError, UnicodeDecodeError, csv.Error, MotionFileError, PlanFileError) as error:
         raise task.error(key, f"found {path}, which cannot be read as a motion: {error}") from error
+    columns |= _quaternions(columns, robot)
     for column in ("time", *robot.configuration_names):
         if column not in columns:
             raise task.error(
@@ -45,7 +50,23 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
         raise task.error(key, f"found no rows, or values that are not finite, in {path}, expected numbers")
     if np.any(np.diff(columns["time"]) < -_ROUNDED):
         raise task.error(key, f"found times that decrease in {path}, expected increasing ones")
-    return times, np.array([pin.normalize(robot.model, row) for row in rows])
+    rows = np.array([pin.normalize(robot.model, row) for row in rows])
+    start = initial_configuration(task, robot)
+    for at in quaternion_entries(robot.configuration_names).values():
+        rows[:, at] = continuous_quaternions(np.vstack([start[at], rows[:, at]]))[1:]
+    return times, rows
+
+
+def _quaternions(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
+    """Return the quaternions of joints for which a file has roll, pitch and yaw only, by name."""
+    found: dict[str, np.ndarray] = {}
+    for joint in orientations_of(robot.configuration_names):
+        angles, entries = angles_of(joint), quaternion_of(joint)
+        if all(name in columns for name in angles) and not any(name in columns for name in entries):
+            turns = [pin.rpy.rpyToMatrix(*row) for row in np.column_stack([columns[name] for name in angles])]
+            quaternions = np.array([pin.Quaternion(turn).coeffs() for turn in turns]).reshape(-1, 4)
+            found |= dict(zip(entries, quaternions.T, strict=True))
+    return found
 
 
 def is_plan(path: Path) -> bool:

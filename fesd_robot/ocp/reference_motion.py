@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.ocp.vectors import with_values
+from fesd_robot.orientations import angles_of, quaternion_entries, quaternion_of
 from fesd_robot.robot import Robot
+from fesd_robot.robot.orientations import interpolated, with_turn
 
 _DIFFERENCE = 1e-6
 """Step of the difference quotient for the reference velocity, as a fraction of the duration."""
@@ -30,9 +34,11 @@ class ReferenceMotion(Protocol):
 class LineMotion:
     """q(t) along the line from start to goal on the configuration manifold, raised by `lift` on each of `count` jumps.
 
-    With s from 0 to 1 in every flight: q = line(s) + lift 4 s (1 - s). Before and after a flight it stands still.
+    With s from 0 to 1 in every flight: q = line(s) + lift 4 s (1 - s), and of an orientation R = R_line(s) exp(4 s (1 -
+    s) log(R_takeoff^T R_apex)). Before and after a flight it stands still.
 
     Attributes:
+        apex: name of a coordinate, or of an angle of an orientation -> its value in the middle of a jump, m or rad.
         stance: fraction of every jump's time that is no flight, half of it before and half after.
     """
 
@@ -41,7 +47,7 @@ class LineMotion:
     start: np.ndarray
     goal: np.ndarray
     count: int
-    apex: dict[int, float]
+    apex: Mapping[str, float]
     stance: float = 0.0
 
     def configuration(self, time: float) -> np.ndarray:
@@ -66,10 +72,17 @@ class LineMotion:
         line = self._line((jump + s) / self.count)
         if not self.apex:
             return line
-        takeoff = self._line(jump / self.count)
-        for coordinate, apex in self.apex.items():
-            line[coordinate] += (apex - takeoff[coordinate]) * 4.0 * s * (1.0 - s)
+        names, takeoff = self.robot.configuration_names, self._line(jump / self.count)
+        top, turning = with_values(self.robot, self.apex, takeoff), quaternion_entries(names)
+        turns = {entry for joint in turning for entry in (*angles_of(joint), *quaternion_of(joint))}
+        for name, apex in self.apex.items():
+            if name not in turns:
+                coordinate = names.index(name)
+                line[coordinate] += (apex - takeoff[coordinate]) * 4.0 * s * (1.0 - s)
+        for joint, at in turning.items():
+            if any(entry in self.apex for entry in (*angles_of(joint), *quaternion_of(joint))):
+                line[at] = with_turn(line[at], takeoff[at], top[at], 4.0 * s * (1.0 - s))
         return np.asarray(pin.normalize(self.robot.model, line))
 
     def _line(self, s: float) -> np.ndarray:
-        return np.array(pin.interpolate(self.robot.model, self.start, self.goal, s))
+        return interpolated(self.robot, self.start, self.goal, s)

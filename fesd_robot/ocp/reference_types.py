@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +14,11 @@ from fesd_robot.ocp.reference_motion import LineMotion, ReferenceMotion
 from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
+from fesd_robot.orientations import quaternion_entries, quaternion_of
 from fesd_robot.robot import Robot
+from fesd_robot.robot.orientations import interpolated, slerp
 from fesd_robot.robot.root import root_height
+from fesd_robot.robot.rotations import continuous_quaternions
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 
 LONGEST_STANCE = 0.8
@@ -66,14 +69,13 @@ def reference_of(
     if isinstance(reference, ThroughWaypoints):
         return SampledMotion(robot, _splines(task, robot, endpoints, limits, grid), duration)
     jumps = reference if isinstance(reference, Jumps) else None
-    names = robot.configuration_names
     return LineMotion(
         robot=robot,
         duration=duration,
         start=endpoints.initial_configuration,
         goal=endpoints.goal_configuration,
         count=jumps.count if jumps else 1,
-        apex={names.index(name): value for name, value in jumps.apex.items()} if jumps else {},
+        apex=jumps.apex if jumps else {},
         stance=_stance(jumps, robot, endpoints, duration / jumps.count) if jumps else 0.0,
     )
 
@@ -95,7 +97,47 @@ def between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> n
     if after == 0:
         return np.array(rows[0])
     fraction = float(np.clip((time - times[after - 1]) / (times[after] - times[after - 1]), 0.0, 1.0))
-    return np.array(pin.interpolate(robot.model, rows[after - 1], rows[after], fraction))
+    return interpolated(robot, rows[after - 1], rows[after], fraction)
+
+
+@dataclass(frozen=True)
+class _Turning:
+    """An orientation that turns evenly from each of its values to the next.
+
+    Attributes:
+        at: entries of the quaternion in q.
+        times: s, increasing, (k); values: quaternions, (k, 4).
+    """
+
+    at: slice
+    times: np.ndarray
+    values: np.ndarray
+
+    def __call__(self, time: float) -> np.ndarray:
+        """Quaternion at a time, (4)."""
+        after = int(np.clip(np.searchsorted(self.times, time, side="right"), 1, len(self.times) - 1))
+        first, last = self.times[after - 1], self.times[after]
+        fraction = float(np.clip((time - first) / (last - first), 0.0, 1.0))
+        return slerp(self.values[after - 1], self.values[after], fraction)
+
+
+def _turning(
+    at: slice,
+    names: Sequence[str],
+    ends: tuple[float, np.ndarray, np.ndarray],
+    passing: Sequence[tuple[float, Mapping[str, float]]],
+) -> _Turning:
+    """Return how an orientation turns through the waypoints that give it.
+
+    Args:
+        at, names: of its quaternion's entries in q.
+        ends: duration, s, quaternion at the start and at the end.
+        passing: time, s, and values of every waypoint.
+    """
+    duration, start, goal = ends
+    passed = [(time, [given[name] for name in names]) for time, given in passing if names[0] in given]
+    times, values = zip((0.0, start), *passed, (duration, goal), strict=True)
+    return _Turning(at, np.array(times), continuous_quaternions(np.array(values)))
 
 
 def _splines(
@@ -103,7 +145,7 @@ def _splines(
 ) -> Callable[[float], np.ndarray]:
     """Return the cubic spline of every coordinate through the waypoints that give it, moved into its limits.
 
-    Its ends have the slopes of the initial and the goal velocity.
+    Its ends have the slopes of the initial and the goal velocity. Orientations turn evenly from one to the next.
     """
     start, goal, model = endpoints.initial_configuration, endpoints.goal_configuration, robot.model
     slopes = [
@@ -111,16 +153,21 @@ def _splines(
         for q, v in ((start, endpoints.initial_velocity), (goal, endpoints.goal_velocity))
     ]
     ends = [grid.nominal * end / grid.intervals for end in waypoint_ends(task, grid)]
+    passing = list(zip(ends, (each.configuration for each in task.waypoints), strict=True))
+    turns = [
+        _turning(at, quaternion_of(joint), (grid.nominal, start[at], goal[at]), passing)
+        for joint, at in quaternion_entries(robot.configuration_names).items()
+    ]
     splines = []
     for i, name in enumerate(robot.configuration_names):
-        passed = [
-            (t, w.configuration[name]) for t, w in zip(ends, task.waypoints, strict=True) if name in w.configuration
-        ]
+        passed = [(t, given[name]) for t, given in passing if name in given]
         times, values = zip((0.0, start[i]), *passed, (grid.nominal, goal[i]), strict=True)
         splines.append(CubicSpline(times, values, bc_type=((1, slopes[0][i]), (1, slopes[1][i]))))
 
     def at(time: float) -> np.ndarray:
         values = np.array([float(spline(time)) for spline in splines])
+        for turn in turns:
+            values[turn.at] = turn(time)
         return np.asarray(pin.normalize(model, np.clip(values, limits.lower_position, limits.upper_position)))
 
     return at

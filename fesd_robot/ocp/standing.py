@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from fesd_robot.contact import Contact
-from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_values
+from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_quaternions, with_values
+from fesd_robot.orientations import layered
 from fesd_robot.robot import Robot
 from fesd_robot.robot.root import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, changes_alone
 from fesd_robot.task import Task
@@ -222,10 +223,10 @@ class _Search:
 
     def completed(self, path: KeyPath, section: Section, base: np.ndarray) -> Section:
         """Return a section with its whole configuration; what it leaves out is as in `base` (n_q)."""
-        if section.complete:
-            return section
         posture = posture_of(self.task, self.robot, section.posture)
-        values = {**posture, **section.configuration}
+        values = with_quaternions(self.robot, layered(posture, section.configuration), base)
+        if section.complete and values == section.configuration:
+            return section
         standing = _standing(self.task, self.robot, path, section)
         if standing is not None:
             values |= self._found(standing, values, base)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -12,6 +12,8 @@ from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
+from fesd_robot.orientations import QUATERNION, angles_of, deviation_names
+from fesd_robot.robot.orientations import deviation
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
 
 CENTER_OF_MASS = "center of mass"
@@ -43,20 +45,25 @@ class _Rows:
         )
 
 
-def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid) -> list[TrajectoryConstraint]:
-    """Return a constraint for the goals of frames and the centre of mass, and one for every waypoint.
+def target_constraints(
+    task: Task, points: Points, state: ca.SX, grid: TimeGrid, goal: np.ndarray
+) -> list[TrajectoryConstraint]:
+    """Return a constraint for the goals of frames, the centre of mass and orientations, and one for every waypoint.
 
     Args:
         state: x, SX symbols, beginning with the configuration and velocity of `points`.
+        goal: the whole goal configuration, (n_q).
 
     Raises:
         TaskError: a frame cannot get to its target.
     """
     constraints = []
+    rows = _Rows()
     if task.goal.has_points:
-        rows = _Rows()
         _add_points(rows, ("goal",), "goal: ", task.goal, points)
         _check_agreement(rows, task, points)
+    _add_orientations(rows, task, points, goal)
+    if task.goal.has_points or rows.rows:
         constraints.append(rows.constraint("goal", state, grid.intervals - 1))
     for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
         rows, name = _Rows(), f"waypoint {i + 1}"
@@ -64,6 +71,17 @@ def target_constraints(task: Task, points: Points, state: ca.SX, grid: TimeGrid)
         _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
         constraints.append(rows.constraint(name, state, end - 1))
     return constraints
+
+
+def _add_orientations(rows: _Rows, task: Task, points: Points, goal: np.ndarray) -> None:
+    """Bound log(R_goal^T R) of orientations that have a tolerance; other coordinates are bounds of the last state."""
+    names, widths = points.robot.configuration_names, task.goal.tolerance.configuration
+    turns = {name for name in deviation_names(names) if name not in names and name in widths}
+    if turns:
+        from_goal = ca.vertsplit(deviation(names, points.q, ca.SX(ca.DM(goal))))
+        for name, row in zip(deviation_names(names), from_goal, strict=True):
+            if name in turns:
+                rows.bound(row, widths[name], f"goal: {name}")
 
 
 def _check_agreement(rows: _Rows, task: Task, points: Points) -> None:
@@ -74,7 +92,7 @@ def _check_agreement(rows: _Rows, task: Task, points: Points) -> None:
     """
     goal, names = task.goal, points.robot.configuration_names
     q = ca.DM([goal.configuration.get(name, np.nan) for name in names])
-    widths = np.array([goal.tolerance.configuration.get(name, np.inf) for name in names])
+    widths = np.array([_width(goal.tolerance.configuration, name) for name in names])
     for row, width, name in zip(rows.rows, rows.width, rows.names, strict=True):
         if ca.depends_on(row, points.v):
             continue
@@ -89,6 +107,14 @@ def _check_agreement(rows: _Rows, task: Task, points: Points) -> None:
             )
 
 
+def _width(widths: Mapping[str, float], name: str) -> float:
+    """Return by how much an entry of q may miss the goal: of a quaternion half the angle that is allowed."""
+    joint, dot, suffix = name.rpartition(".")
+    if dot + suffix in QUATERNION:
+        return float(np.linalg.norm([widths.get(angle, np.inf) for angle in angles_of(joint)])) / 2
+    return widths.get(name, np.inf)
+
+
 def waypoint_ends(task: Task, grid: TimeGrid) -> list[int]:
     """Return for every waypoint the number of intervals that lie before it; evenly spread if none has a time."""
     count = len(task.waypoints)
@@ -100,16 +126,21 @@ def waypoint_ends(task: Task, grid: TimeGrid) -> list[int]:
 
 def _add_coordinates(rows: _Rows, cost: str, waypoint: Waypoint, points: Points) -> None:
     robot, tolerance = points.robot, waypoint.tolerance
-    groups: list[tuple[ca.SX, list[str], Mapping[str, float], Mapping[str, float], float, str]] = [
-        (points.q, robot.configuration_names, waypoint.configuration, tolerance.configuration, waypoint.weight, ""),
-        (points.v, robot.velocity_names, waypoint.velocity, tolerance.velocity, waypoint.velocity_weight, " velocity"),
+    names, velocities = robot.configuration_names, robot.velocity_names
+    wanted = ca.SX(ca.DM([waypoint.configuration.get(name, np.nan) for name in names]))
+    wanted_velocity = ca.SX(ca.DM([waypoint.velocity.get(name, np.nan) for name in velocities]))
+    from_wanted = dict(zip(deviation_names(names), ca.vertsplit(deviation(names, points.q, wanted)), strict=True))
+    too_fast = dict(zip(velocities, ca.vertsplit(points.v - wanted_velocity), strict=True))
+    listed = deviation_names(waypoint.configuration)
+    groups: list[tuple[dict[str, ca.SX], Iterable[str], Mapping[str, float], float, str]] = [
+        (from_wanted, listed, tolerance.configuration, waypoint.weight, ""),
+        (too_fast, waypoint.velocity, tolerance.velocity, waypoint.velocity_weight, " velocity"),
     ]
-    for symbols, names, wanted, widths, weight, kind in groups:
-        for name, value in wanted.items():
-            deviation = symbols[names.index(name)] - value
-            rows.add_cost(cost, weight, deviation**2)
+    for deviations, given, widths, weight, kind in groups:
+        for name in given:
+            rows.add_cost(cost, weight, deviations[name] ** 2)
             if name in widths:
-                rows.bound(deviation, widths[name], name + kind)
+                rows.bound(deviations[name], widths[name], name + kind)
 
 
 def _add_points(
@@ -143,13 +174,13 @@ def _add_point(
             goal = None if wanted is None else wanted[i]
             if goal is None:
                 continue
-            deviation = value[i] - goal
-            rows.add_cost(cost or name, weight, deviation**2)
+            miss = value[i] - goal
+            rows.add_cost(cost or name, weight, miss**2)
             if width is None:
                 continue
-            if not deviation.is_constant():
-                rows.bound(deviation, width, f"{name} {axis} {kind}")
-            elif abs(float(deviation)) > width:
+            if not miss.is_constant():
+                rows.bound(miss, width, f"{name} {axis} {kind}")
+            elif abs(float(miss)) > width:
                 points, key = where
                 raise points.task.error(
                     (*key, kind),

@@ -13,6 +13,7 @@ from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_plac
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Task, TwoBodyContact, check_names, check_values
+from fesd_robot.task.orientations import check_orientations
 
 _SAME_PLACE = 1e-9
 """m; contacts that stay closer than this in the x-z plane are one."""
@@ -44,6 +45,7 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
         list(actuators_of(task, robot)),
         list(robot.postures),
     )
+    check_orientations(task, robot.configuration_names)
     robot = with_joint_properties(
         robot, armature=section.armature, damping=section.damping, dry_friction=section.dry_friction
     )

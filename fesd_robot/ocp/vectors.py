@@ -10,7 +10,9 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
 from fesd_robot.robot import Robot
+from fesd_robot.robot.orientations import turned
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Task
 
@@ -18,6 +20,9 @@ Values = TypeVar("Values", np.ndarray, ca.SX)
 
 _SLACK = 1e-9
 """m or rad: an end this far outside its limit is on it, rounded."""
+
+_UNIT = 1e-14
+"""Squared length of a quaternion whose difference from one is rounding, so that it stays as it is."""
 
 
 def vector(names: Sequence[str], values: Mapping[str, float], default: float | np.ndarray) -> np.ndarray:
@@ -72,8 +77,36 @@ def initial_configuration(task: Task, robot: Robot) -> np.ndarray:
 
 
 def with_values(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> np.ndarray:
-    """Return a configuration (n_q) with other values by name; quaternions and (cos, sin) pairs are normalised."""
-    return np.asarray(pin.normalize(robot.model, vector(robot.configuration_names, values, configuration)))
+    """Return a configuration (n_q) with other values by name; quaternions and (cos, sin) pairs are normalised.
+
+    Of roll, pitch and yaw those that have no value are of the orientation that the other values, else the configuration
+    give.
+    """
+    names = robot.configuration_names
+    q = vector(names, values, configuration)
+    for joint, at in quaternion_entries(names).items():
+        angles = [values.get(angle) for angle in angles_of(joint)]
+        if any(angle is not None for angle in angles):
+            q[at] = turned(q[at], angles)
+    return np.asarray(pin.normalize(robot.model, q))
+
+
+def with_quaternions(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> dict[str, float]:
+    """Return values by name with a whole unit quaternion for every orientation of which they give anything.
+
+    Args:
+        values: name -> m or rad.
+        configuration: which gives what of roll, pitch and yaw they leave out, (n_q).
+    """
+    found, names = dict(values), robot.configuration_names
+    for joint in orientations_of(names):
+        angles, entries = angles_of(joint), quaternion_of(joint)
+        length = sum(found.get(entry, 0.0) ** 2 for entry in entries)
+        if any(angle in found for angle in angles) or (length and abs(length - 1.0) > _UNIT):
+            q = with_values(robot, values, configuration)
+            found = {name: value for name, value in found.items() if name not in angles}
+            found |= {entry: float(q[names.index(entry)]) for entry in entries}
+    return found
 
 
 def mirrored(task: Task, names: Sequence[str], values: Values) -> Values:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, roll_pitch_yaw
 from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
@@ -20,6 +22,9 @@ STANDARD_GRAVITY = 9.81
 """m/s^2; used for the tolerance of a force even where the robot moves on a level table."""
 
 
+_SAME_TIME = 1e-12
+"""s; a sample this close to the end of an element is there."""
+
 Bounds = tuple[np.ndarray, np.ndarray]
 """Lower and upper."""
 
@@ -31,12 +36,14 @@ class MotionLimits:
     Attributes:
         position, velocity, control: bounds of configuration (n_q), velocity (n_v) and controls (n_u).
         entries: name of an entry of the audit -> limit in place of its default.
+        angles: name of an angle of an orientation -> lower and upper, rad.
     """
 
     position: Bounds
     velocity: Bounds
     control: Bounds
     entries: Mapping[str, float] = field(default_factory=dict)
+    angles: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def audit(
@@ -76,8 +83,11 @@ def audit(
         "max_normal_force_violation": largest([stages.pulling(), modes.pulling()]),
         "max_dynamics_error": stages.dynamics(),
         "max_impact_law_error": largest(_impact_errors(motion, physics, names)),
-        "max_position_limit_violation": _outside(
-            states.configuration, limits.position, names.configuration, states.time, states.interval
+        "max_position_limit_violation": largest(
+            [
+                _outside(states.configuration, limits.position, names.configuration, states.time, states.interval),
+                _angles_outside(motion, names, limits.angles),
+            ]
         ),
         "max_velocity_limit_violation": _outside(
             states.velocity, limits.velocity, names.velocity, states.time, states.interval
@@ -91,6 +101,7 @@ def audit(
         "max_force_at_opening": modes.openings(),
         "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
         "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
+        "max_quaternion_norm_error": _quaternion_norm_error(motion, names),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}
@@ -111,6 +122,21 @@ def _outside(
     return replace(found, unit=units.get(found.subject, ""))
 
 
+def _angles_outside(motion: PhysicalMotion, names: Names, limits: Mapping[str, tuple[float, float]]) -> Measured:
+    """Return the largest excess of an angle over its limits, rad; of roll and yaw the shorter way round."""
+    states, found = motion.states, [Measured(0.0)]
+    for joint, at in quaternion_entries(list(names.configuration)).items():
+        values = roll_pitch_yaw(states.configuration[:, at])
+        for name, angle in zip(angles_of(joint), values.T, strict=True):
+            lower, upper = limits.get(name, (-np.inf, np.inf))
+            if np.isfinite([lower, upper]).all():
+                middle = (lower + upper) / 2
+                angle = middle + np.remainder(angle - middle + np.pi, 2 * np.pi) - np.pi
+            bounds = np.array([lower]), np.array([upper])
+            found.append(_outside(angle[:, None], bounds, {name: "rad"}, states.time, states.interval))
+    return largest(found)
+
+
 def _smallest_gap(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:
     states = motion.states
     gaps = np.array([physics.gaps(q) for q in states.configuration])
@@ -124,6 +150,12 @@ def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics, names: Names) ->
         return Measured(0.0)
     gaps = np.array([physics.gaps(q) for q in motion.configuration])
     return largest_entry(np.abs(gaps - motion.gap_state), motion.time, motion.interval, names.contacts)
+
+
+def _quaternion_norm_error(motion: PhysicalMotion, names: Names) -> Measured:
+    states, own = motion.states, quaternion_entries(list(names.configuration))
+    lengths = np.array([np.linalg.norm(states.configuration[:, at], axis=1) for at in own.values()])
+    return largest_entry(np.abs(lengths - 1.0).T, states.time, states.interval, list(own))
 
 
 def _clock_error(motion: PhysicalMotion, interval_ends: np.ndarray) -> Measured:
@@ -152,20 +184,34 @@ def _impact_errors(motion: PhysicalMotion, physics: NumericPhysics, names: Names
 
 
 def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Iterator[Measured]:
-    """Yield the largest |change of configuration - integral of the velocity| of every control interval, m or rad."""
-    start, coordinates = 0, list(names.velocity)
+    """Yield the largest |change of configuration - integral of the velocity| of every control interval, m or rad.
+
+    Of a robot with quaternions those of its elements add up: a change of an orientation is half a turn at most.
+    """
+    start, coordinates, turns = 0, list(names.velocity), bool(orientations_of(names.configuration))
+    ends = motion.between.time[:, -1]
     for interval in np.unique(motion.interval):
         end = int(np.flatnonzero(motion.interval == interval)[-1])
-        inside, first = range(start + 1, end + 1), motion.configuration[start]
-        displacements = [physics.difference(first, motion.configuration[k]) for k in inside]
-        rates = [
-            physics.displacement_rate(first, displacement, motion.velocity[k])
-            for k, displacement in zip(inside, displacements, strict=True)
+        cuts = [
+            k
+            for k in range(start + 1, end)
+            if turns and np.abs(ends - motion.time[k]).min(initial=np.inf) <= _SAME_TIME
         ]
-        defects = np.abs(displacements[-1] - motion.weight[start + 1 : end + 1] @ np.array(rates))
+        defects = np.sum([_defect(motion, physics, *part) for part in pairwise([start, *cuts, end])], axis=0)
         worst = int(np.argmax(defects))
         yield Measured(float(defects[worst]), float(motion.time[end]), int(interval), coordinates[worst])
         start = end
+
+
+def _defect(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: int) -> np.ndarray:
+    """Return |change of configuration - integral of the velocity| from one sample to another, m or rad, (n_v)."""
+    inside, first = range(start + 1, end + 1), motion.configuration[start]
+    displacements = [physics.difference(first, motion.configuration[k]) for k in inside]
+    rates = [
+        physics.displacement_rate(first, displacement, motion.velocity[k])
+        for k, displacement in zip(inside, displacements, strict=True)
+    ]
+    return np.asarray(np.abs(displacements[-1] - motion.weight[start + 1 : end + 1] @ np.array(rates)))
 
 
 class _Energies:

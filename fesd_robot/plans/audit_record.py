@@ -260,6 +260,15 @@ class Audit(Record):
             1e-2,
         ),
     ] = None
+    max_quaternion_norm_error: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest difference of the length of a quaternion from one, at stages and between them; zero without "
+            "quaternions",
+            "",
+            1e-8,
+        ),
+    ] = None
     tolerances: dict[str, float]
     defaults: dict[str, float] = Field(default_factory=dict)
     violations: list[str]

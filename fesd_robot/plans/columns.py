@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fesd_robot.orientations import columns_with_angles
 from fesd_robot.plans.full_model import BASE_UNITS, FullModelMotion
 from fesd_robot.plans.plan import Plan
 
@@ -33,13 +34,16 @@ def control_interval(plan: Plan) -> np.ndarray:
 def columns_of(plan: Plan) -> dict[str, np.ndarray]:
     """Return the trajectory as named columns with units, controls by `CONTROL_CONVENTION`.
 
-    First the plan's own coordinates, controls, contacts and dry friction of joints, then all joints of the model file,
-    its base, and the feet of contacts that stand for several.
+    First the plan's own coordinates, with roll, pitch and yaw behind those of orientations, controls, contacts and dry
+    friction of joints, then all joints of the model file, its base, and the feet of contacts that stand for several.
     """
     trajectory, units = plan.trajectory, plan.units
     columns = {"time [s]": trajectory.time}
     for name, values in trajectory.configuration.items():
         columns[f"{name} [{units.configuration[name]}]"] = values
+    for name, values in columns_with_angles(trajectory.configuration).items():
+        if name not in trajectory.configuration:
+            columns[f"{name} [rad]"] = values
     for name, values in trajectory.velocity.items():
         columns[f"{name} velocity [{units.velocity[name]}]"] = values
     for name, values in trajectory.acceleration.items():

@@ -114,6 +114,11 @@ _WORDS = {
         "dry friction of a joint that moves is its limit and opposes the motion",
         _SOLVED,
     ),
+    "max_quaternion_norm_error": _Words(
+        "the length of the quaternion of {subject} is {value} off one",
+        "only unit quaternions are rotations",
+        _EXACT,
+    ),
     "max_force_at_opening": _Words(
         "contact {subject} opens while it still carries {value}",
         "the force would have to end without a cause",

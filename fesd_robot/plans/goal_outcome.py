@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
 
+from fesd_robot.orientations import lists, with_angles
 from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.outcome import GoalEntry
 from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import Robot
-from fesd_robot.robot.units import configuration_units, velocity_units
+from fesd_robot.robot.orientations import measured_deviation
+from fesd_robot.robot.units import configuration_units, deviation_units, velocity_units
 from fesd_robot.task import Periodic, Task
 from fesd_robot.task.fields import AXES
 
@@ -24,10 +27,11 @@ def goal_entries(
 ) -> list[GoalEntry]:
     """Return what the task's `goal` lists, what it is at the last sample, and by how much it is missed.
 
-    Coordinates are those with a goal or a tolerance. All velocities are added, wanted to be zero, where the goal is a
-    place to rest at: it has positions, and no velocity of a coordinate, a frame or the centre of mass. Of a periodic
-    motion the changes of all configuration coordinates and velocities are compared with the stride, and what is
-    mirrored with where its partner began, with tolerance zero.
+    Coordinates are those with a goal or a tolerance. Of an orientation roll, pitch and yaw are shown, and the miss is
+    log(R_goal^T R), its components about the body's x, y and z. All velocities are added, wanted to be zero, where the
+    goal is a place to rest at: it has positions, and no velocity of a coordinate, a frame or the centre of mass. Of a
+    periodic motion the changes of all configuration coordinates and velocities are compared with the stride, and what
+    is mirrored with where its partner began, with tolerance zero.
 
     Args:
         task: what was asked for.
@@ -43,11 +47,16 @@ def goal_entries(
 
 
 def _entry(
-    name: str, kind: Literal["position", "velocity"], unit: str, ends: tuple[float, float], tolerance: float | None
+    name: str,
+    kind: Literal["position", "velocity"],
+    unit: str,
+    ends: tuple[float, float],
+    tolerance: float | None,
+    deviation: float | None = None,
 ) -> GoalEntry:
-    """Compare (goal, end); a tolerance is kept to the audit's own accuracy."""
+    """Compare (goal, end), whose deviation is their difference unless given; tolerances are kept to the audit's own."""
     goal, end = map(float, ends)
-    missed_by = abs(end - goal)
+    missed_by = abs(end - goal if deviation is None else deviation)
     slack = ENTRIES["max_goal_violation"].tolerance
     met = None if tolerance is None else missed_by <= tolerance + slack
     return GoalEntry(
@@ -75,11 +84,16 @@ def _changes(periodic: Periodic, robot: Robot, motion: PhysicalMotion) -> Iterat
 def _coordinates(
     task: Task, robot: Robot, motion: PhysicalMotion, goal: tuple[np.ndarray, np.ndarray]
 ) -> Iterator[GoalEntry]:
-    asked, (q, v) = task.goal, goal
+    asked, (q, v), names = task.goal, goal, robot.configuration_names
     widths, velocity_widths = asked.tolerance.configuration, asked.tolerance.velocity
-    for i, (name, unit) in enumerate(configuration_units(robot).items()):
-        if name in asked.configuration or name in widths:
-            yield _entry(name, "position", unit, (q[i], motion.configuration[-1, i]), widths.get(name))
+    wanted, end = (with_angles(dict(zip(names, each, strict=True))) for each in (q, motion.configuration[-1]))
+    missed = measured_deviation(names, motion.configuration[-1], q)
+    for name, unit in deviation_units(robot).items():
+        if lists(asked.configuration, name) or name in widths:
+            ends = wanted[name], end[name]
+            if name not in names:
+                ends = wanted[name], wanted[name] + math.remainder(end[name] - wanted[name], 2 * math.pi)
+            yield _entry(name, "position", unit, ends, widths.get(name), missed[name])
     for i, (name, unit) in enumerate(velocity_units(robot).items()):
         if asked.rests or name in asked.velocity or name in velocity_widths:
             ends = v[i], motion.velocity[-1, i]

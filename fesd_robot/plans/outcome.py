@@ -21,7 +21,8 @@ class GoalEntry(Record):
             or, in a periodic motion, the change of a coordinate over it (``change of root_x``).
         kind: whether it is a position or a velocity.
         unit: of goal, end, missed_by and tolerance.
-        missed_by: |end - goal|.
+        missed_by: |end - goal|; of roll, pitch and yaw of an orientation (``root_joint.yaw``) the size of the turn from
+            goal to end about the body's x, y and z axis.
         tolerance: the largest miss that the task allows; None where it gives none.
         met: whether the miss is within the tolerance; None where the task gives none, for then nothing is promised.
     """

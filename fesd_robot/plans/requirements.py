@@ -20,6 +20,7 @@ from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
+from fesd_robot.robot.orientations import measured_deviation
 from fesd_robot.task import (
     GROUND,
     AvoidBox,
@@ -272,14 +273,14 @@ class _Checks:
         self, asked: Goal | Waypoint, wanted: tuple[np.ndarray, np.ndarray], sample: int
     ) -> Iterator[Measured]:
         q, v = self._motion.configuration[sample], self._motion.velocity[sample]
-        groups: list[tuple[Mapping[str, float], Sequence[str], np.ndarray, np.ndarray]] = [
-            (asked.tolerance.configuration, self._robot.configuration_names, q, wanted[0]),
-            (asked.tolerance.velocity, self._robot.velocity_names, v, wanted[1]),
+        velocities = self._robot.velocity_names
+        groups: list[tuple[Mapping[str, float], Mapping[str, float]]] = [
+            (asked.tolerance.configuration, measured_deviation(self._robot.configuration_names, q, wanted[0])),
+            (asked.tolerance.velocity, dict(zip(velocities, (v - wanted[1]).tolist(), strict=True))),
         ]
-        for widths, names, reached, goal in groups:
+        for widths, deviations in groups:
             for name, width in widths.items():
-                i = names.index(name)
-                yield self._at(sample, float(abs(reached[i] - goal[i])) - width, name)
+                yield self._at(sample, abs(deviations[name]) - width, name)
 
     def _points(self, asked: Goal | Waypoint, sample: int) -> Iterator[Measured]:
         q, v = self._motion.configuration[sample], self._motion.velocity[sample]

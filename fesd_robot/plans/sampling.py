@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fesd_robot.errors import PlanFileError
+from fesd_robot.orientations import with_unit_quaternions
 
 if TYPE_CHECKING:
     from fesd_robot.plans.plan import Plan
@@ -121,6 +122,7 @@ class PlannedMotion:
         state, rate, element = values.state, values.rate, values.element
         self._meet_ends(flat, sides, state, rate)
         n_q, n_v, n_c = len(self._q), len(self._v), len(self._plan.contacts)
+        configuration = with_unit_quaternions(self._q, state[:, :n_q])
         rows = self._force_rows
         force = values.carried[:, : rows * n_c].reshape(-1, n_c, rows)
         interval, row = self._interval[element], self._rows[element]
@@ -138,7 +140,7 @@ class PlannedMotion:
         plan, joints = self._plan, self._plan.joint_friction
         return MotionAt(
             time=given(flat),
-            configuration=named(self._q, state[:, :n_q]),
+            configuration=named(self._q, configuration),
             velocity=named(self._v, state[:, n_q : n_q + n_v]),
             acceleration=named(self._v, rate[:, n_q : n_q + n_v]),
             controls={name: given(each[interval]) for name, each in plan.controls.items() if name != "time"},
@@ -168,11 +170,12 @@ class PlannedMotion:
         """
         trajectory = self._plan.trajectory
         samples = np.column_stack([*trajectory.configuration.values(), *trajectory.velocity.values(), trajectory.time])
-        states = points[:, :, : self._clock + 1]
+        states, n_q = points[:, :, : self._clock + 1], len(self._q)
+        unit = np.concatenate([with_unit_quaternions(self._q, states[..., :n_q]), states[..., n_q:]], axis=-1)
         running, first, row, per_element = list[int](), list[int](), 0, states.shape[1]
-        for number, each in enumerate(states):
+        for number, each in enumerate(zip(states, unit, strict=True)):
             for k in (row, row + 1):
-                if np.array_equal(samples[k : k + per_element], each):
+                if any(np.array_equal(samples[k : k + per_element], one) for one in each):
                     running.append(number)
                     first.append(k)
                     row = k + per_element

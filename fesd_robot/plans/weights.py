@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from fesd_robot.orientations import deviation_names, value_names
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.fields import NameKind
@@ -14,8 +15,9 @@ def weights_of(plan: Plan) -> dict[str, str]:
     """Return the weights of every term of the cost with their units; terms of the method have none."""
     costs, goal, units = plan.task["costs"], plan.task["goal"], plan.units
     axes = dict.fromkeys("xyz", "m")
+    positions = {name: units.configuration.get(name, "rad") for name in value_names(units.configuration)}
     named: dict[NameKind | None, Mapping[str, str]] = {
-        "configuration coordinate": units.configuration,
+        "configuration coordinate": positions,
         "velocity coordinate": units.velocity,
         "control": units.controls,
         "contact": dict.fromkeys(plan.contacts, ""),
@@ -37,7 +39,7 @@ def weights_of(plan: Plan) -> dict[str, str]:
     if goal.get("center_of_mass"):
         sentences["goal: center of mass"] = _target(goal["center_of_mass"])
     for i, waypoint in enumerate(plan.task.get("waypoints", [])):
-        sentences[f"waypoint {i + 1}"] = "; ".join(_waypoint(waypoint, units.configuration, units.velocity))
+        sentences[f"waypoint {i + 1}"] = "; ".join(_waypoint(waypoint, positions, units.velocity))
     return {term: text for term, text in sentences.items() if text}
 
 
@@ -72,7 +74,8 @@ def _target(target: Mapping[str, Any]) -> str:
 def _waypoint(waypoint: Mapping[str, Any], positions: Mapping[str, str], velocities: Mapping[str, str]) -> list[str]:
     found = []
     for key, weight, units in (("configuration", "weight", positions), ("velocity", "velocity_weight", velocities)):
-        found.append(_sentence(dict.fromkeys(waypoint[key], waypoint[weight]), units, "/{square}"))
+        names = deviation_names(waypoint[key])
+        found.append(_sentence(dict.fromkeys(names, waypoint[weight]), units, "/{square}"))
     found += [f"{frame}: {_target(target)}" for frame, target in waypoint["frames"].items() if _target(target)]
     if waypoint["center_of_mass"] and _target(waypoint["center_of_mass"]):
         found.append(f"center of mass: {_target(waypoint['center_of_mass'])}")

@@ -11,6 +11,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import Contact, ContactMode, ContactSystem, MultibodyDynamics, contact_modes, joint_modes
 from fesd_robot.fesd import Element, Tableau
+from fesd_robot.orientations import with_unit_quaternions
 from fesd_robot.recovery.between import FRACTIONS, DenseElement
 
 FROZEN_MULTIPLIER = 1e-2
@@ -82,6 +83,7 @@ class ElementReader:
     ) -> None:
         self.tableau = tableau
         self.n_q, self.n_v = dynamics.configuration.numel(), dynamics.velocity.numel()
+        self._names_of_q = dynamics.configuration_names
         self.n_c = len(contacts)
         self._gap_states = contact_system.gap_states
         self._names = [contact.name for contact in contacts]
@@ -109,9 +111,13 @@ class ElementReader:
         return float(x[self.n_q + self.n_v])
 
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Configuration, velocity, integrated gaps of a state."""
+        """Configuration, with unit quaternions, velocity, integrated gaps of a state.
+
+        The dynamics see the direction of a quaternion only; what the scheme lets its length drift by is left out.
+        """
         n = self.n_q + self.n_v
-        return x[: self.n_q], x[self.n_q : n], x[n + 1 : n + 1 + self._gap_states]
+        q = with_unit_quaternions(self._names_of_q, x[: self.n_q])
+        return q, x[self.n_q : n], x[n + 1 : n + 1 + self._gap_states]
 
     def joints_of_state(self, velocity: np.ndarray) -> JointsAtPoint:
         """Return no friction, and the modes that velocities show: of a state that is followed by no motion."""
@@ -156,7 +162,7 @@ class ElementReader:
         n = self.n_q + self.n_v
         return DenseElement(
             time=x[:, n],
-            configuration=x[:, : self.n_q],
+            configuration=with_unit_quaternions(self._names_of_q, x[:, : self.n_q]),
             velocity=x[:, self.n_q : n],
             interval=element.interval,
             control=element.u[:-1],

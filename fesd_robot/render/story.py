@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fesd_robot.contact.ground import LATERAL
+from fesd_robot.orientations import columns_with_angles
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
 
@@ -108,10 +109,11 @@ def _controls(plan: Plan, actuation: Actuation) -> dict[str, Any]:
 def _curves(plan: Plan) -> list[dict[str, Any]]:
     """Return the curves over the samples that a reader may choose from; those of controls are steps of their own."""
     trajectory = plan.trajectory
+    positions = columns_with_angles(trajectory.configuration)
     curves = [
         {"group": group, "name": name, "unit": units[name], "lines": [{"name": name, "values": _short(values)}]}
         for group, units, entries in (
-            ("position", plan.units.configuration, trajectory.configuration),
+            ("position", {**dict.fromkeys(positions, "rad"), **plan.units.configuration}, positions),
             ("velocity", plan.units.velocity, trajectory.velocity),
         )
         for name, values in entries.items()

@@ -12,10 +12,9 @@ from typing import ClassVar, Protocol
 import casadi as ca
 import numpy as np
 
+from fesd_robot.orientations import QUATERNION
 from fesd_robot.robot import rotations
 from fesd_robot.robot.algebra import clean
-
-QUATERNION = (".qx", ".qy", ".qz", ".qw")
 
 
 class Joint(Protocol):

@@ -69,9 +69,13 @@ def half_cotangent(s: ca.SX) -> ca.SX:
 
 
 def quaternion_matrix(quaternion: ca.SX) -> ca.SX:
-    """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
+    """Return the rotation matrix of the direction of a quaternion (x, y, z, w); its length does not matter.
+
+    So what an integration scheme lets the length drift by has no effect.
+    """
     x, y, z, w = ca.vertsplit(quaternion)
-    x2, y2, z2 = 2 * x, 2 * y, 2 * z
+    twice = 2 / ca.dot(quaternion, quaternion)
+    x2, y2, z2 = twice * x, twice * y, twice * z
     xx, yy, zz = x2 * x, y2 * y, z2 * z
     xy, xz, yz = x2 * y, x2 * z, y2 * z
     wx, wy, wz = x2 * w, y2 * w, z2 * w

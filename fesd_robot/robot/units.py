@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fesd_robot.orientations import deviation_names
 from fesd_robot.robot.joints import Prismatic
 from fesd_robot.robot.robot import Robot
 
@@ -18,6 +19,12 @@ def configuration_units(robot: Robot) -> dict[str, str]:
                 is_unit = entry in link.joint.unit_entries
                 units[link.name + suffix] = "1" if is_unit else "m" if is_length else "rad"
     return units
+
+
+def deviation_units(robot: Robot) -> dict[str, str]:
+    """Return name -> unit of every entry of a deviation: ``rad`` for roll, pitch and yaw of an orientation."""
+    units = configuration_units(robot)
+    return {name: units.get(name, "rad") for name in deviation_names(units)}
 
 
 def velocity_units(robot: Robot) -> dict[str, str]:

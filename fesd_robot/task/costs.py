@@ -61,7 +61,8 @@ class Costs(Section):
         default=None,
         description="Name of a configuration coordinate -> weight of its squared deviation from the reference, per s "
         "and m2 or rad2; default: as much for every coordinate that a deviation of the robot's length or 1 rad "
-        "all the time costs 10.",
+        "all the time costs 10. Roll, pitch and yaw of an orientation: the turn from the reference about the body's "
+        "x, y and z axis.",
     )
     velocity: Annotated[
         Weights | None,

@@ -48,7 +48,8 @@ class Initial(Configured):
     configuration: Values = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> initial value, m or rad; names not listed start at the "
-        "robot's neutral configuration, moved into its limits.",
+        "robot's neutral configuration, moved into its limits. An orientation by roll, pitch and yaw, rad, or by its "
+        "whole quaternion.",
     )
     velocity: Values = Field(
         default_factory=dict,

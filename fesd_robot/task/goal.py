@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
+from fesd_robot.orientations import lists
 from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, conflict
 from fesd_robot.task.standing import Configured
 
@@ -17,7 +18,7 @@ class Tolerance(Section):
     configuration: dict[Name, NonNegative] = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> largest distance from its goal, m or rad, a hard "
-        "constraint.",
+        "constraint; roll, pitch and yaw: of the turn from the goal, about the x, y and z axis of the body.",
     )
     velocity: dict[Name, NonNegative] = Field(
         default_factory=dict,
@@ -134,7 +135,8 @@ class Goal(Configured):
     configuration: Values = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> wanted final value, m or rad; names not listed: their "
-        "initial value as a wish, weighted only, or none if there is a goal for a frame or the centre of mass.",
+        "initial value as a wish, weighted only, or none if there is a goal for a frame or the centre of mass. An "
+        "orientation by some of roll, pitch and yaw, rad, or by its whole quaternion: it is one goal.",
     )
     velocity: Values = Field(
         default_factory=dict,
@@ -174,7 +176,7 @@ class Goal(Configured):
                     ("soft",), "found true beside 'periodic', which always holds exactly, expected one of them"
                 )
         for name in self.tolerance.configuration if self.has_points and self.periodic is None else ():
-            if name not in self.configuration and self.complete:
+            if not lists(self.configuration, name) and self.complete:
                 raise conflict(
                     ("tolerance", "configuration", name),
                     f"found a tolerance of '{name}', which this goal gives no configuration beside its frames or "
@@ -254,7 +256,7 @@ class Waypoint(Configured):
             )
         for key in ("configuration", "velocity"):
             for name in getattr(self.tolerance, key):
-                if name not in getattr(self, key) and (self.complete or key == "velocity"):
+                if not lists(getattr(self, key), name) and (self.complete or key == "velocity"):
                     raise conflict(
                         ("tolerance", key, name), f"found a tolerance of '{name}', which this waypoint gives no {key}"
                     )

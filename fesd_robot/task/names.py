@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import MappingProxyType
 
 from fesd_robot.errors import nearest
+from fesd_robot.orientations import angles_of, orientations_of, value_names
 from fesd_robot.task.constraints import BodyPoint, SwingClearance
 from fesd_robot.task.contacts import BodyContact, TwoBodyContact
 from fesd_robot.task.costs import COST_TERMS
@@ -53,7 +54,7 @@ def check_names(
     if control_names is None:
         control_names = joint_names if task.robot.actuators is None else list(task.robot.actuators)
     valid: dict[NameKind, Collection[str]] = {
-        _CONFIGURATION: configuration_names,
+        _CONFIGURATION: value_names(configuration_names),
         _VELOCITY: velocity_names,
         "joint": joint_names,
         "frame": frame_names,
@@ -93,7 +94,7 @@ def check_values(
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
     Values that the task gives are checked, and velocities of the start that it leaves at 0; limits in the task come
-    before those passed in.
+    before those passed in. An angle of an orientation is one turn at most, as limits that nothing else gives.
 
     Args:
         task: the task, its names already checked.
@@ -106,7 +107,8 @@ def check_values(
     Raises:
         TaskError: some value lies outside; the error names the value and both limits.
     """
-    configuration = {**configuration_limits, **task.limits.position}
+    turns = dict.fromkeys(_angles(configuration_limits), (-2 * math.pi, 2 * math.pi))
+    configuration = {**turns, **configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
     groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
     for name, posture in task.postures.items():
@@ -128,11 +130,12 @@ def check_values(
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
             if not lower - _SLACK <= value <= upper + _SLACK:
                 source = f"limits.{'velocity' if limits is velocity else 'position'}" if name in given else "the robot"
-                unit = None if limits is velocity else (units or {}).get(name)
+                words = "one turn in rad" if name in turns and name not in given else f"the limits in {source}"
+                unit = None if limits is velocity else "rad" if name in turns else (units or {}).get(name)
                 problems.append(
                     (
                         (*path, name),
-                        f"found {value:g}, expected a value in [{lower:g}, {upper:g}], the limits in {source}"
+                        f"found {value:g}, expected a value in [{lower:g}, {upper:g}], {words}"
                         f"{_in_another_unit(value, unit, lower, upper)}",
                     )
                 )
@@ -149,6 +152,10 @@ def check_values(
     error = task.origins.first_error(problems)
     if error is not None:
         raise error
+
+
+def _angles(names: Collection[str]) -> list[str]:
+    return [angle for joint in orientations_of(names) for angle in angles_of(joint)]
 
 
 _FOREIGN = {"rad": ("degrees", math.pi / 180), "m": ("mm", 1e-3)}

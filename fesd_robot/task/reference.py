@@ -67,7 +67,8 @@ class FromFile(Section):
     type: Literal["file"] = Field(description="Motion from a file.")
     path: Annotated[str, Field(min_length=1)] = Field(
         description="A CSV file with the columns 'time' (s) and one a configuration coordinate (m or rad; a unit in "
-        "brackets after a name is left aside), a plan.json or the folder of a plan; relative to the task file."
+        "brackets after a name is left aside; roll, pitch and yaw may stand for a quaternion), a plan.json or the "
+        "folder of a plan; relative to the task file."
     )
     stretch: bool = Field(
         default=False,

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fesd_robot.orientations import columns_with_angles, with_angles
 from fesd_robot.plans.plan import Plan
 from fesd_robot.render.figures.background import Phases, legend_of, shade
 from fesd_robot.render.figures.lines import draw_series, draw_steps
@@ -40,9 +41,9 @@ def coordinates_figure(
     look: Look,
     robot: RobotMotion | None,
 ) -> Figure:
-    """Return one panel per coordinate of the configuration or the velocity."""
-    series: Mapping[str, np.ndarray] = getattr(plan.trajectory, kind)
-    units: Mapping[str, str] = getattr(plan.units, kind)
+    """Return one panel per coordinate of the configuration, orientations as roll, pitch and yaw, or the velocity."""
+    series = columns_with_angles(getattr(plan.trajectory, kind))
+    units: Mapping[str, str] = {**dict.fromkeys(series, "rad"), **getattr(plan.units, kind)}
     limits, references = _limits(robot, kind), _references(robot) if kind == "configuration" else {}
     figure, panels = small_multiples(title, len(series), look)
     marks: dict[str, Line2D] = {}
@@ -55,7 +56,7 @@ def coordinates_figure(
             time, reference = robot.reference[0], references[name]
             marks["reference"] = panel.plot(time, reference, color=GREY, linestyle="dotted", linewidth=1.1, zorder=1)[0]
             shown.append(reference)
-        for aim in _aims(plan, kind, name):
+        for aim in _aims(plan, kind, name, values):
             marks[aim.word] = _draw_aim(panel, aim)
             shown.append(np.array([aim.value]))
         marks |= _draw_limits(panel, limits.get(name), shown)
@@ -135,7 +136,8 @@ def _limits(robot: RobotMotion | None, kind: str) -> dict[str, tuple[float, floa
         names, low, high = robot.robot.configuration_names, limits.lower_position, limits.upper_position
     else:
         names, low, high = robot.robot.velocity_names, limits.lower_velocity, limits.upper_velocity
-    return {name: (float(low[i]), float(high[i])) for i, name in enumerate(names)}
+    found = {name: (float(low[i]), float(high[i])) for i, name in enumerate(names)}
+    return found if kind == "velocity" else {**robot.task.limits.position, **found}  # angles have the task's only
 
 
 def _references(robot: RobotMotion | None) -> dict[str, np.ndarray]:
@@ -143,20 +145,24 @@ def _references(robot: RobotMotion | None) -> dict[str, np.ndarray]:
     if robot is None:
         return {}
     weights = robot.task.costs.configuration or {}
-    names = robot.robot.configuration_names
-    return {name: robot.reference[1][:, i] for i, name in enumerate(names) if weights.get(name, 0.0) > 0}
+    reference = columns_with_angles(dict(zip(robot.robot.configuration_names, robot.reference[1].T, strict=True)))
+    return {name: values for name, values in reference.items() if weights.get(name, 0.0) > 0}
 
 
-def _aims(plan: Plan, kind: str, name: str) -> Iterator[Aim]:
-    """Yield what waypoints and goal ask of a coordinate."""
+def _aims(plan: Plan, kind: str, name: str, values: np.ndarray) -> Iterator[Aim]:
+    """Yield what waypoints and goal ask of a coordinate.
+
+    Args:
+        values: of the coordinate at all samples.
+    """
     waypoints, end = plan.task.get("waypoints") or [], float(plan.trajectory.time[-1])
     for number, waypoint in enumerate(waypoints):
-        asked = (waypoint.get(kind) or {}).get(name)
+        asked = with_angles(waypoint.get(kind) or {}).get(name)
         if asked is not None:
             tolerance = ((waypoint.get("tolerance") or {}).get(kind) or {}).get(name)
             yield Aim("waypoint", _time_of(plan, number), float(asked), tolerance)
     suffix = " velocity" if kind == "velocity" else ""
-    first = float(getattr(plan.trajectory, kind)[name][0])
+    first = float(values[0])
     for entry in plan.outcome.goal if plan.outcome else []:
         if entry.name == f"{name}{suffix}":
             yield Aim("goal", end, entry.goal, entry.tolerance)

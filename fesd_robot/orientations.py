@@ -1,0 +1,125 @@
+"""Orientations by the names of their entries: four of a unit quaternion in q, three angles in tasks and reports.
+
+An orientation is a joint ``J`` of a robot with the coordinates ``J.qx .qy .qz .qw``. Its angles are ``J.roll``,
+``J.pitch`` and ``J.yaw``, rad, with R = Rz(yaw) Ry(pitch) Rx(roll), as URDF's rpy. As names of a deviation they are the
+components of the rotation vector log(R_ref^T R) about the body's x, y and z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+QUATERNION = (".qx", ".qy", ".qz", ".qw")
+ANGLES = (".roll", ".pitch", ".yaw")
+
+Value = TypeVar("Value")
+
+
+def orientations_of(names: Collection[str]) -> list[str]:
+    """Return the joints of which all entries of a quaternion are among the names of coordinates, in their order."""
+    firsts = [name.removesuffix(QUATERNION[0]) for name in names if name.endswith(QUATERNION[0])]
+    return [joint for joint in firsts if all(entry in names for entry in quaternion_of(joint))]
+
+
+def quaternion_of(joint: str) -> list[str]:
+    """Return the names of the entries of a joint's quaternion: x, y, z, w."""
+    return [joint + suffix for suffix in QUATERNION]
+
+
+def angles_of(joint: str) -> list[str]:
+    """Return the names of a joint's roll, pitch and yaw."""
+    return [joint + suffix for suffix in ANGLES]
+
+
+def deviation_names(names: Collection[str]) -> list[str]:
+    """Return the names of a deviation: those of the coordinates, with three angles in the place of a quaternion."""
+    firsts = {quaternion_of(joint)[0]: joint for joint in orientations_of(names)}
+    parts = {entry for joint in firsts.values() for entry in quaternion_of(joint)}
+    found: list[str] = []
+    for name in names:
+        if name in firsts:
+            found += angles_of(firsts[name])
+        elif name not in parts:
+            found.append(name)
+    return found
+
+
+def value_names(names: Iterable[str]) -> list[str]:
+    """Return the names by which a configuration may be written: those of the coordinates, and angles."""
+    own = list(names)
+    return [*own, *(angle for joint in orientations_of(own) for angle in angles_of(joint))]
+
+
+def lists(values: Collection[str], name: str) -> bool:
+    """Return whether a configuration that gives these names says what a coordinate, or an angle of a deviation, is."""
+    joint, dot, suffix = name.rpartition(".")
+    if name in values or dot + suffix not in ANGLES:
+        return name in values
+    return any(entry in values for entry in (*angles_of(joint), *quaternion_of(joint)))
+
+
+def layered(below: Mapping[str, Value], above: Mapping[str, Value]) -> dict[str, Value]:
+    """Return values of which those above come first; a quaternion there takes away the angles below it."""
+    hidden = {angle for joint in orientations_of(above) for angle in angles_of(joint)}
+    return {**{name: value for name, value in below.items() if name not in hidden}, **above}
+
+
+def quaternion_entries(names: Sequence[str]) -> dict[str, slice]:
+    """Return joint -> the entries of its unit quaternion (x, y, z, w) in q.
+
+    Args:
+        names: of the coordinates of q, (n_q).
+    """
+    own = list(names)
+    starts = {joint: own.index(quaternion_of(joint)[0]) for joint in orientations_of(own)}
+    return {joint: slice(start, start + 4) for joint, start in starts.items()}
+
+
+def with_unit_quaternions(names: Sequence[str], q: np.ndarray) -> np.ndarray:
+    """Return configurations, (n, n_q) or (n_q), with quaternions of length one; q itself if there are none."""
+    own = quaternion_entries(names)
+    if not own:
+        return q
+    found = np.array(q, dtype=float)
+    for at in own.values():
+        x, y, z, w = np.moveaxis(found[..., at], -1, 0)  # summed in one order, whatever the shape
+        found[..., at] /= np.sqrt(x * x + y * y + z * z + w * w)[..., None]
+    return found
+
+
+def roll_pitch_yaw(quaternion: np.ndarray) -> np.ndarray:
+    """Return roll, pitch and yaw, rad, (..., 3), of quaternions (..., 4): R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Pitch and roll are those of Rz(yaw)^T R, so that the three give R also at a pitch of a right angle.
+    """
+    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    length = x * x + y * y + z * z + w * w
+    r00, r10, r20 = length - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+    r01, r11 = 2 * (x * y - w * z), length - 2 * (x * x + z * z)
+    r02, r12 = 2 * (x * z + w * y), 2 * (y * z - w * x)
+    yaw = np.arctan2(r10, r00)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    pitch = np.arctan2(-r20, cos * r00 + sin * r10)
+    roll = np.arctan2(sin * r02 - cos * r12, cos * r11 - sin * r01)
+    return np.stack([roll, pitch, yaw], axis=-1) + 0.0
+
+
+def with_angles(values: Mapping[str, float]) -> dict[str, float]:
+    """Return values by name with roll, pitch and yaw, rad, in the place of every quaternion."""
+    found = dict(values)
+    for joint in orientations_of(values):
+        quaternion = np.array([values[entry] for entry in quaternion_of(joint)])
+        found |= dict(zip(angles_of(joint), roll_pitch_yaw(quaternion).tolist(), strict=True))
+    return {name: found[name] for name in deviation_names(values)}
+
+
+def columns_with_angles(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return a motion by name, (n) each, with roll, pitch and yaw in the place of quaternions; no jumps by 2 pi."""
+    found = dict(columns)
+    for joint in orientations_of(columns):
+        rows = np.column_stack([columns[entry] for entry in quaternion_of(joint)])
+        found |= dict(zip(angles_of(joint), np.unwrap(roll_pitch_yaw(rows), axis=0).T, strict=True))
+    return {name: found[name] for name in deviation_names(columns)}

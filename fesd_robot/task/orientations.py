@@ -1,0 +1,116 @@
+"""Checks of what a task says about orientations: quaternions that are whole, and angles where they have a meaning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_of
+from fesd_robot.task.goal import Goal, Waypoint
+from fesd_robot.task.origins import KeyPath
+from fesd_robot.task.reference import Jumps
+from fesd_robot.task.schema import Task
+
+ROUNDED = 1e-2
+"""Difference of a quaternion's norm from one that few digits leave; it is normalised."""
+
+
+_SLACK = 1e-6
+"""rad; a right angle in few digits is one."""
+
+
+def check_orientations(task: Task, configuration_names: Collection[str]) -> None:
+    """Raise the first error, by line, about the orientation of a joint.
+
+    Args:
+        task: its names already checked.
+        configuration_names: the robot's configuration coordinates.
+
+    Raises:
+        TaskError: angles beside a quaternion, a quaternion that is not whole or not of norm one, a weight or a
+            tolerance or a limit of one of its entries, limits of an angle that no motion could break or keep.
+    """
+    joints = orientations_of(configuration_names)
+    problems = [
+        problem
+        for joint in joints
+        for problem in (
+            *(one for path, values in _configurations(task) for one in _whole(path, values, joint)),
+            *(one for path, names in _deviations(task) for one in _part(path, names, joint)),
+            *_limited(task, joint),
+        )
+    ]
+    error = task.origins.first_error(problems)
+    if error is not None:
+        raise error
+
+
+def _configurations(task: Task) -> Iterator[tuple[KeyPath, Mapping[str, float]]]:
+    for name, posture in task.postures.items():
+        yield ("postures", name), posture
+    for path, state in task.states:
+        yield (*path, "configuration"), state.configuration
+    if isinstance(task.reference, Jumps):
+        yield ("reference", "apex"), task.reference.apex
+
+
+def _deviations(task: Task) -> Iterator[tuple[KeyPath, Mapping[str, float]]]:
+    for key in ("configuration", "terminal_configuration"):
+        yield ("costs", key), getattr(task.costs, key) or {}
+    for path, state in task.states:
+        if isinstance(state, Goal | Waypoint):
+            yield (*path, "tolerance", "configuration"), state.tolerance.configuration
+
+
+def _whole(path: KeyPath, values: Mapping[str, float], joint: str) -> Iterator[tuple[KeyPath, str]]:
+    """Yield what is wrong with the orientation that a configuration gives a joint."""
+    given = [entry for entry in quaternion_of(joint) if entry in values]
+    angles = [angle for angle in angles_of(joint) if angle in values]
+    if given and angles:
+        yield (*path, angles[0]), f"found '{angles[0]}' beside '{given[0]}', expected angles or a quaternion, not both"
+    elif given and len(given) < len(quaternion_of(joint)):
+        missing = [entry for entry in quaternion_of(joint) if entry not in given]
+        yield (
+            (*path, given[0]),
+            f"found a quaternion without {_listed(missing)}, expected all of {_listed(quaternion_of(joint))}, or some "
+            f"of {_listed(angles_of(joint))} (rad)",
+        )
+    elif given:
+        norm = math.sqrt(sum(values[entry] ** 2 for entry in given))
+        if abs(norm - 1.0) > ROUNDED:
+            yield (
+                (*path, given[0]),
+                f"found a quaternion of norm {norm:.4g}, expected one of norm 1, within {ROUNDED:g} for rounded digits",
+            )
+
+
+def _part(path: KeyPath, names: Collection[str], joint: str) -> Iterator[tuple[KeyPath, str]]:
+    """Yield every entry of a quaternion that has a weight or a tolerance of its own."""
+    for entry in quaternion_of(joint):
+        if entry in names:
+            yield (
+                (*path, entry),
+                f"found '{entry}', a part of a quaternion, expected {_listed(angles_of(joint))}: the turn from what is "
+                "wanted, rad, about the x, y and z axis of the body",
+            )
+
+
+def _limited(task: Task, joint: str) -> Iterator[tuple[KeyPath, str]]:
+    """Yield limits of a quaternion's entries, and those of angles that say nothing."""
+    at, given = ("limits", "position"), task.limits.position
+    roll, pitch, yaw = angles_of(joint)
+    for entry in quaternion_of(joint):
+        if entry in given:
+            yield (*at, entry), f"found '{entry}', a part of a quaternion, expected {_listed([roll, pitch, yaw])} (rad)"
+    for angle in (roll, yaw):
+        if angle in given and not given[angle][1] - given[angle][0] < 2 * math.pi:
+            found = "limits that are one turn apart or more"
+            yield (*at, angle), f"found {found}, expected two numbers less than {2 * math.pi:.6g} apart (rad)"
+    right = math.pi / 2
+    if any(math.isfinite(bound) and abs(bound) > right + _SLACK for bound in given.get(pitch, ())):
+        yield (*at, pitch), f"found a limit beyond a right angle, expected numbers in [-{right:.6g}, {right:.6g}] (rad)"
+
+
+def _listed(names: Collection[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
