@@ -70,7 +70,7 @@ def replay_motion(
     start: float = 0.0,
     flying: np.ndarray | None = None,
 ) -> Replay:
-    """Return where rigid bodies with inelastic, unilateral contacts and Coulomb friction are led by constant controls.
+    """Return where rigid bodies with unilateral contacts and Coulomb friction are led by constant controls.
 
         M a + h + D v = B u + J^T f + tau,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v),   tau in -F Sgn(v)
 
