@@ -9,8 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.adapters import numeric_physics
-from fesd_robot.complementarity import ActiveFactor, Branch, Label
-from fesd_robot.contact.kinds import BACKWARDS, FORWARDS, FRICTION_AFTER_IMPACT, FRICTION_ALONG_SLIDING
+from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity, Label
+from fesd_robot.contact.kinds import (
+    BACKWARDS,
+    FORWARDS,
+    FRICTION_AFTER_IMPACT,
+    FRICTION_ALONG_SLIDING,
+    SLIDING_INSIDE_CONE,
+)
 from fesd_robot.errors import SolverError
 from fesd_robot.fesd import Element, Transcription
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
@@ -37,11 +43,11 @@ _Factors = tuple[ActiveFactor, ...]
 def needs_simulated_start(motion: MotionProblem) -> bool:
     """Return whether a motion is first looked for on the contact sequence of the robot that is let go.
 
-    In the plane, if a contact bounces and nothing but contacts switches.
+    If a contact bounces and nothing but contacts switches.
     """
     labels = [one.label for one in motion.ocp.system.complementarities]
     bounces = any(contact.restitution > 0 for contact in motion.contacts)
-    return bounces and not motion.in_space and all(label.contact is not None for label in labels)
+    return bounces and all(label.contact is not None for label in labels)
 
 
 def simulated_start(
@@ -109,6 +115,10 @@ class _Known:
         return KnownElements(elements, branch, self.transcription.options.tableau, self._clock)
 
     @cached_property
+    def _conditions(self) -> dict[Label, Complementarity]:
+        return {one.label: one for one in self.motion.ocp.system.complementarities}
+
+    @cached_property
     def _labels(self) -> tuple[Label, ...]:
         return BranchTranscription(self.transcription).conditions.labels
 
@@ -151,7 +161,10 @@ class _Known:
         force = np.where(part[:, None], a_n * impulse / largest, 0.0)
         control = self.driven.pieces[min(hit.pieces, len(self.driven.pieces) - 1)].control
         self._add(states, force, control, float(impulse[:, 0].max()) / a_n, elements)
-        tangential = (self.physics.contact_jacobian(hit.configuration) @ velocities.T)[1 :: self.physics.rows]
+        rows = (self.physics.contact_jacobian(hit.configuration) @ velocities.T).reshape(
+            len(part), self.physics.rows, -1
+        )
+        tangential = rows[:, 1] if self.physics.rows == 2 else np.linalg.norm(rows[:, 1:], axis=1)
         factors.append(self._of_impact(part, tangential))
 
     def _add(
@@ -176,7 +189,7 @@ class _Known:
 
         def factor(label: Label) -> ActiveFactor:
             mode = by_name[label.contact or ""]
-            if mode is Mode.FLIGHT:
+            if mode is Mode.FLIGHT and not self._conditions[label].met_by:
                 return ActiveFactor.H
             return _of_slide(label, mode.direction)
 
@@ -187,14 +200,13 @@ class _Known:
 
         Args:
             part: contacts that take part in it, (n_c) of bool.
-            tangential: their velocities at the points of the element, m/s, (n_c, points).
+            tangential: their velocities at the points of the element, in space the speeds, m/s, (n_c, points).
         """
-        numbers = {contact.name: i for i, contact in enumerate(self.motion.contacts)}
-        conditions = {one.label: one for one in self.motion.ocp.system.complementarities}
+        numbers, conditions = {contact.name: i for i, contact in enumerate(self.motion.contacts)}, self._conditions
 
         def factor(label: Label) -> ActiveFactor:
             i = numbers[label.contact or ""]
-            if not part[i]:
+            if not part[i] and not conditions[label].met_by:
                 return ActiveFactor.H
             if conditions[label].complement is not None:
                 return ActiveFactor.COMPLEMENT
@@ -206,6 +218,8 @@ class _Known:
 
 def _of_slide(label: Label, direction: int) -> ActiveFactor:
     """Return the active factor of a contact's condition where it slides to a side: friction does not push there."""
+    if label.kind == SLIDING_INSIDE_CONE:
+        return ActiveFactor.H if direction else ActiveFactor.G
     against = {FORWARDS: 1, BACKWARDS: -1}.get(label.subject, 0)
     friction = label.kind in (FRICTION_ALONG_SLIDING, FRICTION_AFTER_IMPACT)
     return ActiveFactor.H if friction and direction == against != 0 else ActiveFactor.G

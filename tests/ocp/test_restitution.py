@@ -12,6 +12,8 @@ from fesd_robot.ocp import formulate
 from fesd_robot.planner import attempt
 from fesd_robot.plans import Plan
 from fesd_robot.task import load_task
+from tests.bodies_in_space import MASS as MASS_IN_SPACE
+from tests.bodies_in_space import written
 
 GRAVITY = 9.81
 MASS, RADIUS = 2.0, 0.1
@@ -164,3 +166,28 @@ def test_the_foot_of_a_dropped_hopper_bounces(tmp_path: Path) -> None:
     assert hit.time == pytest.approx(0.20192751093846089, abs=1e-9)
     assert hit.normal == pytest.approx((1 + e) * 0.18158331421141096, abs=1e-9)
     np.testing.assert_allclose(plan.controls["leg_force"], 0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_a_mass_in_space_bounces_askew_to_its_target(tmp_path: Path, friction: float) -> None:
+    """Driven along x and y, it bounces as often and as hard as by itself; with friction it has no sliding velocity
+    at a bounce, or slides through it. The plan is exact and replays."""
+    e, drop = 0.7, 0.5
+    task = written(
+        tmp_path,
+        MASS_IN_SPACE,
+        "robot: {model: model.urdf, root: fixed}\n"
+        f"ground: {{type: plane, friction: {friction}, restitution: {e}}}\n"
+        "contacts: {foot: {frame: mass}}\n"
+        "horizon: {duration: 0.8, intervals: 5}\n"
+        "solver: {local_search: false}\n"
+        f"initial: {{configuration: {{x: 0, y: 0, z: {drop}}}}}\n"
+        "goal: {configuration: {x: 0.5, y: 0.3}, velocity: {x: 0, y: 0}}\n",
+    )
+    plan = attempt(load_task(task))
+    assert replays(plan)
+    first = np.sqrt(2 * drop / GRAVITY)
+    np.testing.assert_allclose([one.time for one in plan.impulses], [first, first * (1 + 2 * e)], atol=1e-8)
+    wanted = (1 + e) * GRAVITY * first * np.array([1, e])
+    np.testing.assert_allclose([one.normal for one in plan.impulses], wanted, atol=1e-6)
+    assert plan.outcome is not None and all(entry.missed_by <= 0.0101 for entry in plan.outcome.goal)
