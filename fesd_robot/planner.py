@@ -257,9 +257,10 @@ class _Chain:
 
         if found := known_start(motion, transcription, options, deadline, searching, iterating):
             return _First(*found, known=True)
-        if needs_simulated_start(motion):
-            if found := simulated_start(motion, transcription, options, deadline, searching, iterating):
-                return _First(*found)
+        if needs_simulated_start(motion) and (
+            found := simulated_start(motion, transcription, options, deadline, searching, iterating)
+        ):
+            return _First(*found)
         if needs_guessed_start(motion):
             if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
                 return _First(*found, search=False)
