@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.adapters import homotopy_options, numeric_physics
+from fesd_robot.contact import Contact as PhysicalContact
 from fesd_robot.errors import RobotError
 from fesd_robot.explanation.descriptions import (
     described_constraints,
@@ -28,6 +29,7 @@ from fesd_robot.robot.units import deviation_units, velocity_units
 from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, TwoBodyContact
 from fesd_robot.task import Robot as RobotSection
 from fesd_robot.task.contacts import SingleContact
+from fesd_robot.task.ground import Shape, Wall
 from fesd_robot.task.words import along_axes, enumerated, listed
 
 WIDTH = 100
@@ -182,12 +184,12 @@ def _driven(motion: MotionProblem) -> str:
 
 def _ground(motion: MotionProblem) -> list[str]:
     ground, heights = motion.task.ground, motion.scene.surfaces[GROUND].heights()
-    lines = [f"{ground.in_words()}; friction {ground.friction:g} unless a contact has its own."]
+    lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own."]
     if heights is not None:
         (left, low), (right, high) = heights.min(axis=0), heights.max(axis=0)
         lines.append(f"For x from {left:.4g} to {right:.4g} m its heights are {low:.4g} to {high:.4g} m; level beyond.")
     return lines + [
-        f"Wall '{name}' at x = {wall.x:g} m, the robot on its {wall.side}; friction {wall.friction:g}."
+        f"Wall '{name}' at x = {wall.x:g} m, the robot on its {wall.side}; {_law(wall)}."
         for name, wall in ground.walls.items()
     ]
 
@@ -197,15 +199,22 @@ def _contacts(motion: MotionProblem) -> list[str]:
     start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
     lines = []
     for i, (name, contact) in enumerate(motion.task.single_contacts.items()):
-        what, where = _touching(contact)
+        what, where, physical = *_touching(contact), motion.contacts[i]
+        inelastic = "" if physical.restitution else ", inelastic"
         lines.append(
-            f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic"
+            f"{name}: {what}, {_law(physical)}{inelastic}"
             f"{_slipping(contact)}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
     force = f"auxiliary force a_n = {motion.auxiliary_force:g} N, {origin}"
     return [*lines, f"Impacts are resolved while the clock stands still ({force})."]
+
+
+def _law(one: Shape | Wall | PhysicalContact) -> str:
+    """Return friction and restitution of a surface or a contact."""
+    bounce = f", restitution {one.restitution:g}" if one.restitution else ""
+    return f"friction {one.friction:g}{bounce}"
 
 
 def _slipping(contact: Contact) -> str:

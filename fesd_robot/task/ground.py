@@ -8,13 +8,18 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from fesd_robot.task.fields import Name, NonNegative, Number, Positive, Section, conflict, expected, kind_of
+from fesd_robot.task.fields import Name, NonNegative, Number, Positive, Ratio, Section, conflict, expected, kind_of
 
 GROUND = "ground"
 """Name of the ground among the surfaces that a contact may choose."""
 
 STEEPEST = 20.0
 """Largest slope of a rise, the one that `fesd_robot.contact.ground` can compute with."""
+
+RESTITUTION = (
+    "Coefficient of restitution e of impacts, without unit, from 0 to 1: what hits with a normal velocity v parts with "
+    "-e v; 0: it does not bounce."
+)
 
 _SMOOTHEST = 15 / 8
 """Steepest slope of a smoothed rise over its height per length."""
@@ -28,6 +33,7 @@ class Wall(Section):
         description="The side of the wall where the robot is: left (smaller x) or right (larger x)."
     )
     friction: NonNegative = Field(default=0.8, description="Coefficient of Coulomb friction, without unit.")
+    restitution: Ratio = Field(default=0.0, description=RESTITUTION)
 
 
 def _check_walls(walls: dict[str, Wall]) -> dict[str, Wall]:
@@ -55,6 +61,7 @@ class Shape(Section, ABC):
     friction: NonNegative = Field(
         default=0.8, description="Coefficient of Coulomb friction of the ground, without unit."
     )
+    restitution: Ratio = Field(default=0.0, description=RESTITUTION)
     walls: Walls = Field(
         default_factory=dict,
         description="Name of a wall -> where it stands; contacts choose it by that name as their surface; default: "
