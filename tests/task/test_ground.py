@@ -91,7 +91,7 @@ MISTAKES: list[tuple[str, str | None, int, str, list[str]]] = [
     (STEPS.replace("friction: 0.2", "friction: -1"), None, 24, "ground.walls.end.friction", ["-1", "at least 0"]),
     ("ground: {type: steps, steps: []}\n", None, 15, "ground.steps", ["an empty list", "at least one"]),
     ("ground: {type: steps, steps: 3}\n", None, 15, "ground.steps", ["found 3", "a list"]),
-    ("ground: {type: height_map}\n", None, 15, "ground.file", ["missing", "CSV file with columns x,z"]),
+    ("ground: {type: height_map}\n", None, 15, "ground.file", ["missing", "CSV file with columns x,z or x,y,z"]),
     (STEPS, CONTACTS.replace("radius: 0.05", "radius: 0"), 28, "contacts.wheel.radius", ["greater than 0"]),
     (STEPS, CONTACTS.replace("friction: 0}", "friction: -1}"), 28, "contacts.wheel.friction", ["at least 0"]),
     (
