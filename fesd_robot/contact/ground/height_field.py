@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -12,7 +13,7 @@ import numpy as np
 from scipy.interpolate import NdBSpline
 
 from fesd_robot.contact.ground.profile import STEEPEST
-from fesd_robot.contact.ground.spline_axis import SplineAxis
+from fesd_robot.contact.ground.spline_axis import SplineAxis, taylor
 from fesd_robot.contact.ground.surface import Axes, turned_axes
 from fesd_robot.errors import GroundError
 
@@ -72,7 +73,7 @@ class HeightField:
     def through(cls, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> HeightField:
         """Return the natural bicubic spline through the points of a grid.
 
-        Beyond its borders the ground levels off over a tenth of the map's length, or two of its steps if that is more.
+        Beyond its borders the ground levels off over two fifteenths of the map's length, or two of its steps if longer.
 
         Args:
             x, y: m, increasing, (n_x) and (n_y), two at least. z: m, (n_x, n_y).
@@ -82,14 +83,16 @@ class HeightField:
 
     def numbers(self, x: float, y: float) -> Heights:
         """Return h and its derivatives at a place, from the polynomials of its piece."""
-        i, x_step, x_inside = _piece(self.along.breaks.tolist(), x)
-        j, y_step, y_inside = _piece(self.across.breaks.tolist(), y)
-        table = _derivatives(x_step) @ self._polynomials[i, j] @ _derivatives(y_step).T
-        if not x_inside:
-            table[1:] = 0.0
-        if not y_inside:
-            table[:, 1:] = 0.0
-        return Heights(table[0, 0], table[1, 0], table[0, 1], table[2, 0], table[1, 1], table[0, 2])
+        edges, others, polynomials = self._lists
+        i, x_step, x_inside = _piece(edges, x)
+        j, y_step, y_inside = _piece(others, y)
+        found = _heights(polynomials[i][j], x_step, y_step)
+        if x_inside and y_inside:
+            return found
+        along, across = float(x_inside), float(y_inside)
+        return Heights(
+            found.h, along * found.x, across * found.y, along * found.xx, along * across * found.xy, across * found.yy
+        )
 
     def derivatives(self, x: np.ndarray, y: np.ndarray) -> Heights:
         """Return h and its derivatives at many places, (n) each, by scipy."""
@@ -102,19 +105,18 @@ class HeightField:
         return Heights(*found)
 
     def expressions(self, x: ca.SX, y: ca.SX) -> Heights:
-        """Return h and its derivatives as expressions without branches; (n_x + 3) (n_y + 3) products in all."""
+        """Return h and its derivatives as expressions without branches, of about (n_x + 3) (n_y + 3) products."""
         along, across = self.along.expressions(x), self.across.expressions(y)
-        found = [ca.SX(0)] * len(_ORDERS)
-        for one in along:
+        local = ca.SX(4, 4)
+        for i, chosen in enumerate(along.weights):
             row = [
-                sum(weight * self.coefficients[i, j] for i, weight in one.chosen.items())
-                for j in range(self.across.count)
+                sum(weight * self.coefficients[k, j] for k, weight in chosen.items()) for j in range(self.across.count)
             ]
-            for other in across:
-                chosen = sum(weight * row[j] for j, weight in other.chosen.items())
-                for k, (by_x, by_y) in enumerate(_ORDERS):
-                    found[k] += chosen * one.values[by_x] * other.values[by_y]
-        return Heights(*found)
+            for j, other in enumerate(across.weights):
+                local[i, j] = sum(weight * row[k] for k, weight in other.items())
+        # The coefficients of the polynomial consist of weights only: to differentiate it costs what a polynomial costs.
+        table = ca.mtimes([along.coefficients.T, local, across.coefficients])
+        return _heights([ca.horzsplit(row) for row in ca.vertsplit(table)], along.step, across.step)
 
     def distance(self, point: Any) -> Any:
         """Gap f of a point (x, y, z), m."""
@@ -188,12 +190,11 @@ class HeightField:
         return NdBSpline((self.along.knots, self.across.knots), self.coefficients, 3)
 
     @cached_property
-    def _polynomials(self) -> np.ndarray:
-        """Entry (i, j, p, r): of (x - x_i)^p (y - y_j)^r on piece (i, j)."""
-        n, m = self.along.pieces, self.across.pieces
+    def _lists(self) -> tuple[list[float], list[float], list[Any]]:
+        """The breaks along x and y, and entry (i, j, p, r): of (x - x_i)^p (y - y_j)^r on piece (i, j)."""
         local = np.lib.stride_tricks.sliding_window_view(self.coefficients, (4, 4))
-        assert local.shape == (n, m, 4, 4)
-        return np.einsum("iap,ijab,jbr->ijpr", self.along.coefficients, local, self.across.coefficients)
+        table = np.einsum("iap,ijab,jbr->ijpr", self.along.coefficients, local, self.across.coefficients, optimize=True)
+        return self.along.breaks.tolist(), self.across.breaks.tolist(), table.tolist()
 
 
 def _piece(edges: list[float], at: float) -> tuple[int, float, bool]:
@@ -203,6 +204,9 @@ def _piece(edges: list[float], at: float) -> tuple[int, float, bool]:
     return piece, inside - edges[piece], inside == at
 
 
-def _derivatives(s: float) -> np.ndarray:
-    """Powers of s up to the third, and their first and second derivatives, (3, 4)."""
-    return np.array([[1.0, s, s * s, s * s * s], [0.0, 1.0, 2.0 * s, 3.0 * s * s], [0.0, 0.0, 2.0, 6.0 * s]])
+def _heights(table: Sequence[Sequence[Any]], x_step: Any, y_step: Any) -> Heights:
+    """Value and derivatives of the sum of table[p][r] x_step^p y_step^r, numbers or expressions."""
+    by_y = list(zip(*(taylor(row, y_step) for row in table), strict=True))
+    h, x, xx = taylor(by_y[0], x_step)
+    y, xy, _ = taylor(by_y[1], x_step)
+    return Heights(h, x, y, xx, xy, taylor(by_y[2], x_step)[0])

@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 from scipy.interpolate import BSpline
 
-_LEVELLING = 0.05
+_LEVELLING = 1 / 15
 """Of the map's length: least length of each of the two pieces over which it levels off beyond an end."""
 
 _LEVEL = 2
 """Pieces beyond an end; with as many equal coefficients more, value, slope and curvature are level at its far side."""
 
 
-class Active(NamedTuple):
-    """The one of every fourth spline that is not zero at a place, as expressions.
+class Chosen(NamedTuple):
+    """The four splines that are not zero at a place, numbered 4 j + i for i = 0 to 3, as expressions.
 
     Attributes:
-        chosen: number of a spline -> 1 if it is the one, else 0.
-        values: its value and its first and second derivative.
+        weights: for every i: number of a spline -> 1 if it is the one, else 0.
+        coefficients: entry (i, p) of step^p in the polynomial of the one, SX (4, 4).
+        step: how far the place is from the left end of its piece, m.
     """
 
-    chosen: dict[int, ca.SX]
-    values: tuple[ca.SX, ca.SX, ca.SX]
+    weights: list[dict[int, ca.SX]]
+    coefficients: ca.SX
+    step: ca.SX
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,25 +87,35 @@ class SplineAxis:
         inside = np.linalg.solve(rows, np.vstack([values, np.zeros((2, values.shape[1]))]))
         return np.pad(inside, ((_LEVEL, _LEVEL), (0, 0)), mode="edge")
 
-    def expressions(self, at: ca.SX) -> list[Active]:
+    def expressions(self, at: ca.SX) -> Chosen:
         """Return the four splines that are not zero at a place, without branches.
 
-        Of the splines numbered 4 j + i exactly one is not zero anywhere, for i = 0 to 3: it is chosen by weights 0 and
-        1, whose derivatives are zero, and its polynomial is a sum over the pieces with such weights.
+        Of the splines numbered 4 j + i exactly one is not zero: it is chosen by weights 0 and 1, and so are the
+        coefficients of its polynomial. Derivatives of the weights are zero.
         """
         inside = ca.fmin(ca.fmax(at, self.breaks[0]), self.breaks[-1])
         passed = [ca.SX(1), *(inside >= edge for edge in self.breaks[1:-1]), ca.SX(0)]
-        weights = [passed[k] - passed[k + 1] for k in range(self.pieces)]
-        step = inside - sum(weight * edge for weight, edge in zip(weights, self.breaks[:-1], strict=True))
-        return [self._active(i, passed, weights, step) for i in range(4)]
+        here = [passed[k] - passed[k + 1] for k in range(self.pieces)]
+        weights, coefficients = [], ca.SX(4, 4)
+        for i in range(4):
+            splines = range(i, self.count, 4)
+            weights.append({j: passed[max(j - 3, 0)] - passed[min(j + 1, self.pieces)] for j in splines})
+            for power in range(4):
+                values = [self.coefficients[k, (i - k) % 4, power] for k in range(self.pieces)]
+                coefficients[i, power] = sum(one * value for one, value in zip(here, values, strict=True))
+        step = inside - sum(one * edge for one, edge in zip(here, self.breaks[:-1], strict=True))
+        return Chosen(weights, coefficients, step)
 
-    def _active(self, i: int, passed: list[ca.SX], weights: list[ca.SX], step: ca.SX) -> Active:
-        chosen = {j: passed[max(j - 3, 0)] - passed[min(j + 1, self.pieces)] for j in range(i, self.count, 4)}
-        own = [self.coefficients[k, (i - k) % 4] for k in range(self.pieces)]
-        value, slope, half_curvature = ca.SX(0), ca.SX(0), ca.SX(0)
-        for power in range(3, -1, -1):
-            coefficient = sum(weight * row[power] for weight, row in zip(weights, own, strict=True))
-            half_curvature = half_curvature * step + slope
-            slope = slope * step + value
-            value = value * step + coefficient
-        return Active(chosen, (value, slope, 2 * half_curvature))
+
+def taylor(coefficients: Sequence[Any], step: Any) -> tuple[Any, Any, Any]:
+    """Return a polynomial with its first and second derivative, by Horner's rule, of numbers or expressions.
+
+    Args:
+        coefficients: of step^0, step^1, ...
+    """
+    value, slope, half_curvature = coefficients[-1], 0.0, 0.0
+    for coefficient in reversed(coefficients[:-1]):
+        half_curvature = half_curvature * step + slope
+        slope = slope * step + value
+        value = value * step + coefficient
+    return value, slope, 2.0 * half_curvature
