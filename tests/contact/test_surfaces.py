@@ -62,7 +62,7 @@ def test_the_normal_is_the_gradient(surface: Ground) -> None:
 
 @each_surface
 def test_expressions_and_numbers_agree(surface: Ground) -> None:
-    """Gap, normal and tangents as CasADi expressions have the values of the numbers, and so has the gap's derivative."""
+    """Gap, normal and tangents as CasADi expressions are the numbers, and so is the derivative of the gap."""
     p = ca.SX.sym("p", 3)
     gap = surface.distance(p)
     axes = surface.axes(p)
@@ -139,7 +139,7 @@ def test_a_height_field_is_the_natural_spline_of_scipy() -> None:
 
 
 def test_numbers_are_those_of_scipy_everywhere() -> None:
-    """The polynomials of the pieces and scipy's NdBSpline have the same six values, on breaks and beyond borders too."""
+    """The polynomials of the pieces and scipy's NdBSpline have the same six values, on breaks and beyond borders."""
     x, y = np.random.default_rng(4).uniform(-2, 2, size=(2, 100))
     x[:4], y[:4] = X[:4], Y[:4]
     many = np.array(HILLS.derivatives(x, y))
