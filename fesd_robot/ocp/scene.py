@@ -115,14 +115,15 @@ def solid_of(surface: SolidSurface) -> surfaces.Solid:
 def _box(surface: BoxSurface) -> surfaces.Solid:
     pose = surfaces.Pose.turned(surface.center, surface.yaw, surface.pitch)
     x, y, z = (math.inf if edge is None else edge / 2 - surface.edge_radius for edge in surface.size)
-    return surfaces.Box(pose, surface.edge_radius, (x, y, z))
+    return surfaces.Box(pose, surface.edge_radius, (x, y, z), underside=surface.underside)
 
 
 @solid_of.register
 def _cylinder(surface: CylinderSurface) -> surfaces.Solid:
     half = math.inf if surface.length is None else surface.length / 2 - surface.edge_radius
     pose = surfaces.Pose.turned(surface.center, surface.yaw).along(surface.axis)
-    return surfaces.Cylinder(pose, surface.edge_radius, surface.radius - surface.edge_radius, half)
+    underside = bool(surface.underside) or surface.axis != "z"
+    return surfaces.Cylinder(pose, surface.edge_radius, surface.radius - surface.edge_radius, half, underside=underside)
 
 
 def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeometry:

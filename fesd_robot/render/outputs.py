@@ -13,11 +13,11 @@ import numpy as np
 from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 
 if TYPE_CHECKING:
+    from fesd_robot.contact.ground import Ground, Solid
     from fesd_robot.plans import Plan
     from fesd_robot.render import BoxVisual, CircleVisual, FacingWallVisual, GroundVisual, SolidVisual, WallVisual
     from fesd_robot.robot import Robot
     from fesd_robot.task import Task, Wall
-    from fesd_robot.task.surfaces import SolidSurface
 
 logger = logging.getLogger(__name__)
 
@@ -130,15 +130,16 @@ def ground_visual(task: Task) -> GroundVisual:
     Raises:
         TaskError: the file of its height map cannot be used any more.
     """
-    from fesd_robot.contact.ground import HeightField, Terrain
+    from fesd_robot.contact.ground import HeightField, Solid, Terrain
     from fesd_robot.ocp.scene import surfaces_of
     from fesd_robot.render import GroundVisual
     from fesd_robot.task import GROUND
 
-    ground = surfaces_of(task)[GROUND]
+    surfaces = surfaces_of(task)
+    ground = surfaces[GROUND]
     others: dict[str, Any] = {
         "walls": {name: _wall(wall) for name, wall in task.ground.walls.items()},
-        "solids": {name: _solid(surface) for name, surface in task.surfaces.items()},
+        "solids": {name: _solid(solid, ground) for name, solid in surfaces.items() if isinstance(solid, Solid)},
     }
     if isinstance(ground, Terrain):
         return GroundVisual(profile=ground.outline(), **others)
@@ -159,16 +160,19 @@ def _wall(wall: Wall) -> WallVisual | FacingWallVisual:
     return WallVisual(wall.x, wall.side)
 
 
-def _solid(surface: SolidSurface) -> SolidVisual:
+def _solid(solid: Solid, ground: Ground) -> SolidVisual:
+    """Return a solid; one without an underside reaches down to the ground below its centre."""
     from fesd_robot.contact.ground import Cylinder
-    from fesd_robot.ocp.scene import solid_of
     from fesd_robot.render import SolidVisual
 
-    solid, pose = solid_of(surface), np.eye(4)
+    pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = np.array(solid.pose.axes).T, solid.pose.center
-    is_round = isinstance(solid, Cylinder)
     x, y, z = (2 * (half + solid.rounding) for half in solid.half_lengths)
-    return SolidVisual(pose, (x, y, z), is_round)
+    hanging = float(ground.distance(pose[:3, 3] - z / 2 * pose[:3, 2])) if not solid.underside else 0.0
+    if hanging > 0:
+        pose[:3, 3] -= hanging / 2 * pose[:3, 2]
+        z += hanging
+    return SolidVisual(pose, (x, y, z), isinstance(solid, Cylinder))
 
 
 def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual | BoxVisual]:

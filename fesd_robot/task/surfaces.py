@@ -40,6 +40,12 @@ BoxSize = Annotated[
 """Lengths of the edges of a box along its x, y and z, m; None along y where it has no end."""
 
 
+_UNDERSIDE = (
+    "Whether it has an underside; without one it reaches down without end, as what stands on the floor does: nothing "
+    "gets below it."
+)
+
+
 class SolidSurface(Section, ABC):
     """A solid that stays where it is and that contacts may touch from outside."""
 
@@ -87,6 +93,8 @@ class BoxSurface(SolidSurface):
         default=0.0, description="Angle by which it is turned about +y, before the turn about z, rad: a ramp."
     )
 
+    underside: bool = Field(default=False, description=_UNDERSIDE)
+
     @property
     def shortest(self) -> tuple[float, str]:
         """Half of its shortest length, m, and the key that gives it."""
@@ -109,6 +117,17 @@ class CylinderSurface(SolidSurface):
     axis: Literal["x", "y", "z"] = Field(
         default="z", description="Its axis before it is turned by yaw: z standing, x or y lying."
     )
+    underside: bool | None = Field(
+        default=None, description=f"Of a standing one: {_UNDERSIDE[0].lower()}{_UNDERSIDE[1:]} Default: it has none."
+    )
+
+    @model_validator(mode="after")
+    def _standing(self) -> CylinderSurface:
+        if self.axis != "z" and self.underside is not None:
+            raise conflict(
+                ("underside",), f"found 'underside' beside axis: {self.axis}, expected it for a standing cylinder only"
+            )
+        return self
 
     @property
     def shortest(self) -> tuple[float, str]:

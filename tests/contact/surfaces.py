@@ -25,6 +25,8 @@ SURFACES: dict[str, Ground] = {
     "wall facing y": facing_wall((0.3, 0.5), np.pi / 2),
     "box": Box(Pose.turned((0.1, 0.2, 0.3), 0.4), 0.05, (0.3, 0.2, 0.1)),
     "ramp": Box(Pose.turned((0.1, 0.2, 0.3), -0.7, 0.3), 0.05, (0.4, 0.2, 0.1)),
+    "pedestal": Box(Pose.turned((0.1, 0.2, 0.1), 0.4), 0.05, (0.3, 0.2, 0.1), underside=False),
+    "column": Cylinder(Pose.turned((0.0, 0.1, 0.2), 0.0), 0.03, 0.3, 0.2, underside=False),
     "standing cylinder": Cylinder(Pose.turned((0.0, 0.1, 0.2), 0.0), 0.03, 0.3, 0.2),
     "lying cylinder": Cylinder(Pose.turned((0.0, 0.1, 0.2), 0.5).along("x"), 0.03, 0.2, 0.4),
     "raised lying cylinder": Cylinder(Pose.turned((0.0, 0.1, 0.2), 0.5).along("x"), 0.03, 0.2, 0.4).raised(0.1),

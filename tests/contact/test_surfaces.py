@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import coal
 import numpy as np
@@ -184,7 +186,9 @@ def test_tilted_planes_and_walls_are_those_that_do_not_vary_along_y() -> None:
                 assert one == pytest.approx(other, abs=1e-14)
 
 
-@pytest.mark.parametrize("name", [name for name, surface in SURFACES.items() if isinstance(surface, Solid)])
+@pytest.mark.parametrize(
+    "name", [name for name, surface in SURFACES.items() if isinstance(surface, Solid) and surface.underside]
+)
 def test_a_solid_is_as_far_away_as_coal_says(name: str) -> None:
     """Outside of its core the gap is coal's distance of a point from box or cylinder, less the rounding."""
     solid = SURFACES[name]
@@ -200,6 +204,20 @@ def test_a_solid_is_as_far_away_as_coal_says(name: str) -> None:
         point, result = coal.Transform3s(np.eye(3), at), coal.DistanceResult()
         distance = coal.distance(core, placed, coal.Sphere(1e-3), point, request, result) + 1e-3
         assert solid.distance(at) == pytest.approx(distance - solid.rounding, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["pedestal", "column"])
+def test_nothing_gets_below_a_solid_without_an_underside(name: str) -> None:
+    """Above its middle it is the same as with one; below, it is as wide as there, and inside is inside all the way."""
+    solid = SURFACES[name]
+    assert isinstance(solid, Box | Cylinder)
+    whole, middle = replace(solid, underside=True), solid.pose.center[2]
+    for at in points(60):
+        if at[2] >= middle:
+            assert solid.distance(at) == whole.distance(at)
+        elif solid.distance(at) > 0:
+            assert solid.distance(at) == pytest.approx(whole.distance([*at[:2], middle]), abs=1e-15)
+    assert solid.distance(np.array([*solid.pose.center[:2], -5.0])) < -0.1
 
 
 def test_a_raised_height_field_is_a_radius_away() -> None:

@@ -129,6 +129,13 @@ MISTAKES: list[tuple[str, str | None, int, str, list[str]]] = [
     (SURFACES.replace("0.1]", "0.008]"), None, 17, "surfaces.table.size", ["edge_radius of 0.005 m", "0.004 m"]),
     (SURFACES.replace("edge_radius: 0.05", "edge_radius: 0.2"), None, 18, "surfaces.log.edge_radius", ["0.2 m"]),
     (SURFACES.replace("length: 1, ", ""), None, 18, "surfaces.log.length", ["missing", "null without ends"]),
+    (
+        SURFACES.replace("length: 1", "underside: true, length: 1"),
+        None,
+        18,
+        "surfaces.log.underside",
+        ["beside axis: y", "a standing cylinder only"],
+    ),
     (SURFACES.replace("  log:", "  ground:"), None, 18, "surfaces.ground", ["cannot be called 'ground'"]),
     (
         STEPS + SURFACES.replace("log:", "end:").split("\n", 1)[1],

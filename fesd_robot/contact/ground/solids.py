@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import casadi as ca
@@ -55,10 +55,12 @@ class Solid(ABC):
     Args:
         pose: of its centre.
         rounding: radius of its edges, m, greater than 0.
+        underside: whether it has a lower end along its own z; without one it reaches down without end.
     """
 
     pose: Pose
     rounding: float
+    underside: bool = field(default=True, kw_only=True)
 
     @property
     @abstractmethod
@@ -141,7 +143,7 @@ class Box(Solid):
         faces = []
         for i, half in enumerate(self.half):
             if math.isfinite(half):
-                side = 2.0 * (own[i] >= 0) - 1.0
+                side = 2.0 * (own[i] >= 0) - 1.0 if i < 2 or self.underside else 1.0
                 faces.append((side * own[i] - half, [side if j == i else 0.0 for j in range(3)]))
         return faces
 
@@ -171,7 +173,7 @@ class Cylinder(Solid):
         away = (own[0] ** 2 + own[1] ** 2 + _NEVER_ZERO**2) ** 0.5
         faces: list[tuple[Any, list[Any]]] = [(away - self.radius, [own[0] / away, own[1] / away, 0.0])]
         if math.isfinite(self.half):
-            side = 2.0 * (own[2] >= 0) - 1.0
+            side = 2.0 * (own[2] >= 0) - 1.0 if self.underside else 1.0
             faces.append((side * own[2] - self.half, [0.0, 0.0, side]))
         return faces
 
