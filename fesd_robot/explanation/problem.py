@@ -332,9 +332,8 @@ def _reference(motion: MotionProblem) -> list[str]:
     what, gaps = motion.task.reference.in_words(), reference_gaps(motion)
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
     for least, (name, contact) in zip(gaps, motion.task.contacts.items(), strict=True):
-        on_ground = getattr(contact, "surface", None) == GROUND
         if least < -TOUCHING:
-            where = "below the ground" if on_ground else "too far"
+            where = "too far" if isinstance(contact, TwoBodyContact) else motion.task.inside(contact.surface)
             lines.append(f"Along it {name} gets {-least:.4g} m {where}; the planned motion will not.")
     return lines
 
