@@ -239,8 +239,7 @@ class HeightMap(Shape):
     file: Annotated[str, Field(min_length=1)] = Field(
         description="Path, relative to the task file, of a CSV file with columns x,z or x,y,z, points of the ground, "
         "m, or of a grey PNG image. Points x,z have increasing x, and the ground does not vary along y; points x,y,z "
-        "are a full grid in any order. Natural cubic splines join them; beyond its ends the ground levels off over a "
-        "tenth of the map's length and is flat.",
+        "are a full grid in any order. Natural cubic splines join them; beyond its ends the ground levels off.",
     )
     size: Edges2 | None = Field(
         default=None, strict=False, description="Of an image: lengths along x and y between its outermost pixels, m."
