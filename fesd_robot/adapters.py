@@ -76,8 +76,14 @@ def homotopy_options(task: Task) -> HomotopyOptions:
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
     friction = {contact.name: contact.friction for contact in motion.contacts}
-    matrix = motion.actuation.numeric
-    return NumericPhysics(motion.robot, motion.scene, friction, matrix, in_space=motion.in_space)
+    return NumericPhysics(
+        motion.robot,
+        motion.scene,
+        friction,
+        motion.actuation.numeric,
+        in_space=motion.in_space,
+        restitution={contact.name: contact.restitution for contact in motion.contacts},
+    )
 
 
 def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: Branch) -> PhysicalMotion:

@@ -9,8 +9,11 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.contact import ContactMode
-from fesd_robot.contact.kinds import FORCE_AT_A_DISTANCE, FORCE_WHILE_PARTING, MOTION_DURING_IMPACT
+from fesd_robot.contact.kinds import FORCE_AT_A_DISTANCE, FORCE_WHILE_PARTING, MOTION_DURING_IMPACT, RESTITUTION
 from fesd_robot.fesd.polishing import BranchTranscription
+
+_IN_IMPACT = (FORCE_AT_A_DISTANCE, FORCE_WHILE_PARTING, RESTITUTION)
+"""Kinds of conditions whose G an impact holds at zero."""
 
 
 def branch_in_modes(polisher: BranchTranscription, w: np.ndarray, modes: Sequence[Mapping[str, ContactMode]]) -> Branch:
@@ -34,7 +37,7 @@ def branch_in_modes(polisher: BranchTranscription, w: np.ndarray, modes: Sequenc
                 factor = ActiveFactor.H
             elif mode is ContactMode.IMPACT and condition.label.kind == MOTION_DURING_IMPACT:
                 factor = ActiveFactor.COMPLEMENT
-            elif mode is ContactMode.IMPACT and condition.label.kind in (FORCE_AT_A_DISTANCE, FORCE_WHILE_PARTING):
+            elif mode is ContactMode.IMPACT and condition.label.kind in _IN_IMPACT:
                 factor = ActiveFactor.G
             row.append(factor)
         factors.append(tuple(row))

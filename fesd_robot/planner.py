@@ -32,6 +32,7 @@ from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
 from fesd_robot.sagittal_start import sagittal_start
+from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
@@ -241,7 +242,8 @@ class _Chain:
         return solved
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> _First:
-        """Return the motion of an earlier plan, of a twin in the plane, on the guess's contacts, or of a homotopy."""
+        """Return the motion of an earlier plan, of one that is let go or in the plane, on the guess's contacts, or of a
+        homotopy."""
         options, deadline, stop = homotopy_options(motion.task), self.deadline, self.stop
         steps = SearchSteps(options, self.reached, self.counted)
 
@@ -255,6 +257,10 @@ class _Chain:
 
         if found := known_start(motion, transcription, options, deadline, searching, iterating):
             return _First(*found, known=True)
+        if needs_simulated_start(motion) and (
+            found := simulated_start(motion, transcription, options, deadline, searching, iterating)
+        ):
+            return _First(*found)
         if needs_guessed_start(motion):
             if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
                 return _First(*found, search=False)

@@ -31,8 +31,9 @@ from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
 
-ITERATIONS = 400
-"""Of IPOPT, from a point whose motion is right and whose multipliers are not known."""
+ITERATIONS, UPDATES = 160, 6
+"""Of IPOPT before the elements that have shrunk to nothing are taken out, and how often that happens: their multipliers
+are not determined, and IPOPT does not end at a motion that is right."""
 
 
 def sagittal_start(
@@ -79,7 +80,7 @@ def sagittal_start(
         progress=progress,
     )
     begin = time.perf_counter()
-    end = solver.exact(lift.point(), iterations=ITERATIONS)
+    end = solver.exact(lift.point(), iterations=ITERATIONS, updates=UPDATES)
     if end is None:
         return None
     nothing = replace(planar.solution, reports=[], solve_seconds=0.0)

@@ -78,6 +78,7 @@ CLAIMS: dict[str, Claim] = {
             "floor_2": ContactClaim(slides=(0.19, 0.21)),
         }
     ),
+    "ball_bat": Claim({"hit": ContactClaim((2, 2), longest=0.9, highest=0.3)}),
     "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
     "biped_walk": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.5, highest=0.025)}),
     "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),

@@ -40,6 +40,10 @@ class Complementarity:
         invariant: G is one of the states, and where it is zero and H is not, the other conditions keep it there: its
             rate vanishes. A smooth problem asks for it once, where H begins to be positive (index reduction).
         left_boundary_only: within a finite element hold the condition for G at the left boundary only.
+        right_boundary_only: the same for G at the last point of the element only.
+        recall: within a finite element G at a point counts with this times G at the left boundary added: what an
+            element may or must do depends on how it begins. Only of a vanishing constraint without a complement whose
+            G is a function of the state.
         stages_only: within a finite element hold the condition for G at the stages only, where G is a function of the
             algebraic variables, too.
         crossed: of one for the stages only, within a finite element hold it for G of the state at every point with the
@@ -56,7 +60,7 @@ class Complementarity:
 
     Raises:
         DimensionError: a factor that is not a scalar.
-        ModelError: a complement in a condition that is not a vanishing constraint.
+        ModelError: a complement in a condition that is not a vanishing constraint, or G recalled beside one.
 
     Source: Luo, Pang, Ralph, Mathematical Programs with Equilibrium Constraints (1996); for vanishing constraints
     Achtziger, Kanzow, Math. Program. 114 (2008).
@@ -70,6 +74,8 @@ class Complementarity:
     level: Level = "position"
     invariant: bool = False
     left_boundary_only: bool = False
+    right_boundary_only: bool = False
+    recall: float = 0.0
     stages_only: bool = False
     crossed: bool = False
     companions: tuple[ca.SX, ...] = ()
@@ -83,5 +89,7 @@ class Complementarity:
                 raise DimensionError(f"{name} of '{self.label}' has shape {factor.shape}, expected (1, 1)")
         if self.complement is not None and not self.vanishing:
             raise ModelError(f"'{self.label}' has a complement, which only a vanishing constraint can have")
+        if self.recall and (not self.vanishing or self.complement is not None):
+            raise ModelError(f"'{self.label}' recalls G, which only a vanishing constraint without a complement can do")
         if self.share and self.label.joint is None:
             raise ModelError(f"'{self.label}' is about a share of no joint, whose shares add up")

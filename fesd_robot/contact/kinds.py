@@ -6,6 +6,10 @@ MOTION_DURING_IMPACT = "motion during impact"
 FRICTION_ALONG_SLIDING = "friction along sliding"
 SLIPPING = "slipping"
 
+RESTITUTION = "restitution"
+FRICTION_AFTER_IMPACT = "friction after impact"
+"""Of contacts that bounce, besides those above."""
+
 SLIDING_INSIDE_CONE = "sliding inside the friction cone"
 FRICTION_ACROSS_SLIDING = "friction across sliding"
 FRICTION_WITH_SLIDING = "friction with sliding"

@@ -55,6 +55,7 @@ class Contact:
         friction: coefficient mu of Coulomb's law.
         slip_distance: length of the path, m, that it may slip while the clock runs: 0 if it may not, infinite without a
             limit.
+        restitution: coefficient e of restitution, 0 to 1: what hits with a normal velocity v parts with -e v.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Contact:
     tangents: ca.SX
     friction: float
     slip_distance: float = math.inf
+    restitution: float = 0.0
 
     @property
     def directions(self) -> list[ca.SX]:

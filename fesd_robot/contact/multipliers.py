@@ -40,6 +40,8 @@ def multiplier_contact_system(
       ``J_n v < 0 and beta > 0 => beta = 1``: an impact fills its element, and the clock stands still in all of it;
     - friction opposes sliding: ``J_t v < 0 => theta_+ = 0`` and ``J_t v > 0 => theta_- = 0``.
 
+    A contact with restitution has further conditions, see `velocity_conditions`.
+
     In flight every condition is vacuous, so no element ends where a velocity changes its sign in the air. In stance
     p = 0 holds along the element, so J_n v = 0 at its stages determines beta, and nothing is left to choose.
 

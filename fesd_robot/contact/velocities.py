@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 
 from fesd_robot.complementarity import Complementarity, Label
@@ -11,8 +13,10 @@ from fesd_robot.contact.kinds import (
     DIRECTIONS,
     FORCE_WHILE_PARTING,
     FORWARDS,
+    FRICTION_AFTER_IMPACT,
     FRICTION_ALONG_SLIDING,
     MOTION_DURING_IMPACT,
+    RESTITUTION,
     SLIPPING,
 )
 from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, MultibodyDynamics
@@ -36,6 +40,12 @@ def velocity_conditions(
     ``max(J_t v, 0) theta_- = 0``. A contact that may not slip has ``max(J_t v, 0) beta (1 - beta) = 0`` and the same
     for -J_t v: closed, it sticks while the clock runs.
 
+    With restitution e an element is a whole impact, which begins with the normal velocity v_0 at the left boundary and
+    ends with -e v_0 (Newton): the first condition is ``max(J_n v + e v_0, 0) beta = 0``, at the right boundary
+    ``max(-(J_n v + e v_0), 0) beta = 0`` holds besides, and friction obeys Coulomb's law for the impulse as a whole: it
+    is against the tangential velocity at the right boundary, and at the other points only while the clock runs. In
+    stance v_0 is 0, and these are the conditions without restitution.
+
     Args:
         normal_velocity: J_n v, stabilised, SX in x.
         beta: Filippov multiplier of the contact's auxiliary fields together.
@@ -44,34 +54,41 @@ def velocity_conditions(
         unused: of a contact in space the part of its friction cone that is not used, see `cone.cone_conditions`.
         left_boundary_only: hold the conditions for the left boundary of each element only.
     """
+    bounces = contact.restitution > 0
 
-    def condition(
-        kind: str, G: ca.SX, H: ca.SX, *, complement: ca.SX | None = None, direction: str = ""
-    ) -> Complementarity:
+    def condition(kind: str, G: ca.SX, H: ca.SX, *, direction: str = "", **others: Any) -> Complementarity:
         return Complementarity(
             Label(kind, subject=direction, contact=contact.name),
             G,
             H,
             vanishing=True,
-            complement=complement,
             level="velocity",
             left_boundary_only=left_boundary_only,
+            **others,
         )
 
     conditions = [
-        condition(FORCE_WHILE_PARTING, normal_velocity, beta),
+        condition(FORCE_WHILE_PARTING, normal_velocity, beta, recall=contact.restitution),
         condition(MOTION_DURING_IMPACT, -normal_velocity, beta, complement=complement),
     ]
+    if bounces:
+        conditions.append(
+            condition(RESTITUTION, -normal_velocity, beta, recall=contact.restitution, right_boundary_only=True)
+        )
     if contact.friction > 0:
         velocities = contact.tangential_velocities(dynamics.velocity)
         if unused is not None:
             conditions += cone_conditions(dynamics, contact, multipliers, unused)
         else:
             plus, minus = multipliers.sides[0]
-            conditions += [
-                condition(FRICTION_ALONG_SLIDING, -velocities[0], plus, direction=BACKWARDS),
-                condition(FRICTION_ALONG_SLIDING, velocities[0], minus, direction=FORWARDS),
-            ]
+            sides = ((-velocities[0], plus, BACKWARDS), (velocities[0], minus, FORWARDS))
+            for signed, own, direction in sides:
+                running = {"complement": complement} if bounces else {}
+                conditions.append(condition(FRICTION_ALONG_SLIDING, signed, own, direction=direction, **running))
+            for signed, own, direction in sides if bounces else ():
+                conditions.append(
+                    condition(FRICTION_AFTER_IMPACT, signed, own, direction=direction, right_boundary_only=True)
+                )
         if contact.slip_distance == 0:
             conditions += [
                 condition(SLIPPING, signed, beta, complement=complement, direction=direction)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.adapters import homotopy_options, numeric_physics
+from fesd_robot.contact import Contact as PhysicalContact
 from fesd_robot.contact.ground import HeightField, Terrain
 from fesd_robot.errors import RobotError
 from fesd_robot.explanation.descriptions import (
@@ -29,6 +30,8 @@ from fesd_robot.robot.units import deviation_units, velocity_units
 from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, Task, TwoBodyContact
 from fesd_robot.task import Robot as RobotSection
 from fesd_robot.task.contacts import SingleContact
+from fesd_robot.task.ground import Shape, Wall
+from fesd_robot.task.surfaces import SolidSurface
 from fesd_robot.task.words import along_axes, enumerated, listed
 
 WIDTH = 100
@@ -183,7 +186,7 @@ def _driven(motion: MotionProblem) -> str:
 
 def _ground(motion: MotionProblem) -> list[str]:
     ground, surface = motion.task.ground, motion.scene.surfaces[GROUND]
-    lines = [f"{ground.in_words()}; friction {ground.friction:g} unless a contact has its own."]
+    lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own."]
     if isinstance(surface, Terrain):
         (left, low), (right, high) = (ends(surface.outline(), axis=0) for ends in (np.min, np.max))
         lines.append(f"For x from {left:.4g} to {right:.4g} m its heights are {low:.4g} to {high:.4g} m; level beyond.")
@@ -194,10 +197,9 @@ def _ground(motion: MotionProblem) -> list[str]:
             f"For x from {x[0]:.4g} to {x[-1]:.4g} m and y from {y[0]:.4g} to {y[-1]:.4g} m its heights are "
             f"{heights.min():.4g} to {heights.max():.4g} m; it goes on level beyond."
         )
-    lines += [f"Wall '{name}' {wall.in_words()}; friction {wall.friction:g}." for name, wall in ground.walls.items()]
+    lines += [f"Wall '{name}' {wall.in_words()}; {_law(wall)}." for name, wall in ground.walls.items()]
     return lines + [
-        f"Surface '{name}': {surface.in_words()}; friction {surface.friction:g}."
-        for name, surface in motion.task.surfaces.items()
+        f"Surface '{name}': {surface.in_words()}; {_law(surface)}." for name, surface in motion.task.surfaces.items()
     ]
 
 
@@ -207,14 +209,22 @@ def _contacts(motion: MotionProblem) -> list[str]:
     lines = []
     for i, (name, contact) in enumerate(motion.task.single_contacts.items()):
         what, where = _touching(motion.task, contact)
+        physical = motion.contacts[i]
+        inelastic = "" if physical.restitution else ", inelastic"
         lines.append(
-            f"{name}: {what}, friction {motion.contacts[i].friction:g}, inelastic"
+            f"{name}: {what}, {_law(physical)}{inelastic}"
             f"{_slipping(contact)}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
     force = f"auxiliary force a_n = {motion.auxiliary_force:g} N, {origin}"
     return [*lines, f"Impacts are resolved while the clock stands still ({force})."]
+
+
+def _law(one: Shape | Wall | SolidSurface | PhysicalContact) -> str:
+    """Return friction and restitution of a surface or a contact."""
+    bounce = f", restitution {one.restitution:g}" if one.restitution else ""
+    return f"friction {one.friction:g}{bounce}"
 
 
 def _slipping(contact: Contact) -> str:

@@ -62,6 +62,7 @@ def vanishing_pairs(
     ``stage_stage`` every stage's multiplier is a pair of its own. (A switching function can have any sign, so its
     values are never added up.) With ``plain`` a stage forbids its own multiplier only. A switching function that
     contains algebraic variables takes part at the stages only, or is crossed: g(x_k, z_j) for all points and stages.
+    One that recalls its value at the left boundary is g(x_k) + e g(x_0).
 
     Args:
         system: the dynamics.
@@ -79,13 +80,17 @@ def vanishing_pairs(
         values = [factors(z) for _, z in points[1 : stages + 1]]
 
         def at(place: Place, G: ca.SX, H: ca.SX, condition: Complementarity = condition) -> Complementarity:
-            return replace(condition, label=condition.label.at(place), G=G, H=H, complement=None)
+            return replace(condition, label=condition.label.at(place), G=G, H=H, complement=None, recall=0.0)
+
+        def switched(k: int, condition: Complementarity = condition, switching: ca.Function = switching) -> ca.SX:
+            value = switching(*points[k])
+            return value + condition.recall * switching(*points[0]) if condition.recall else value
 
         if mode == "plain":
             if not condition.left_boundary_only:
                 conditions += [
-                    at(Place(stage=j), switching(x, z) * values[j - 1][1], values[j - 1][0])
-                    for j, (x, z) in enumerate(points[1:], start=1)
+                    at(Place(stage=j), switched(j) * values[j - 1][1], values[j - 1][0])
+                    for j in range(_plain_from(condition, len(points)), len(points))
                 ]
             continue
         if condition.crossed:
@@ -103,7 +108,7 @@ def vanishing_pairs(
         conditions += [
             at(
                 Place(point=k, stage=j if len(multipliers) > 1 else None),
-                switching(*points[k]) * complements,
+                switched(k) * complements,
                 multiplier,
             )
             for k in range(first, last)
@@ -112,8 +117,15 @@ def vanishing_pairs(
     return conditions
 
 
+def _plain_from(condition: Complementarity, points: int) -> int:
+    """Return the first point at which a scheme without switch detection holds a condition."""
+    return points - 1 if condition.right_boundary_only else 1
+
+
 def _range_of_points(condition: Complementarity, stages: int, points: int) -> tuple[int, int]:
     """Return the first point, 0 is the left boundary, at which G takes part, and the one after the last."""
     if condition.stages_only:
         return 1, stages + 1
+    if condition.right_boundary_only:
+        return points - 1, points
     return 0, 1 if condition.left_boundary_only else points

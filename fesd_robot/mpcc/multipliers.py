@@ -115,7 +115,7 @@ def stationarity_equation(at: Linearisation, active: ActiveSet) -> StationarityE
         )
     )
     scale = row_sizes(rows)
-    scale[scale == 0.0] = 1.0
+    scale[scale < np.finfo(float).tiny] = 1.0  # nothing, or what is left of nothing
     free_xi = ~at.vanishing | (at.G > 0) | active.G
     low = [
         np.zeros(len(where[0]) + len(where[1])),

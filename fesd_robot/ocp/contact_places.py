@@ -104,6 +104,7 @@ def _placed(task: Task, contact: BodyContact, outline: Outline) -> PointContact 
         "offset": tuple(float(value) for value in np.round(outline.place, _PLACED) + 0.0),
         "surface": contact.surface,
         "friction": friction,
+        "restitution": contact.restitution,
         "slipping": contact.slipping,
     }
     if outline.radius:

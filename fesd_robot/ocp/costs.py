@@ -99,7 +99,9 @@ def _slipping(parts: ProblemParts) -> Terms:
     """Sum of w_c a_n mu (theta_+ - theta_-) J_t v over the contacts.
 
     Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
-    takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero.
+    takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero. A contact that bounces
+    counts with 1 - beta^2 times that, which is 0 in impacts: Coulomb's law holds there for the impulse as a whole, and
+    the way to it is open.
     """
     return _friction_work(parts, lambda plus, minus, speed: (plus - minus) * speed)
 
@@ -144,6 +146,8 @@ def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX, ca.SX, ca.SX], ca
             speeds = contact.tangential_velocities(parts.dynamics.velocity)
             works = [paid(plus, minus, speed) for (plus, minus), speed in zip(own.sides, speeds, strict=True)]
             power = contact.friction * sum(works[1:], works[0])
+            if contact.restitution > 0 and not contact.in_space:
+                power *= 1 - own.normal**2
             total = total + weights[contact.name] * parts.auxiliary_force * power
     return {"slipping": total}
 

@@ -32,7 +32,7 @@ from fesd_robot.ocp.problem import optimal_control_problem
 from fesd_robot.ocp.promises import with_promises, with_slipping
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_types import reference_of
-from fesd_robot.ocp.scene import friction_of, scene_of
+from fesd_robot.ocp.scene import friction_of, restitution_of, scene_of
 from fesd_robot.ocp.standing import GAP_TOLERANCE, touching_configuration, with_configurations
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.ocp.timing import TimeGrid, time_grid
@@ -229,7 +229,9 @@ def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[Contact]
             raise task.error(("contacts", name, "surface"), str(error)) from error
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
-        contacts.append(replace(contact, slip_distance=_slip_distance(task, contact)))
+        contacts.append(
+            replace(contact, slip_distance=_slip_distance(task, contact), restitution=_restitution(task, name))
+        )
     return contacts
 
 
@@ -250,6 +252,22 @@ def _slip_distance(task: Task, contact: Contact) -> float:
     if slipping != "forbidden" and contact.in_space:
         raise task.error(key, f"found {found} for a contact in space, expected 'allowed', 'forbidden' or 'auto'")
     return 0.0 if slipping == "forbidden" else float(slipping)
+
+
+def _restitution(task: Task, name: str) -> float:
+    """Return the coefficient of restitution of a contact.
+
+    Raises:
+        TaskError: the published form of contact, whose impacts are inelastic, is asked for.
+    """
+    restitution = restitution_of(task, name)
+    if restitution > 0 and task.method.formulation.type != "multipliers":
+        raise task.error(
+            "method.formulation.type",
+            f"found 'steps' beside a restitution of {restitution:g} of contact '{name}', expected 'multipliers', or a "
+            "restitution of 0",
+        )
+    return restitution
 
 
 def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[Contact]) -> ca.Function:

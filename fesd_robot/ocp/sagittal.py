@@ -235,10 +235,8 @@ class _Translation:
         """Return tolerances: of both sides the smaller."""
         found: dict[str, float] = {}
         for name, value in values.items():
-            twice = name == f"{ROOT_JOINT}.qy"
-            target = (ROOT_PITCH, 1.0) if twice else self._target(name)
-            if target is not None:
-                found[target[0]] = min(found.get(target[0], np.inf), 2 * value if twice else value)
+            if (target := self._target(name)) is not None:
+                found[target[0]] = min(found.get(target[0], np.inf), value)
         return found
 
     def weights(self, weights: Mapping[str, float], *, shared: bool = False) -> dict[str, float]:
@@ -251,11 +249,9 @@ class _Translation:
         names = [leader for leader, _ in self.leaders.values()]
         found: dict[str, float] = {}
         for name, weight in weights.items():
-            half = name == f"{ROOT_JOINT}.qy"  # about half of the pitch
-            target = (ROOT_PITCH, 1.0) if half else self._target(name)
-            if target is not None:
+            if (target := self._target(name)) is not None:
                 sides = names.count(target[0]) if shared else 1
-                found[target[0]] = found.get(target[0], 0.0) + (weight / 4 if half else weight) / sides**2
+                found[target[0]] = found.get(target[0], 0.0) + weight / sides**2
         return found
 
     def bounds(

@@ -49,12 +49,22 @@ def scene_of(task: Task) -> Scene:
 
 def friction_of(task: Task, name: str) -> float:
     """Return the friction coefficient of a contact: its own, or that of the surface it touches."""
-    contact, ground = task.contacts[name], task.ground
-    if contact.friction is not None:
-        return contact.friction
+    own = task.contacts[name].friction
+    return _surface_of_contact(task, name).friction if own is None else own
+
+
+def restitution_of(task: Task, name: str) -> float:
+    """Return the coefficient of restitution of a contact: its own, or that of the surface it touches."""
+    own = task.contacts[name].restitution
+    return _surface_of_contact(task, name).restitution if own is None else own
+
+
+def _surface_of_contact(task: Task, name: str) -> Shape | Wall | SolidSurface:
+    """Return the section of what a contact touches; the ground's for two bodies."""
+    contact = task.contacts[name]
     if isinstance(contact, TwoBodyContact) or contact.surface == GROUND:
-        return ground.friction
-    return {**ground.walls, **task.surfaces}[contact.surface].friction
+        return task.ground
+    return {**task.ground.walls, **task.surfaces}[contact.surface]
 
 
 @singledispatch

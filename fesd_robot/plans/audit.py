@@ -17,6 +17,7 @@ from fesd_robot.plans.stage_forces import StageForces
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
+from fesd_robot.replay.impacts import impact, rebounds
 
 STANDARD_GRAVITY = 9.81
 """m/s^2; used for the tolerance of a force even where the robot moves on a level table."""
@@ -102,6 +103,7 @@ def audit(
         "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
         "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
         "max_quaternion_norm_error": _quaternion_norm_error(motion, names),
+        "max_impact_energy_gain": _impact_gain(motion, physics, names),
         **(others or {}),
     }
     values = {name: one.value for name, one in measured.items()}
@@ -164,23 +166,51 @@ def _clock_error(motion: PhysicalMotion, interval_ends: np.ndarray) -> Measured:
 
 
 def _impact_errors(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Iterator[Measured]:
-    for impact in motion.impacts:
-        place = float(motion.time[impact.after]), int(motion.interval[impact.after])
-        q = motion.configuration[impact.after]
+    for one in motion.impacts:
+        place = float(motion.time[one.after]), int(motion.interval[one.after])
+        q = motion.configuration[one.after]
         jacobian = physics.contact_jacobian(q)
-        jump = physics.mass_matrix(q) @ (motion.velocity[impact.after] - motion.velocity[impact.before])
-        hit = impact.taking_part
-        impulse, unexplained = split_contact_force(jump, jacobian, hit, physics.friction, impact.impulse)
+        jump = physics.mass_matrix(q) @ (motion.velocity[one.after] - motion.velocity[one.before])
+        hit = one.taking_part
+        impulse, unexplained = split_contact_force(jump, jacobian, hit, physics.friction, one.impulse)
         normal, tangential = impulse[hit, 0], np.linalg.norm(impulse[hit, 1:], axis=1)
-        before, after = (
-            normal_rows(jacobian @ motion.velocity[k], physics.rows)[hit] for k in (impact.before, impact.after)
-        )
+        before, after = (normal_rows(jacobian @ motion.velocity[k], physics.rows)[hit] for k in (one.before, one.after))
         excess = tangential - physics.friction[hit] * np.maximum(normal, 0.0)
-        parted = np.abs(after) if hit.sum() == 1 else np.maximum(-after, 0.0)
+        wanted = _parting(physics, q, motion.velocity[one.before], hit)
+        parted = np.abs(after - wanted) if hit.sum() == 1 else np.maximum(wanted - after, 0.0)
         left = parted / np.maximum(np.abs(before), 1.0)
         for i, *errors in zip(np.flatnonzero(hit).tolist(), left, excess, -normal, strict=True):
             yield Measured(float(np.max(errors)), *place, names.contacts[i])
         yield Measured(float(np.abs(unexplained).max()), *place, ", ".join(np.array(names.contacts)[hit]))
+
+
+def _parting(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, hit: np.ndarray) -> np.ndarray:
+    """Return the normal velocity with which every contact that takes part in an impact has to part, m/s.
+
+    That is -e J_n v, less only where the restitution of the contact is spent before.
+
+    Args:
+        q, v: configuration and velocity before the impact.
+        hit: contacts that take part, (n_c) of bool.
+    """
+    jacobian = physics.contact_jacobian(q)
+    newton = rebounds(physics, jacobian @ v)[hit]
+    if not newton.any():
+        return newton
+    reached = normal_rows(jacobian @ impact(physics, q, v, hit).velocity, physics.rows)[hit]
+    return np.asarray(np.clip(reached, 0.0, newton))
+
+
+def _impact_gain(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:
+    """Return the largest rise of the kinetic energy in an impact, J, and where."""
+    gains = [Measured(0.0)]
+    for one in motion.impacts:
+        mass = physics.mass_matrix(motion.configuration[one.after])
+        before, after = (0.5 * v @ mass @ v for v in motion.velocity[[one.before, one.after]])
+        place = float(motion.time[one.after]), int(motion.interval[one.after])
+        hit = ", ".join(np.array(names.contacts)[one.taking_part])
+        gains.append(Measured(max(float(after - before), 0.0), *place, hit))
+    return largest(gains)
 
 
 def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Iterator[Measured]:
@@ -228,7 +258,7 @@ class _Energies:
         states = list(zip(motion.configuration, motion.velocity, strict=True))
         energy = np.array([physics.energy(q, v) for q, v in states])
         potential = np.array([physics.energy(q, np.zeros_like(v)) for q, v in states])
-        jumps = {impact.after: energy[impact.after] - energy[impact.before] for impact in motion.impacts}
+        jumps = {one.after: energy[one.after] - energy[one.before] for one in motion.impacts}
         balance, turned_over = 0.0, float(np.abs(np.diff(potential)).sum() + sum(map(abs, jumps.values())))
         self.errors: list[Measured] = []
         for k in range(1, len(energy)):

@@ -133,9 +133,9 @@ class Audit(Record):
     max_impact_law_error: Annotated[
         float,
         AuditEntry(
-            "the largest normal velocity left after an inelastic impact, as a ratio of the approach where that is "
-            "faster than 1 m/s, and the largest part of M (v+ - v-) that impulses within the friction cone do not "
-            "explain",
+            "the largest difference between the normal velocity after an impact and -e times that before, with the "
+            "coefficient of restitution e, as a ratio of the approach where that is faster than 1 m/s, and the "
+            "largest part of M (v+ - v-) that impulses within the friction cone do not explain",
             "m/s or N s",
             1e-3,
         ),
@@ -267,6 +267,15 @@ class Audit(Record):
             "quaternions",
             "",
             1e-8,
+        ),
+    ] = None
+    max_impact_energy_gain: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest rise of the kinetic energy in an impact",
+            "J",
+            1e-3,
+            turnover_ratio=2e-4,
         ),
     ] = None
     tolerances: dict[str, float]

@@ -63,9 +63,14 @@ _WORDS = {
         "contact {subject} pulls with {value}", "what touches can only push", _SMOOTHER
     ),
     "max_impact_law_error": _Words(
-        "the impact of contact {subject} misses the inelastic law by {value}",
-        "no impulses within the friction cone give this velocity",
+        "the impact of contact {subject} misses the impact law by {value}",
+        "no impulses within the friction cone give this velocity, or it is not that of the restitution",
         _SOLVED,
+    ),
+    "max_impact_energy_gain": _Words(
+        "the impact of contact {subject} adds {value}",
+        "no impact gains energy, although Newton's law of restitution with friction may ask for it",
+        "a smaller restitution, smaller friction, or another posture there",
     ),
     "max_dynamics_error": _Words(
         "forces have no source, {value}", "controls and closed contacts do not give the acceleration", _EXACT

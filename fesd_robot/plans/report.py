@@ -89,8 +89,9 @@ def _contacts(plan: Plan) -> str:
     ]
     text += "\n" + markdown_table(["contact", "highest clearance [m]", "largest normal force [N]"], highest)
     return text + (
-        "\nImpacts are inelastic. Where normal and tangential directions couple through the mass matrix, the impact "
-        "law is the integrated one (friction acts along the impact), not Newton's with an impulse cone.\n"
+        "\nImpacts are inelastic, or bounce with the coefficient of restitution that the task gives. Where normal and "
+        "tangential directions couple through the mass matrix, the impact law is the integrated one (friction acts "
+        "along the impact), not one with an impulse cone.\n"
     )
 
 

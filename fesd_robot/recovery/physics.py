@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 import pinocchio as pin
@@ -23,11 +24,13 @@ class NumericPhysics:
             its name in `scene.geometries`.
         control_matrix: q -> B, (n_v, n_u).
         in_space: whether contacts have two tangents; a circle is a ball then.
+        restitution: name of a contact -> its coefficient of restitution, 0 to 1; 0 of those that are left out.
 
     Attributes:
         scene: surfaces, and what touches what.
         rows: of a contact in its Jacobian and its forces: a normal and a tangent, in space two.
         friction: coefficient of every contact, (n_c).
+        restitution: coefficient of every contact, (n_c).
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
         dry_friction: limit of the dry friction of every joint, N or N m, (n_v); it is no part of the forces below.
         rubbing: velocity coordinates that have some, (n_f).
@@ -41,6 +44,7 @@ class NumericPhysics:
         control_matrix: Callable[[np.ndarray], np.ndarray],
         *,
         in_space: bool = False,
+        restitution: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.scene = scene
         self.rows = 3 if in_space else 2
@@ -54,6 +58,7 @@ class NumericPhysics:
         self.dry_friction = robot.dry_friction_limits
         self.rubbing = np.flatnonzero(self.dry_friction)
         self.friction = np.array(list(friction.values()))
+        self.restitution = np.array([restitution.get(name, 0.0) for name in friction])
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) with armature, (n_v, n_v)."""

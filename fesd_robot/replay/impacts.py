@@ -1,38 +1,22 @@
-"""Inelastic impacts: contacts push at the same rate with friction until none approaches."""
+"""Impacts: contacts push at the same rate with friction until each parts as its restitution asks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
-from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
-from fesd_robot.recovery.contact_rows import by_contact, cone_facets, normal_rows, tangential_rows
+from fesd_robot.recovery.contact_rows import by_contact, normal_rows
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.headings import beginning_headings, slip_headings
-from fesd_robot.replay.mode import Mode
-from fesd_robot.replay.splits import widest_split
+from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess, ImpactState
+
+LEAST_REBOUND = 1e-3
+"""m/s; a contact that would part more slowly has no restitution, so that ever smaller bounces come to an end: one of
+this speed is 5e-8 m high, and the last ones take 2 `LEAST_REBOUND` / (g (1 - e)) together. It is the velocity up to
+which a contact counts as closed where a replay begins."""
 
 _PHASES = 100
 """Phases of one impact after which it counts as unfinished."""
-
-_ZERO = 1e-12
-"""Ratio of a velocity to the largest one of an impact, and of a rate to the largest one, that counts as zero."""
-
-_SETTLED = 1e-9
-"""The same as `_ZERO` of velocities in space, where phases are integrated."""
-
-_STEPS = 3000
-"""Of the integration of one phase after which it counts as unfinished."""
-
-_SLOW = 1e-7
-"""m/s; slower velocities keep the direction that they had: where a slide begins or ends its direction is stiff."""
-
-_TOLERANCE = 1e-12
-"""Relative tolerance of phases that are integrated."""
 
 
 @dataclass(frozen=True)
@@ -50,339 +34,63 @@ class Impact:
     finished: bool
 
 
+def rebounds(physics: NumericPhysics, velocity: np.ndarray) -> np.ndarray:
+    """Return with which normal velocity every contact parts that hits, -e v_n, m/s, (n_c); 0 where it is too slow.
+
+    Args:
+        velocity: J v before the impact, m/s, (rows n_c).
+    """
+    approach = np.maximum(-normal_rows(velocity, physics.rows), 0.0)
+    wanted = physics.restitution * approach
+    return np.asarray(np.where(wanted > LEAST_REBOUND, wanted, 0.0))
+
+
 def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray) -> Impact:
-    """Return velocity and impulses after an inelastic impact with Coulomb friction.
+    """Return velocity and impulses after an impact with restitution and Coulomb friction.
 
-    The configuration stands still while impulses P grow, M dv = J^T dP. In units of the normal impulse of one
-    approaching contact,
+    The configuration stands still while impulses P grow, M dv = J^T dP, until no contact is slower than it has to part,
+    w = J_n v + e J_n v- >= 0. Of one that does not hit, as a contact at rest, J_n v- is 0. In units of the normal
+    impulse of one approaching contact,
 
-        J_n v < 0:  dP_n = 1
-        J_n v = 0:  0 <= dP_n <= 1 and J_n dv = 0, or dP_n = 0 and J_n dv >= 0, or dP_n = 1 and J_n dv < 0
+        w < 0:  dP_n = 1
+        w = 0:  0 <= dP_n <= 1 and dw = 0, or dP_n = 0 and dw >= 0, or dP_n = 1 and dw < 0
         dP_t = -mu sgn(J_t v) dP_n,  or |dP_t| <= mu dP_n and J_t dv = 0 where J_t v = 0
 
     and in space -v_t / |v_t| takes the place of the sign. In the plane rates are constant until a velocity becomes
     zero, so every phase is exact; in space the velocity of a contact that slides turns, and a phase is integrated with
-    DOP853 to `_TOLERANCE`.
+    DOP853.
+
+    So a contact that hits alone obeys Newton's law v_n+ = -e v_n-. Where a slide ends or turns round inside the impact,
+    or other contacts push, that law may return more energy than was lost. No normal force does: as soon as its work
+    over the impact, the integral of J_n v dP_n, is no longer negative, the restitution of its contact is spent and e is
+    0 from then on. As friction takes energy, too, none is gained, whatever contacts there are.
 
     Args:
         physics: of the robot and its contacts.
         q, v: configuration (n_q) and velocity before (n_v).
         touching: contacts whose gap is closed, (n_c) of bool.
 
-    Source: Nurkanovic et al., arXiv 2111.06759, section 3: the auxiliary dynamics of time freezing, as an impact law.
+    Source: Nurkanovic et al., arXiv 2111.06759, section 3: the auxiliary dynamics of time freezing, as an impact law;
+    Stronge, Impact Mechanics (2000), chapter 3, for restitution by the work of the normal force.
     """
     jacobian = physics.contact_jacobian(q)
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
-    process = _Process(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
+    process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
-    velocity, impulse, finished = before.copy(), np.zeros(len(before)), False
-    zero = _ZERO if physics.rows == 2 else 10 * _SETTLED
-    small = zero * max(1.0, float(np.abs(before).max(initial=0.0)))
-    left: _Choice | None = None
+    state = ImpactState.of(before, np.where(touching, rebounds(physics, before), 0.0), physics.rows)
+    zero = ZERO if physics.rows == 2 else 10 * SETTLED
+    small, finished = zero * max(1.0, float(np.abs(before).max(initial=0.0))), False
+    left: Choice | None = None
     for _ in range(_PHASES):
-        process.settle(velocity, small)
-        finished = not bool((normal_rows(velocity, physics.rows)[process.touching] < 0).any())
+        process.settle(state.velocity, small)
+        finished = not bool((normal_rows(state.velocity, physics.rows)[process.touching] < 0).any())
         if finished:
             break
-        phase = process.phase(velocity, left)
+        phase = process.phase(state.velocity, left)
         if phase is None:
             break
-        after = process.after(phase, velocity, impulse)
+        after = process.after(phase, state)
         if after is None:
             break
-        velocity, impulse, left = after
-    return Impact(v + response @ impulse, by_contact(impulse, physics.rows), finished)
-
-
-_Choice = tuple[tuple[str, Mode] | None, ...]
-"""What every contact does: it pushes or holds, and sticks or slips; None if it has no impulse."""
-
-
-_End = tuple[np.ndarray, np.ndarray, _Choice | None]
-"""Velocity and impulse at the end of a phase, and its choice if that ceased to be possible."""
-
-
-@dataclass(frozen=True)
-class _Phase:
-    """A choice that the law allows, the directions of slides that begin, (n_c, n_t), and its rates, (rows n_c)."""
-
-    choice: _Choice
-    headings: np.ndarray
-    rates: np.ndarray
-
-
-@dataclass(frozen=True)
-class _Process:
-    """Rates of impulses at contact velocities J v, (rows n_c)."""
-
-    jacobian: np.ndarray
-    compliance: np.ndarray
-    friction: np.ndarray
-    touching: np.ndarray
-    rows: int
-
-    def settle(self, velocity: np.ndarray, small: float) -> None:
-        """Set velocities to zero, in place, that are smaller than `small`: along the normal, and along all tangents."""
-        normal, tangential = normal_rows(velocity, self.rows), tangential_rows(velocity, self.rows)
-        normal[np.abs(normal) <= small] = 0.0
-        tangential[np.linalg.norm(tangential, axis=1) <= small] = 0.0
-
-    def phase(self, velocity: np.ndarray, left: _Choice | None) -> _Phase | None:
-        """Return what the contacts do at a velocity by the law, or None if there is nothing that it allows.
-
-        Args:
-            left: a choice that has just ceased to be possible.
-        """
-        options: list[Sequence[tuple[str, Mode] | None]] = [
-            self._options(*self._of(velocity, i)) if on else [None] for i, on in enumerate(self.touching)
-        ]
-        for choice in self._likely(velocity, options):
-            if choice == left:
-                continue
-            headings = self._headings(choice, velocity)
-            rates = self._rates_of(choice, headings)
-            if self._allowed(choice, velocity, rates, headings):
-                return _Phase(choice, headings, rates)
-        return None
-
-    def _likely(self, velocity: np.ndarray, options: list[Sequence[tuple[str, Mode] | None]]) -> Iterator[_Choice]:
-        """Yield all choices, in space those first that pivoting leads to.
-
-        From the choice in which contacts that do not part stay, one that pulls gives up, one that would have to push
-        more than others pushes as they do, and one outside its friction cone slides.
-        """
-        if self.rows > 2:
-            stays = [max(own, key=_holding) for own in options]
-            choice, seen = list(stays), set[_Choice]()
-            while tuple(choice) not in seen:
-                seen.add(tuple(choice))
-                yield tuple(choice)
-                headings = self._headings(tuple(choice), velocity)
-                rates = self._rates_of(tuple(choice), headings)
-                rising = normal_rows(self.compliance @ rates, self.rows)
-                for i, one in enumerate(choice):
-                    push, friction = self._of(rates, i)
-                    if one is None:
-                        choice[i] = stays[i] if rising[i] < 0 else None
-                    elif one[0] == "hold" and push < 0:
-                        choice[i] = None
-                    elif one[0] == "hold" and push > 1:
-                        choice[i] = ("push", one[1])
-                    elif one[1] is Mode.STICK and float(np.linalg.norm(friction)) > self.friction[i] * push:
-                        choice[i] = (one[0], Mode.SLIP_FORWARDS)
-        yield from product(*options)
-
-    def after(self, phase: _Phase, velocity: np.ndarray, impulse: np.ndarray) -> _End | None:
-        """Return the end of a phase; None if it has none."""
-        slides = any(one and one[1].direction and self.friction[i] > 0 for i, one in enumerate(phase.choice))
-        if self.rows > 2 and slides:
-            return self._integrated(phase, velocity, impulse)
-        slope = self.compliance @ phase.rates
-        heading = np.repeat(self.touching, self.rows) & (velocity * slope < 0)
-        lengths = np.full(len(velocity), np.inf)
-        lengths[heading] = -velocity[heading] / slope[heading]
-        row = int(lengths.argmin())
-        if not np.isfinite(lengths[row]):
-            return None
-        velocity = velocity + lengths[row] * slope
-        velocity[row] = 0.0
-        return velocity, impulse + lengths[row] * phase.rates, None
-
-    def _integrated(self, phase: _Phase, velocity: np.ndarray, impulse: np.ndarray) -> _End | None:
-        """Return the end of a phase in which velocities turn: where one becomes zero, or its choice is not possible."""
-        scale = max(float(np.abs(velocity).max()), 1.0)
-        count, headings = len(velocity), phase.headings.copy()
-
-        def headings_at(y: np.ndarray) -> np.ndarray:
-            return slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
-
-        def slope(_: float, y: np.ndarray) -> np.ndarray:
-            rates = self._rates_of(phase.choice, headings_at(y))
-            return np.concatenate([self.compliance @ rates, rates])
-
-        def watched(y: np.ndarray) -> np.ndarray:
-            """Approach and slide of every contact, and the room of the choice: what must stay positive."""
-            normal, tangential = normal_rows(y[:count], self.rows), tangential_rows(y[:count], self.rows)
-            approach = np.where(self.touching & (approaching < 0), -normal, np.inf)
-            slide = np.where(slipping, (tangential * headings).sum(axis=1) - _SETTLED * scale, np.inf)
-            return np.concatenate(
-                [approach, slide, [self._room(phase.choice, self._rates_of(phase.choice, headings_at(y)))]]
-            )
-
-        approaching = normal_rows(velocity, self.rows).copy()
-        slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
-        span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
-        stepper = DOP853(
-            slope,
-            0.0,
-            np.concatenate([velocity, impulse]),
-            span,
-            rtol=_TOLERANCE,
-            atol=1e-3 * _TOLERANCE * scale,
-        )
-        before = watched(stepper.y)
-        for _ in range(_STEPS):
-            if stepper.status != "running":
-                break
-            stepper.max_step = self._before_stop(stepper.y[:count], stepper.f[:count], slipping)
-            stepper.step()
-            after = watched(stepper.y)
-            ended = np.flatnonzero((before >= 0) & (after < 0))
-            if ended.size:
-                path = stepper.dense_output()
-                times = [_root(_entry(watched, path, int(k)), stepper) for k in ended]
-                first = int(np.argmin(times))
-                return self._at_the_end(path(times[first]), int(ended[first]), phase.choice)
-            headings[:] = slip_headings(tangential_rows(stepper.y[:count], self.rows), headings, slow=_SLOW)
-            before = after
-        return None
-
-    def _before_stop(self, velocity: np.ndarray, slope: np.ndarray, slipping: np.ndarray) -> float:
-        """Return half of what is left of the slide that ends first, so that no step passes a stop: its direction has no
-        derivative there."""
-        tangential, drifting = (tangential_rows(each, self.rows)[slipping] for each in (velocity, slope))
-        speeds = np.linalg.norm(tangential, axis=1)
-        slowing = -(tangential * drifting).sum(axis=1) / np.maximum(speeds, _SLOW)
-        ending = (slowing > 0) & (speeds > _SLOW)
-        return float((0.5 * speeds[ending] / slowing[ending]).min(initial=np.inf))
-
-    def _at_the_end(self, y: np.ndarray, which: int, choice: _Choice) -> _End:
-        velocity, impulse = np.split(y.copy(), 2)
-        contacts = len(self.touching)
-        if which < contacts:
-            normal_rows(velocity, self.rows)[which] = 0.0
-        elif which < 2 * contacts:
-            tangential_rows(velocity, self.rows)[which - contacts] = 0.0
-        return velocity, impulse, None if which < 2 * contacts else choice
-
-    def _of(self, values: np.ndarray, i: int) -> tuple[float, np.ndarray]:
-        return float(normal_rows(values, self.rows)[i]), tangential_rows(values, self.rows)[i]
-
-    def _options(self, normal: float, tangential: np.ndarray) -> list[tuple[str, Mode] | None]:
-        if normal > 0:
-            return [None]
-        if self.rows > 2:
-            slips = [Mode.SLIP_FORWARDS] if tangential.any() else [Mode.STICK, Mode.SLIP_FORWARDS]
-        else:
-            slips = {1: [Mode.SLIP_FORWARDS], -1: [Mode.SLIP_BACKWARDS], 0: list(_TANGENTIAL)}[
-                int(np.sign(tangential[0]))
-            ]
-        pushes = ["push"] if normal < 0 else ["hold", "push"]
-        return [*([None] if normal == 0 else []), *((push, slip) for push in pushes for slip in slips)]
-
-    def _headings(self, choice: _Choice, velocity: np.ndarray) -> np.ndarray:
-        """Return the directions of all slides; of those that begin in space the one of their acceleration."""
-        tangential = tangential_rows(velocity, self.rows)
-        headings = slip_headings(tangential, slow=np.finfo(float).tiny)
-        starting = [
-            i
-            for i, one in enumerate(choice)
-            if one and one[1].direction and self.rows > 2 and self.friction[i] > 0 and not tangential[i].any()
-        ]
-        if not starting:
-            return headings
-        held = tuple((one[0], Mode.STICK) if one and i in starting else one for i, one in enumerate(choice))
-        pulls = -tangential_rows(self._rates_of(held, headings), self.rows)
-
-        def drift(directions: np.ndarray) -> np.ndarray:
-            return tangential_rows(self.compliance @ self._rates_of(choice, directions), self.rows)
-
-        return beginning_headings(drift, pulls, headings, starting)
-
-    def _rates_of(self, choice: _Choice, headings: np.ndarray) -> np.ndarray:
-        """Return rates of pushing contacts and those that hold velocities of others at zero."""
-        size, count = self.rows, self.rows * len(choice)
-        unit, pushed = np.eye(count), np.zeros(count)
-        rows: list[int] = []
-        columns: list[np.ndarray] = []
-        bounds: list[np.ndarray] = []
-        offsets: list[float] = []
-        for i, chosen in enumerate(choice):
-            if chosen is None:
-                continue
-            kind, slip = chosen
-            tangents = range(size * i + 1, size * (i + 1))
-            direction = unit[size * i].copy()
-            direction[list(tangents)] -= self.friction[i] * slip.direction * headings[i]
-            if kind == "push":
-                pushed += direction
-            else:
-                rows.append(size * i)
-                columns.append(direction)
-                bounds += [unit[size * i], -unit[size * i]]
-                offsets += [0.0, 1.0]
-            if slip is Mode.STICK:
-                rows += tangents
-                columns += [unit[row] for row in tangents]
-                for facet in cone_facets(size - 1):
-                    bounds.append(self.friction[i] * unit[size * i] - facet @ unit[list(tangents)])
-                    offsets.append(0.0)
-        if not rows:
-            return pushed
-        spread, limits = np.array(columns).T, np.array(bounds)
-        matrix, wanted = (self.compliance @ spread)[rows], -(self.compliance @ pushed)[rows]
-        held = np.linalg.lstsq(matrix, wanted, rcond=1e-10)[0]
-        held = widest_split(held, self.jacobian.T @ spread, limits @ spread, limits @ pushed + np.array(offsets))
-        return np.asarray(pushed + spread @ held)
-
-    def _room(self, choice: _Choice, rates: np.ndarray) -> float:
-        """Return the smallest of what must not be negative of the rates, and a little more."""
-        least = 1.0
-        for i, chosen in enumerate(choice):
-            if chosen is None:
-                continue
-            push, friction = self._of(rates, i)
-            if chosen[0] == "hold":
-                least = min(least, push, 1.0 - push)
-            if chosen[1] is Mode.STICK:
-                least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
-        return least + 1e3 * _ZERO
-
-    def _allowed(self, choice: _Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray) -> bool:
-        slope = self.compliance @ rates
-        small_rate, small_slope = 1e3 * _ZERO, 1e3 * _ZERO * (1.0 + np.abs(self.compliance).max())
-        for i, chosen in enumerate(choice):
-            if not self.touching[i]:
-                continue
-            (normal, tangential), (rising, drifting) = self._of(velocity, i), self._of(slope, i)
-            if chosen is None:
-                if normal == 0 and rising < -small_slope:
-                    return False
-                continue
-            kind, slip = chosen
-            push, friction = self._of(rates, i)
-            if kind == "push" and normal == 0 and rising > small_slope:
-                return False
-            if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_slope):
-                return False
-            if slip is Mode.STICK:
-                too_much = float(np.linalg.norm(friction)) > self.friction[i] * push + small_rate
-                if too_much or np.abs(drifting).max() > small_slope:
-                    return False
-            elif (
-                not tangential.any() and self.friction[i] > 0 and slip.direction * headings[i] @ drifting <= small_slope
-            ):
-                return False
-        return True
-
-
-def _holding(choice: tuple[str, Mode] | None) -> tuple[bool, bool, bool]:
-    """Order in which contacts are taken to do things at first: hold before push, stick before slip."""
-    return (
-        choice is not None,
-        choice is not None and choice[0] == "hold",
-        choice is not None and choice[1] is Mode.STICK,
-    )
-
-
-def _entry(
-    watched: Callable[[np.ndarray], np.ndarray], path: Callable[[float], np.ndarray], k: int
-) -> Callable[[float], float]:
-    return lambda t: float(watched(path(t))[k])
-
-
-def _root(function: Callable[[float], float], stepper: DOP853) -> float:
-    return float(brentq(function, stepper.t_old, stepper.t, xtol=1e-15))
-
-
-_TANGENTIAL = (Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)
+        state, left = after
+    return Impact(v + response @ state.impulse, by_contact(state.impulse, physics.rows), finished)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from fesd_robot.recovery import SwitchRecord
 from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.budget import Budget
 from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
@@ -25,6 +25,7 @@ from fesd_robot.replay.modes import (
     motion_in_modes,
     with_beginning_headings,
 )
+from fesd_robot.replay.roots import BEYOND_GAP, first_root, turning_time
 
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 """Of the integration, in rad, m and per s."""
@@ -32,18 +33,11 @@ RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 LONGEST_STEP = 0.025
 """s, so that no touchdown is stepped over."""
 
-MOST_EVENTS = 50
-"""Events of one replay after which it no longer looks for more."""
-
-MOST_STEPS = 2000
-"""Steps of one replay after which it ends: an interval takes 5 to 100, and thousands where rigid bodies have no motion
-that goes on (Painleve)."""
-
 Path = Callable[[float], np.ndarray]
 """Time, s -> y of `Segments`."""
 
-_BEYOND_GAP, _BEYOND_SLIP, _BEYOND_MARGIN = 1e-11, 1e-9, 2.0 * ADMISSIBLE
-"""How far below zero a gap, m, a velocity along the slip, m/s, and the margin of the forces are at their events."""
+_BEYOND_SLIP, _BEYOND_MARGIN = 1e-9, 2.0 * ADMISSIBLE
+"""How far below zero a velocity along the slip, m/s, and the margin of the forces are at their events."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +70,7 @@ def replay_motion(
     start: float = 0.0,
     flying: np.ndarray | None = None,
 ) -> Replay:
-    """Return where rigid bodies with inelastic, unilateral contacts and Coulomb friction are led by constant controls.
+    """Return where rigid bodies with unilateral contacts and Coulomb friction are led by constant controls.
 
         M a + h + D v = B u + J^T f + tau,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v),   tau in -F Sgn(v)
 
@@ -165,14 +159,12 @@ def events_along(
         contacts, v: at its beginning, v of shape (n_v).
         duration: s.
     """
-    time, y, count, law, n_v = 0.0, np.concatenate([np.zeros(len(v)), v]), 0, segments.law, len(v)
+    time, y, law, n_v = 0.0, np.concatenate([np.zeros(len(v)), v]), segments.law, len(v)
+    budget = segments.budget
     while time < duration:
-        time, y, fired = segments.until_event(contacts, time, y, duration, watch=count < MOST_EVENTS)
+        time, y, fired = segments.until_event(contacts, time, y, duration, watch=budget.watching)
         if fired is None:
             break
-        count += 1
-        if count == MOST_EVENTS:
-            law.notes.add(Note.MANY_EVENTS)
         here, v = segments.state(y)
         before, velocity, result = contacts, v, None
         left = contacts.modes if fired == segments.forces else None
@@ -183,6 +175,10 @@ def events_along(
         contacts, v = law.choose(contacts, here, v, left)
         contacts = law.released(contacts, here)
         y = np.concatenate([y[:n_v], v])
+        budget.events += 1
+        budget.bounces += bool((hits & ~contacts.closed & (segments.physics.restitution > 0)).any())
+        if not budget.watching:
+            law.notes.add(Note.MANY_EVENTS)
         yield Event(time, here, velocity, before, contacts, hits, result)
     return y, contacts
 
@@ -197,7 +193,7 @@ class Segments:
         control: (n_u).
         law: of the contacts.
         taken: called after every step with its start and end, s, its dense output, time -> y, and the contacts.
-        steps: numbers of the steps that are left.
+        budget: what of the replay is taken.
     """
 
     physics: NumericPhysics
@@ -205,7 +201,7 @@ class Segments:
     control: np.ndarray
     law: ContactLaw
     taken: Callable[[float, float, Path, Contacts], None] | None = None
-    steps: Iterator[int] = field(default_factory=lambda: iter(range(MOST_STEPS)))
+    budget: Budget = field(default_factory=Budget)
 
     @property
     def forces(self) -> int:
@@ -240,14 +236,15 @@ class Segments:
         watched = self._watched(contacts, headings, dynamics)
         before = watched(y)
         while stepper.status == "running":
-            if next(self.steps, None) is None:
+            if self.budget.over:
                 self.law.notes.add(Note.MANY_STEPS)
                 return end, np.full_like(y, np.nan), None
+            self.budget.steps += 1
             stepper.step()
             after = watched(stepper.y)
             crossing = {int(k): stepper.t for k in np.flatnonzero((before >= 0) & (after < 0))}
             crossing |= self._dips(contacts, stepper, watched) if watch else {}
-            found = _first_root(stepper, watched, crossing) if watch and crossing else None
+            found = self._first(stepper, watched, crossing) if watch and crossing else None
             if self.taken:
                 self.taken(stepper.t_old, found[0] if found else stepper.t, stepper.dense_output(), contacts)
             if found:
@@ -259,6 +256,15 @@ class Segments:
             self.law.notes.add(Note.FAILED)
             return end, np.full_like(y, np.nan), None
         return end, stepper.y, None
+
+    def _first(
+        self, stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: Mapping[int, float]
+    ) -> tuple[float, np.ndarray, int]:
+        """Return time, state and number of the value that is first of those that become negative in the last step."""
+        path = stepper.dense_output()
+        values, parting = (lambda t: watched(path(t))), (lambda t: self._parting(path(t)))
+        time, first = first_root(stepper.t_old, values, crossing, parting, self.physics.restitution > 0)
+        return time, path(time), first
 
     def _dips(
         self, contacts: Contacts, stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray]
@@ -272,9 +278,7 @@ class Segments:
         path, dips = stepper.dense_output(), {}
         turning &= self._parting(path(stepper.t_old)) < 0
         for k in np.flatnonzero(turning).tolist():
-            lowest = float(
-                brentq(lambda t, k=k: self._parting(path(t))[k], stepper.t_old, stepper.t, xtol=1e-14, rtol=1e-14)
-            )
+            lowest = turning_time(lambda t: self._parting(path(t)), k, stepper.t_old, stepper.t)
             if watched(path(lowest))[k] < 0 <= watched(path(stepper.t_old))[k]:
                 dips[k] = lowest
         return dips
@@ -360,7 +364,7 @@ class Segments:
             q, v = self.state(y)
             result = np.full(2 * count + 2 + len(slide), np.inf)
             if not contacts.closed.all():
-                gaps = self.physics.gaps(q) - contacts.ground + _BEYOND_GAP
+                gaps = self.physics.gaps(q) - contacts.ground + BEYOND_GAP
                 result[:count] = np.where(contacts.closed, np.inf, gaps)
             if touches or sticking.any():
                 dynamics = dynamics_at(q, v)
@@ -378,20 +382,3 @@ class Segments:
             return result
 
         return values
-
-
-def _first_root(
-    stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: Mapping[int, float]
-) -> tuple[float, np.ndarray, int]:
-    """Return time, state and number of the value, of those that become negative in the last step, that is first.
-
-    Args:
-        crossing: number of a value -> time at which it is negative, s.
-    """
-    path = stepper.dense_output()
-    roots = {
-        k: float(brentq(lambda t, k=k: watched(path(t))[k], stepper.t_old, negative, xtol=1e-14, rtol=1e-14))
-        for k, negative in crossing.items()
-    }
-    first = min(roots, key=lambda k: roots[k])
-    return roots[first], path(roots[first]), first

@@ -16,7 +16,7 @@ from fesd_robot.replay.integrator import Event, Path, Segments, events_along
 from fesd_robot.simulation.schedule import Schedule
 
 _FATAL = {
-    Note.MANY_EVENTS: "more than 50 contact events happen within one control interval",
+    Note.MANY_EVENTS: "more than 50 contact events, or 2000 bounces, happen within one control interval",
     Note.MANY_STEPS: "the steps become too short",
     Note.FAILED: "the motion cannot be integrated",
     Note.UNFINISHED_IMPACT: "an impact does not end",
@@ -86,7 +86,7 @@ class Drive:
 
 
 def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Schedule) -> Drive:
-    """Return where rigid bodies with inelastic, unilateral contacts and Coulomb friction are led by a schedule.
+    """Return where rigid bodies with unilateral contacts, restitution and Coulomb friction are led by a schedule.
 
     The equations and the choice of modes are those of `replay.integrator.replay_motion`; contacts stay closed from one
     control interval to the next.

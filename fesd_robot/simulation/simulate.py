@@ -35,7 +35,7 @@ Controls = Plan | Path | str | Mapping[str, float | Sequence[float] | np.ndarray
 def simulate_robot(what: Task | Plan, controls: Controls | None = None, *, duration: float | None = None) -> Plan:
     """Return the motion of a task's robot under given controls, through contact, every event located to round-off.
 
-        M a + h + D v = B u + J^T f,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v),   impacts inelastic
+        M a + h + D v = B u + J^T f,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v),   v_n+ = -e v_n
 
     No optimisation is involved: between events the modes of all contacts are fixed, and the accelerations that follow
     are integrated with DOP853 to 1e-10 (`replay.integrator`). The motion begins where the task, or the plan, does.

@@ -8,10 +8,22 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
 
 from fesd_robot.errors import nearest
-from fesd_robot.task.fields import Name, NonNegative, Offset, Positive, Section, conflict, expected, is_number, kind_of
-from fesd_robot.task.ground import GROUND
+from fesd_robot.task.fields import (
+    Name,
+    NonNegative,
+    Offset,
+    Positive,
+    Ratio,
+    Section,
+    conflict,
+    expected,
+    is_number,
+    kind_of,
+)
+from fesd_robot.task.ground import GROUND, RESTITUTION
 
 _FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
+_RESTITUTION = f"{RESTITUTION} Default: the surface's."
 _SLIPPING = (
     "Whether this contact may slip along what it touches: forbidden lets it stick or leave only, while an impact may "
     "still change its tangential velocity; the force stays inside the cone of friction. A number is the largest "
@@ -73,12 +85,13 @@ class PlacedContact(Section):
 
 
 class PointContact(PlacedContact):
-    """One point of the robot that may touch a surface; its impacts are inelastic."""
+    """One point of the robot that may touch a surface."""
 
     type: Literal["point"] = Field(default="point", description="Shape of the contact.")
     frame: Name = Field(description="Name of the robot's frame whose origin touches.")
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
+    restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
 
 
@@ -90,6 +103,7 @@ class CircleContact(PlacedContact):
     radius: Positive = Field(description="Radius of the circle, m.")
     surface: Name = Field(default=GROUND, description=_SURFACE)
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
+    restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
 
 
@@ -108,6 +122,7 @@ class BodyContact(Section):
         description="Coefficient of Coulomb friction, without unit; default: the ground's if the task gives one, or "
         "the shape's of a MuJoCo file, or the default of the ground; of any other surface always that one's.",
     )
+    restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
 
 
@@ -121,6 +136,7 @@ class TwoBodyContact(Section):
         default=None,
         description="Coefficient of Coulomb friction of this contact, without unit; default: the ground's.",
     )
+    restitution: Ratio | None = Field(default=None, description=f"{RESTITUTION} Default: the ground's.")
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
 
     @property

@@ -122,6 +122,20 @@ NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 """A finite number greater than zero."""
 
+
+def _read_ratio(value: Any) -> float:
+    if not is_number(value) or not 0 <= value <= 1:
+        raise expected("a number from 0 to 1")
+    return float(value)
+
+
+Ratio = Annotated[
+    float,
+    BeforeValidator(_read_ratio),
+    WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1}),
+]
+"""A number from zero to one."""
+
 Count = Annotated[int, Field(strict=True, ge=1)]
 """A whole number, at least one."""
 

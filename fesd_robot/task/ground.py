@@ -14,6 +14,7 @@ from fesd_robot.task.fields import (
     Number,
     Offset,
     Positive,
+    Ratio,
     Section,
     conflict,
     expected,
@@ -26,6 +27,11 @@ GROUND = "ground"
 
 STEEPEST = 20.0
 """Largest slope of a rise, the one that `fesd_robot.contact.ground` can compute with."""
+
+RESTITUTION = (
+    "Coefficient of restitution e of impacts, without unit, from 0 to 1: what hits with a normal velocity v parts with "
+    "-e v; 0: it does not bounce."
+)
 
 _SMOOTHEST = 15 / 8
 """Steepest slope of a smoothed rise over its height per length."""
@@ -81,6 +87,7 @@ class Wall(Section):
         description="Direction in which such a wall's free side looks, an angle from +x towards +y, rad.",
     )
     friction: NonNegative = Field(default=0.8, description="Coefficient of Coulomb friction, without unit.")
+    restitution: Ratio = Field(default=0.0, description=RESTITUTION)
 
     @model_validator(mode="after")
     def _one_form(self) -> Wall:
@@ -136,6 +143,7 @@ class Shape(Section, ABC):
     friction: NonNegative = Field(
         default=0.8, description="Coefficient of Coulomb friction of the ground, without unit."
     )
+    restitution: Ratio = Field(default=0.0, description=RESTITUTION)
     walls: Walls = Field(
         default_factory=dict,
         description="Name of a wall -> where it stands; contacts choose it by that name as their surface; default: "

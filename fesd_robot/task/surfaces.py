@@ -8,8 +8,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from fesd_robot.task.fields import Name, NonNegative, Number, Offset, Positive, Section, conflict, expected, is_number
-from fesd_robot.task.ground import GROUND
+from fesd_robot.task.fields import (
+    Name,
+    NonNegative,
+    Number,
+    Offset,
+    Positive,
+    Ratio,
+    Section,
+    conflict,
+    expected,
+    is_number,
+)
+from fesd_robot.task.ground import GROUND, RESTITUTION
 from fesd_robot.task.words import along_axes
 
 _SIZE = "three lengths [x, y, z] greater than 0, m, that along y null if the box has no end there"
@@ -52,6 +63,7 @@ class SolidSurface(Section, ABC):
     center: Offset = Field(description="Centre, m.")
     yaw: Number = Field(default=0.0, description="Angle by which it is turned about the world's +z, rad.")
     friction: NonNegative = Field(default=0.8, description="Coefficient of Coulomb friction, without unit.")
+    restitution: Ratio = Field(default=0.0, description=RESTITUTION)
     edge_radius: Positive = Field(
         default=0.005,
         description="Radius of its rounded edges, m, below half of its shortest length: on them the normal turns from "

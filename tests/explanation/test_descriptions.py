@@ -117,3 +117,12 @@ def test_a_mirror_and_a_swing_are_described() -> None:
         "0.05 m.",
     ):
         assert words in text, words
+
+
+def test_restitution_is_said_where_there_is_some() -> None:
+    """Of the ground, of a wall and of a contact; without any an impact is inelastic."""
+    text = explained("ground.restitution=0.3", "ground.walls={end: {x: 3, side: left, restitution: 0.9}}")
+    assert "friction 0.45, restitution 0.3 unless a contact has its own." in text
+    assert "the robot on its left; friction 0.8, restitution 0.9." in text
+    assert "frame 'foot', friction 0.45, restitution 0.3; " in text
+    assert "frame 'foot', friction 0.45, inelastic; " in explained()

@@ -12,6 +12,7 @@ import pytest
 
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs import Model, StepFunctions, heaviside
+from fesd_robot.errors import ModelError
 from fesd_robot.fesd import CrossComplementarity
 from fesd_robot.fesd.cross import cross_pairs, vanishing_pairs
 
@@ -135,3 +136,24 @@ def test_a_switching_function_of_algebraic_variables_holds_at_the_stages(mode: C
     stages[0] = (stages[0][0], ca.SX([0, 0, 0, 0, 1.0]))  # w < x at the first stage, the second has a multiplier
     violated = vanishing_pairs(system, [(ca.SX(9.0), ca.SX.zeros(5)), *stages, right_end], 2, mode)
     assert max(float(condition.G * condition.H) for condition in violated) > 0
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_condition_may_recall_the_left_boundary(mode: CrossComplementarity) -> None:
+    """With a recall of e, G at a point is x_k + e x_0; at the right boundary only, that of the last point alone."""
+    x, z, alpha = ca.SX.sym("x"), ca.SX.sym("z"), ca.SX.sym("alpha")
+    system = heaviside(Model(x), StepFunctions(alpha, x), alpha, lifted=[("multiplier", z, ca.SX(0))])
+    points = [(ca.SX(value), ca.SX([0, 0, 0, 1.0])) for value in (-2.0, 0.5, 3.0)]
+
+    def values(right_only: bool) -> list[float]:
+        label = Label("no faster than it came")
+        one = Complementarity(label, x, z, vanishing=True, recall=0.8, right_boundary_only=right_only)
+        own = replace(system, complementarities=[*system.complementarities, one])
+        conditions = vanishing_pairs(own, points, 2, mode)
+        assert all(condition.recall == 0.0 for condition in conditions)
+        return [float(condition.G) for condition in conditions]
+
+    every, last = sorted(set(np.round(values(False), 12))), sorted(set(np.round(values(True), 12)))
+    assert every == pytest.approx([-3.6, -1.1, 1.4]) and last == pytest.approx([1.4])
+    with pytest.raises(ModelError):
+        Complementarity(Label("both"), x, z, vanishing=True, recall=0.8, complement=1 - z)

@@ -291,3 +291,34 @@ def test_an_impact_on_a_boundary_goes_with_its_touchdown(hopper: BranchTranscrip
     assert earlier[2:5] == [(flight,), (*impact, stick), (stick,)]
     later = after["touchdown of contact 'foot' in interval 3 an interval later"]
     assert later[3:5] == [(flight,), (flight, *impact)]
+
+
+def test_a_bounce_moves_to_a_neighbouring_interval() -> None:
+    """An impact between two flights goes into the interval before or after, between flights as before."""
+    transcription = polisher("ball_bat", "horizon.intervals=4", "method.elements=3")
+    flying, contacts = branch_of(transcription, {0, 1, 2, 3})
+    (modes,) = contacts
+    conditions = transcription.conditions.members
+    flight = modes.flight
+    impact = tuple(
+        ActiveFactor.COMPLEMENT if conditions[i].complement is not None else ActiveFactor.G for i in modes.members
+    )
+    factors = [list(own) for own in flying.factors]
+    for i, factor in zip(modes.members, impact, strict=True):
+        factors[4][i] = factor  # the middle element of interval 1
+    branch = replace(flying, factors=tuple(tuple(own) for own in factors))
+    assert patterns(transcription, modes, branch) == [(flight,), (flight, impact, flight), (flight,), (flight,)]
+    w = transcription.transcription.problem.start
+    found = {
+        move.what: patterns(transcription, modes, move.branch)
+        for move in moves(transcription.transcription, transcription.conditions, w, branch)
+        if "bounce" in move.what
+    }
+    assert found == {
+        "bounce of contact 'hit' in interval 1 an interval earlier": [(flight, impact, flight), *[(flight,)] * 3],
+        "bounce of contact 'hit' in interval 1 an interval later": [
+            *[(flight,)] * 2,
+            (flight, impact, flight),
+            (flight,),
+        ],
+    }

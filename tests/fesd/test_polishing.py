@@ -98,7 +98,9 @@ def test_the_rows_are_the_quantities(hopper: MotionProblem) -> None:
             assert quantity.sign * parts + quantity.offset == pytest.approx(value, rel=1e-14)
 
 
-@pytest.mark.parametrize("task", ["block_push", "cart_pole_friction", "published_hopper_one_jump", "hopper_in_space"])
+@pytest.mark.parametrize(
+    "task", ["block_push", "cart_pole_friction", "published_hopper_one_jump", "hopper_in_space", "ball_bat"]
+)
 def test_an_element_has_as_many_rows_as_are_counted(task: str) -> None:
     """Behind the rows of the relaxed problem are those of every element, and the differences of their lengths."""
     motion = formulate(load_task(TASK.with_stem(task)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import fields, replace
 from typing import Any
 
@@ -130,6 +131,21 @@ def test_the_limit_of_the_energy_is_a_part_of_what_is_turned_over(physics: Numer
     """An impact at 20 m/s takes 18 J, of which 0.2 % are the limit; where nothing is turned over it is 10 mJ."""
     limits = [audit_of(collision(v * STOP, speed=v), physics).tolerances["max_energy_error"] for v in (0.0, 20.0)]
     assert limits == pytest.approx([1e-2, 2e-3 * 0.5 * STOP * 20.0**2])
+
+
+@pytest.mark.parametrize("restitution", [0.3, 1.0])
+def test_an_impact_is_held_against_its_restitution(physics: NumericPhysics, restitution: float) -> None:
+    """With e the foot has to part with e times its approach: 1 + e times the impulse that stops it does that, one that
+    only stops it misses the law by e, and one that returns more than it came with gains 0.5 m (v+^2 - v-^2)."""
+    own = copy(physics)
+    own.restitution = np.array([restitution])
+    bounced, stopped, faster = (audit_of(collision(factor * STOP), own) for factor in (1 + restitution, 1.0, 2.5))
+    assert bounced.violations == []
+    assert bounced.max_impact_law_error <= 1e-12
+    assert bounced.max_impact_energy_gain == pytest.approx(0.0, abs=1e-12)
+    assert stopped.max_impact_law_error == pytest.approx(restitution, abs=1e-12)
+    assert faster.max_impact_law_error == pytest.approx(1.5 - restitution, abs=1e-12)
+    assert faster.max_impact_energy_gain == pytest.approx(0.5 * STOP * (1.5**2 - 1), abs=1e-12)
 
 
 def test_a_task_can_set_limits(physics: NumericPhysics) -> None:
@@ -270,6 +286,12 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
         {},
         {"max_impact_law_error"},
         0.1,
+    ),
+    "impact that gives back more than it took": (
+        lambda: collision(2.1 * STOP),
+        {},
+        {"max_impact_law_error", "max_impact_energy_gain"},
+        np.nan,
     ),
     "impulse outside the cone": (
         lambda: collision(STOP, 2 * FRICTION * STOP),

@@ -24,6 +24,7 @@ def body(
     points: Mapping[str, tuple[float, float]],
     *,
     friction: float,
+    restitution: float = 0.0,
     slope: float = 0.0,
     radius: float = 0.0,
     coordinates: tuple[str, ...] = ("x", "z", "pitch"),
@@ -33,6 +34,7 @@ def body(
     Args:
         mass, inertia: kg, kg m^2 about its centre.
         points: name -> (x, z) from the centre, m; each a contact with a plane through the origin.
+        friction, restitution: coefficients of every contact.
         slope: of the plane, rad.
         radius: of the circle about each point, m; zero for the point itself.
         coordinates: that the body has, in their order.
@@ -69,12 +71,19 @@ def body(
         file.write_text(f"<robot name='body'>{''.join(links)}{''.join(joints)}</robot>", encoding="utf-8")
         robot = load_robot(file)
     scene = Scene({"ground": plane}, {name: geometry(name) for name in points})
-    return NumericPhysics(robot, scene, dict.fromkeys(points, friction), lambda _: np.eye(len(coordinates)))
+    return NumericPhysics(
+        robot,
+        scene,
+        dict.fromkeys(points, friction),
+        lambda _: np.eye(len(coordinates)),
+        restitution=dict.fromkeys(points, restitution),
+    )
 
 
-def block(friction: float = 0.4, slope: float = 0.0) -> NumericPhysics:
+def block(friction: float = 0.4, slope: float = 0.0, restitution: float = 0.0) -> NumericPhysics:
     """A block of 2 kg, 0.3 m long and 0.2 m high, on its two lower corners."""
-    return body(2.0, 0.0217, {"rear": (-0.15, -0.1), "front": (0.15, -0.1)}, friction=friction, slope=slope)
+    corners = {"rear": (-0.15, -0.1), "front": (0.15, -0.1)}
+    return body(2.0, 0.0217, corners, friction=friction, restitution=restitution, slope=slope)
 
 
 def point(friction: float, slope: float = 0.0) -> NumericPhysics:
@@ -82,14 +91,16 @@ def point(friction: float, slope: float = 0.0) -> NumericPhysics:
     return body(1.0, 1e-3, {"foot": (0.0, 0.0)}, friction=friction, slope=slope, coordinates=("x", "z"))
 
 
-def disc(friction: float) -> NumericPhysics:
+def disc(friction: float, restitution: float = 0.0) -> NumericPhysics:
     """A solid disc of 3 kg with a radius of 0.25 m."""
-    return body(3.0, 0.5 * 3.0 * 0.25**2, {"rim": (0.0, 0.0)}, friction=friction, radius=0.25)
+    inertia = 0.5 * 3.0 * 0.25**2
+    return body(3.0, inertia, {"rim": (0.0, 0.0)}, friction=friction, restitution=restitution, radius=0.25)
 
 
 ROD_LENGTH = 1.2
 
 
-def rod(friction: float) -> NumericPhysics:
+def rod(friction: float, restitution: float = 0.0) -> NumericPhysics:
     """A slender rod of 1 kg, whose end at -x from its centre is the contact."""
-    return body(1.0, ROD_LENGTH**2 / 12.0, {"tip": (-ROD_LENGTH / 2, 0.0)}, friction=friction)
+    tip = {"tip": (-ROD_LENGTH / 2, 0.0)}
+    return body(1.0, ROD_LENGTH**2 / 12.0, tip, friction=friction, restitution=restitution)

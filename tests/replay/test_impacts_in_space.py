@@ -21,7 +21,7 @@ FRICTION = 0.35
 ARM = np.array([0.1, 0.15, -0.08])  # of corner c6, m
 
 
-def tumbling() -> NumericPhysics:
+def tumbling(restitution: float = 0.0) -> NumericPhysics:
     """A free box whose corner c6 may touch the floor."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "box.urdf"
@@ -29,7 +29,31 @@ def tumbling() -> NumericPhysics:
         robot = load_robot(file, root="free_flyer")
     plane = Plane()
     scene = Scene({"ground": plane}, {"c6": PointOnSurface("c6", plane)})
-    return NumericPhysics(robot, scene, {"c6": FRICTION}, lambda _: np.zeros((6, 0)), in_space=True)
+    bouncing = {"c6": restitution}
+    return NumericPhysics(
+        robot, scene, {"c6": FRICTION}, lambda _: np.zeros((6, 0)), in_space=True, restitution=bouncing
+    )
+
+
+def test_a_corner_parts_as_newton_says_and_no_energy_is_gained() -> None:
+    """v_n+ = -e v_n- of a corner that hits, less only where its force would do work over the whole impact; friction
+    stays in its cone."""
+    random, less = np.random.default_rng(7), 0
+    for _ in range(40):
+        restitution = random.uniform(0.2, 1.0)
+        physics, quaternion = tumbling(restitution), random.normal(size=4)
+        q = np.concatenate([[0, 0, 1], quaternion / np.linalg.norm(quaternion)])
+        v = np.concatenate([random.uniform(-2, 2, 3), random.uniform(-8, 8, 3)])
+        before = float((physics.contact_jacobian(q) @ v)[0])
+        v, before = (v, before) if before < 0 else (-v, -before)
+        result = impact(physics, q, v, np.array([True]))
+        assert result.finished
+        after, mass = float((physics.contact_jacobian(q) @ result.velocity)[0]), physics.mass_matrix(q)
+        assert 0 < after <= -restitution * before + 1e-8
+        less += after < -restitution * before - 1e-8
+        assert result.velocity @ mass @ result.velocity <= v @ mass @ v * (1 + 1e-9)
+        assert np.linalg.norm(result.impulse[0, 1:]) <= FRICTION * result.impulse[0, 0] + 1e-9
+    assert less < 10
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -12,7 +12,7 @@ from scipy.special import ellipk
 
 from fesd_robot.contact import Scene
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay import integrator
+from fesd_robot.replay import budget
 from fesd_robot.replay.contacts import Note
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.robot import load_robot
@@ -168,14 +168,14 @@ def test_a_foot_that_dips_below_the_ground_inside_a_step_touches_it() -> None:
 
 def test_the_cap_on_events_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the last event that is allowed the motion goes on in its modes, with a note."""
-    monkeypatch.setattr(integrator, "MOST_EVENTS", 1)
+    monkeypatch.setattr(budget, "MOST_EVENTS", 1)
     result = replay_motion(point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 0.3)
     assert Note.MANY_EVENTS in result.notes
 
 
 def test_steps_that_become_too_short_end_a_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where steps run out the state is NaN, with a note, so that nothing passes by it, and nothing takes minutes."""
-    monkeypatch.setattr(integrator, "MOST_STEPS", 5)
+    monkeypatch.setattr(budget, "MOST_STEPS", 5)
     result = replay_motion(point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 3.0)
     assert np.isnan(result.velocity).all() and Note.MANY_STEPS in result.notes
 

@@ -13,6 +13,7 @@ from fesd_robot.task import load_task
 
 TASKS = Path(__file__).parents[2] / "tasks"
 SHORT = (
+    "ball_bat",
     "block_push",
     "cart_pole_friction",
     "double_pendulum_wall",

@@ -80,13 +80,52 @@ def test_a_ball_with_spin_rolls_when_mechanics_says(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(quaternion, axis=0), 1, atol=1e-12)
 
 
+@pytest.mark.parametrize("friction", [0.05, 0.6])
+def test_a_ball_thrown_with_spin_bounces_as_mechanics_says(tmp_path: Path, friction: float) -> None:
+    """v_z turns to -e v_z at every bounce, and the rim's velocity keeps its direction: friction takes mu times the
+    normal impulse, or 2/7 of the mass times that velocity, which stops it. Place and velocities after two bounces."""
+    restitution, radius, mass, rising = 0.6, 0.1, 0.5, 1.5
+    velocity, spin = np.array([2.0, 0.5, rising]), np.array([3.0, -5.0, 4.0])
+    task = written(
+        tmp_path,
+        BALL,
+        "robot: {model: model.urdf, root: free_flyer}\n"
+        f"ground: {{type: plane, friction: {friction}, restitution: {restitution}}}\n"
+        f"contacts: {{rim: {{type: circle, frame: ball, radius: {radius}}}}}\n"
+        "horizon: {duration: 0.55, intervals: 3}\n"
+        "initial:\n"
+        "  configuration: {root_joint.x: 0, root_joint.y: 0, root_joint.z: 0.1}\n"
+        f"  velocity: {{root_joint.vx: 2, root_joint.vy: 0.5, root_joint.vz: {rising}, root_joint.wx: 3, "
+        "root_joint.wy: -5, root_joint.wz: 4}\n"
+        "goal: {configuration: {}, soft: true}\n",
+    )
+    motion = simulate(load_task(task))
+    place, time, arm = np.zeros(2), 0.0, np.array([0.0, 0.0, -radius])
+    for hit in motion.impulses:
+        flight = 2 * velocity[2] / GRAVITY
+        place, time = place + velocity[:2] * flight, time + flight
+        normal, sliding = mass * (1 + restitution) * velocity[2], (velocity + np.cross(spin, arm))[:2]
+        speed = float(np.linalg.norm(sliding))
+        impulse = -min(friction * normal, 2 / 7 * mass * speed) * sliding / max(speed, 1e-300)
+        assert hit.time == pytest.approx(time, abs=1e-9)
+        assert (hit.normal, hit.tangential, hit.lateral) == pytest.approx((normal, *impulse), abs=1e-7)
+        spin = spin + np.cross(arm, [*impulse, 0.0]) / (0.4 * mass * radius**2)
+        velocity = np.array([*(velocity[:2] + impulse / mass), restitution * velocity[2]])
+    assert len(motion.impulses) == 2
+    np.testing.assert_allclose(
+        ends(motion, ("root_joint.x", "root_joint.y")), place + velocity[:2] * (0.55 - time), atol=1e-7
+    )
+    assert motion.audit.max_impact_law_error <= 1e-8
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
 @pytest.mark.parametrize(
     "orientation",
     [(0.0, 0.0, 0.0, 1.0), (0.2, 0.0, 0.0, 0.98), (0.3, 0.2, 0.1, 0.927)],
     ids=["flat", "on an edge", "on a corner"],
 )
 def test_a_dropped_box_gains_no_energy_and_stays_above_the_ground(
-    tmp_path: Path, orientation: tuple[float, ...]
+    tmp_path: Path, orientation: tuple[float, ...], restitution: float
 ) -> None:
     """Energy never rises from one sample to the next, no corner is below 1e-6 m, and every force is in its cone."""
     friction = 0.4
@@ -98,7 +137,7 @@ def test_a_dropped_box_gains_no_energy_and_stays_above_the_ground(
             tmp_path,
             box(),
             "robot: {model: model.urdf, root: free_flyer}\n"
-            f"ground: {{type: plane, friction: {friction}}}\n"
+            f"ground: {{type: plane, friction: {friction}, restitution: {restitution}}}\n"
             f"contacts: {{{corners}}}\n"
             "horizon: {duration: 0.3, intervals: 3}\n"
             f"initial: {{configuration: {{root_joint.x: 0, root_joint.y: 0, root_joint.z: 0.24, {values}}}, "

@@ -22,7 +22,29 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("      upper: 50", "      uper: 50\n      upper: 50", 14, "robot.actuators.push.uper", ["'upper'"]),
     ("  apex:", "  apx: {}\n  apex:", 35, "reference.apx", ["did you mean 'apex'?"]),
     ("  type: jumps\n", "  type: line\n", 34, "reference.count", ["unknown key", "valid: type", "1 more error"]),
-    ("    frame: foot", "    frame: foot\n    restitution: 0.5", 22, "contacts.foot.restitution", ["unknown key"]),
+    ("    frame: foot", "    frame: foot\n    rebound: 0.5", 22, "contacts.foot.rebound", ["unknown key"]),
+    # restitution
+    (
+        "    frame: foot",
+        "    frame: foot\n    restitution: 1.2",
+        22,
+        "contacts.foot.restitution",
+        ["found 1.2", "a number from 0 to 1"],
+    ),
+    (
+        "  friction: 0.45",
+        "  friction: 0.45\n  restitution: -0.1",
+        19,
+        "ground.restitution",
+        ["found -0.1", "a number from 0 to 1"],
+    ),
+    (
+        "  friction: 0.45",
+        "  friction: 0.45\n  walls: {end: {x: 2, side: left, restitution: high}}",
+        19,
+        "ground.walls.end.restitution",
+        ["found the text 'high'", "a number from 0 to 1"],
+    ),
     # missing keys: the line of the parent
     ("name: hop\n", "", 1, "name", ["missing", "name of the task"]),
     ("  duration: 1.0\n", "", 22, "horizon.duration", ["missing", "length of the motion", ", s"]),

@@ -88,6 +88,7 @@ def moves(
     - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
       of several contacts that happen at most an interval apart, and all switches of several contacts that happen at
       once, as a block begins to slide where a pusher meets it.
+    - A bounce, an impact between two flights, moves into the interval before or after.
     - A touchdown gets an impact wherever it lies inside an interval, and none on a boundary.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
@@ -110,7 +111,7 @@ def moves(
         patterns = [pattern_of(modes, branch, own) for own in intervals]
         runs = runs_of(modes, patterns)
         switches.append(switches_of(modes, patterns, runs, placing))
-        changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1])]
+        changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1]), *_shifted_bounces(modes, patterns)]
         changes += [*_without_run(modes, runs), *_swapped(modes, runs), *_with_flight(modes, runs)]
     together = _shifted_together(switches)
     for change in (*together, *changes) if len(switches) > PAIR else (*changes, *together):
@@ -139,6 +140,22 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
                         f"and {end.interval} {where}"
                     )
                     yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
+
+
+def _shifted_bounces(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[_Change]:
+    """Yield the changes that move an impact between two flights."""
+    ends: list[Pattern] = [(), *patterns, ()]
+    for k, pattern in enumerate(patterns):
+        impacts = tuple(mode for mode in pattern if modes.is_impact(mode))
+        around = [*ends[k][-1:], *(mode for mode in pattern if mode not in impacts), *ends[k + 2][:1]]
+        if not impacts or not all(modes.is_flight(mode) for mode in around):
+            continue
+        flight = (around[0],)
+        for where, other in ((EARLIER, k - 1), (LATER, k + 1)):
+            if 0 <= other < len(patterns) and patterns[other] == flight:
+                what = f"bounce of {modes.in_words} in interval {k} {where}"
+                moved = {k: flight, other: (*flight, *impacts, *flight)}
+                yield _Change((modes.name, k, f"bounce {where}"), what, [(modes, moved)])
 
 
 def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:

@@ -99,6 +99,8 @@ class BoundsBuilder:
                     continue
                 elif member.condition.met_by and factor is ActiveFactor.G:
                     self._hold_while_moving(e, i, before)
+                elif factor is ActiveFactor.G and self._conditions.recalls(i, factors):
+                    self._hold_since_left(e, member, left)
                 else:
                     self._hold(e, member, factor, left, None if before is None else before[i])
             if frozen:
@@ -117,6 +119,9 @@ class BoundsBuilder:
             for point in self._with_H(e, member, left):
                 self._clamp(quantity, point, 1, one_side=False)
             return
+        if member.condition.right_boundary_only:
+            self._clamp(quantity, self._elements[e].points[-1], member.direction, one_side=True)
+            return
         held_here = left is not self._start or self._start_is_free or not vanishing
         begins = [left] if held_here and not member.condition.stages_only else []
         if member.invariant_state is None:
@@ -130,6 +135,15 @@ class BoundsBuilder:
             self._fix(point.state + member.invariant_state)
         for row in self._elements[e].state_rows[member.invariant_state]:  # index reduction
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
+
+    def _hold_since_left(self, e: int, member: ConditionFactors, left: PointIndices) -> None:
+        """Hold G and what it was at the left boundary, and G at that boundary itself."""
+        rows, first = self._rows, self._elements[e].first_row
+        last_only = member.condition.right_boundary_only
+        for point in range(rows.points if last_only else 1, rows.points + 1):
+            self._limit(first + rows.since_left(point, (member.G, member.condition.recall)), member.direction)
+        if not last_only and (left is not self._start or self._start_is_free):
+            self._clamp(self._conditions.quantities[member.G], left, member.direction, one_side=True)
 
     def _hold_while_moving(self, e: int, i: int, before: tuple[ActiveFactor, ...] | None) -> None:
         """Hold G of a condition that rest meets: at all points, between them, and by its slope where rest begins.

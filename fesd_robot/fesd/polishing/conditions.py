@@ -67,6 +67,7 @@ class ElementConditions:
         quantities: each once; two switching functions of opposite sign are one quantity.
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
+        recalled: (quantity, e) of the conditions that recall their G, each once.
     """
 
     members: tuple[ConditionFactors, ...]
@@ -74,6 +75,7 @@ class ElementConditions:
     values: ca.Function
     rows: ca.Function
     row_count: int
+    recalled: tuple[tuple[int, float], ...]
 
     @cached_property
     def labels(self) -> tuple[Label, ...]:
@@ -103,6 +105,20 @@ class ElementConditions:
             factors: active factors of all conditions of an element.
         """
         return any(factors[k] is factor for k, factor in self._implying[i])
+
+    def recalls(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether a condition of an element is about how the element begins: that of an impact with restitution.
+
+        Where the clock of its contact runs the conditions without a memory hold G at zero from both sides, at the left
+        boundary, too, and the condition is theirs.
+
+        Args:
+            i: its number.
+            factors: active factors of all conditions of an element.
+        """
+        own, complement = self.members[i].condition, ActiveFactor.COMPLEMENT
+        of_contact = [k for k, label in enumerate(self.labels) if label.contact == own.label.contact]
+        return own.recall > 0 and any(factors[k] is complement for k in of_contact)
 
     @cached_property
     def _implying(self) -> list[list[tuple[int, ActiveFactor]]]:
@@ -180,7 +196,9 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
             )
         )
     x_z = [system.state, system.algebraic]
+    recalled = [(member.G, member.condition.recall) for member in members if member.condition.recall]
     return ElementConditions(
+        recalled=tuple(dict.fromkeys(recalled)),
         members=tuple(members),
         quantities=tuple(quantities.known),
         values=ca.Function("quantities", x_z, [ca.vertcat(*[one.expression for one in quantities.known])]),

@@ -107,6 +107,8 @@ class ElementSizes:
     def G(self, member: ConditionFactors) -> float:
         """Largest G of a condition."""
         points = self.stages if member.condition.stages_only else self.points
+        if member.condition.right_boundary_only:
+            points = points[-1:]
         return float((member.direction * points[:, member.G]).max())
 
     def complement(self, member: ConditionFactors) -> float:
@@ -194,7 +196,7 @@ def _without_repetition(conditions: ElementConditions, factors: list[ActiveFacto
     held = {
         (member.G, member.direction)
         for member, factor in zip(conditions.members, factors, strict=True)
-        if factor is ActiveFactor.G and member.condition.vanishing
+        if factor is ActiveFactor.G and member.condition.vanishing and not member.condition.right_boundary_only
     }
     return [
         ActiveFactor.G if member.condition.vanishing and {(member.G, 1), (member.G, -1)} <= held else factor
@@ -204,6 +206,8 @@ def _without_repetition(conditions: ElementConditions, factors: list[ActiveFacto
 
 def _in_contact(sizes: ElementSizes, member: ConditionFactors, *, whole: bool) -> ActiveFactor:
     """A condition of the velocity level in an element with contact; one on the contact's whole H cannot end it."""
+    if member.complement is not None and not whole:
+        return sizes.smallest(member)
     if sizes.complement(member) < float(np.abs(sizes.points[:, member.G]).max()):
         return ActiveFactor.COMPLEMENT
     if whole or sizes.stages[:, member.H].max() > max(sizes.G(member), 0.0):

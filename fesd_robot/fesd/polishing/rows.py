@@ -20,6 +20,7 @@ class ElementRows:
 
     - ``r(x_k, z_k)`` of every quantity at every point k = 1..n, in this order;
     - ``r(x_k, z_j)`` of those that keep their sign between all points k = 0..n, k != j, and stages j;
+    - ``r(x_k) + e r(x_0)`` of those that an impact with restitution recalls, at every point k = 1..n;
     - ``sum_k l_k'(1) r(x_k, z_n)`` of those that are zero where a contact stops, whatever the algebraic variables are:
       their slope at the end, by the derivatives of the Lagrange basis. It takes the place of the value where the
       element ends with that: friction at the end of a slide is against the velocity just before it.
@@ -49,7 +50,8 @@ class ElementRows:
     def size(self) -> int:
         """Rows of an element."""
         between = len(self.pairs) * len(self.conditions.crossed)
-        return self.points * self.conditions.row_count + between + len(self.ending)
+        recalled = self.points * len(self.conditions.recalled)
+        return self.points * self.conditions.row_count + between + recalled + len(self.ending)
 
     def at(self, point: int, row: int) -> int:
         """Index of a quantity at a point, from 1."""
@@ -59,6 +61,12 @@ class ElementRows:
         """Index of a crossed quantity at one of `pairs`."""
         crossed = self.conditions.crossed
         return self.points * self.conditions.row_count + pair * len(crossed) + crossed.index(row)
+
+    def since_left(self, point: int, quantity: tuple[int, float]) -> int:
+        """Index of a quantity and what it was at the left boundary, one of `recalled`, at a point, from 1."""
+        recalled = self.conditions.recalled
+        last = self.points * self.conditions.row_count + len(self.pairs) * len(self.conditions.crossed)
+        return last + (point - 1) * len(recalled) + recalled.index(quantity)
 
     def at_end(self, row: int) -> int:
         """Index of the slope of one of `ending`."""
@@ -72,7 +80,13 @@ class ElementRows:
         own = [rows(x, z) for x, z in points[1:]]
         between = self.pairs if self.conditions.crossed else []
         crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in between]
-        return ca.vertcat(ca.SX(0, 1), *own, *crossed, self.slopes(points))
+        return ca.vertcat(ca.SX(0, 1), *own, *crossed, *self._recalled(points), self.slopes(points))
+
+    def _recalled(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> list[ca.SX]:
+        if not self.conditions.recalled:
+            return []
+        values = [self.conditions.values(x, z) for x, z in points]
+        return [own[i] + e * values[0][i] for own in values[1:] for i, e in self.conditions.recalled]
 
     def slopes(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
         """Return the slopes of `ending`.

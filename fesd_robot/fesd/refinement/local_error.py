@@ -202,7 +202,9 @@ class _ModeEquations:
         n_x, held, replaced = system.state.numel(), set(), set()
         sides: set[tuple[int, int]] = set()
         frozen = ActiveFactor.COMPLEMENT in factors
-        for member, own in zip(conditions.members, factors, strict=True):
+        for i, (member, own) in enumerate(zip(conditions.members, factors, strict=True)):
+            if own is ActiveFactor.G and (member.condition.right_boundary_only or conditions.recalls(i, factors)):
+                continue
             factor = ActiveFactor.H if frozen and member.condition.share else own
             at = member.quantity(factor)
             if factor is ActiveFactor.G and member.invariant_state is not None:

@@ -1,0 +1,388 @@
+"""The phases of an impact: what contacts do while their impulses grow, and when that ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from fesd_robot.recovery.contact_rows import cone_facets, normal_rows, tangential_rows
+from fesd_robot.replay.headings import beginning_headings, slip_headings
+from fesd_robot.replay.mode import Mode
+from fesd_robot.replay.splits import widest_split
+
+ZERO = 1e-12
+"""Ratio of a velocity to the largest one of an impact, and of a rate to the largest one, that counts as zero."""
+
+SETTLED = 1e-9
+"""The same as `ZERO` of velocities in space, where phases are integrated."""
+
+_STEPS = 3000
+"""Of the integration of one phase after which it counts as unfinished."""
+
+_SLOW = 1e-7
+"""m/s; slower velocities keep the direction that they had: where a slide begins or ends its direction is stiff."""
+
+_TOLERANCE = 1e-12
+"""Relative tolerance of phases that are integrated."""
+
+Choice = tuple[tuple[str, Mode] | None, ...]
+"""What every contact does: it pushes or holds, and sticks or slips; None if it has no impulse."""
+
+
+@dataclass(frozen=True)
+class ImpactState:
+    """How far an impact has come.
+
+    Attributes:
+        velocity: J v, the normal velocity of every contact less its rebound: negative where it is not done,
+            (rows n_c).
+        impulse: N s, (rows n_c).
+        rebound: normal velocity with which a contact has to part, m/s, (n_c); 0 without restitution.
+        work: of the normal force of every contact so far, J, (n_c).
+    """
+
+    velocity: np.ndarray
+    impulse: np.ndarray
+    rebound: np.ndarray
+    work: np.ndarray
+
+    @classmethod
+    def of(cls, before: np.ndarray, rebound: np.ndarray, rows: int) -> ImpactState:
+        """Return the state at the beginning, given J v and the rebounds."""
+        velocity = before.copy()
+        normal_rows(velocity, rows)[:] -= rebound
+        return cls(velocity, np.zeros(len(before)), rebound, np.zeros(len(rebound)))
+
+    def advanced(self, rates: np.ndarray, slope: np.ndarray, length: float, rows: int) -> ImpactState:
+        """Return the state after a length in which impulses and velocities grow at given rates."""
+        velocity = self.velocity + length * slope
+        mean = 0.5 * normal_rows(self.velocity + velocity, rows) + self.rebound
+        work = self.work + length * normal_rows(rates, rows) * mean
+        return replace(self, velocity=velocity, impulse=self.impulse + length * rates, work=work)
+
+    def spent(self, contact: int, rows: int) -> ImpactState:
+        """Return the state in which a contact has no restitution left."""
+        velocity, rebound = self.velocity.copy(), self.rebound.copy()
+        normal_rows(velocity, rows)[contact] += rebound[contact]
+        rebound[contact] = 0.0
+        return replace(self, velocity=velocity, rebound=rebound)
+
+    def lengths_to_spend(self, rates: np.ndarray, slope: np.ndarray, rows: int) -> np.ndarray:
+        """Return after which length the work of every contact with a rebound rises through zero, (n_c); infinite if
+        never: the root of work + rate (v s + slope s^2 / 2)."""
+        rate = normal_rows(rates, rows)
+        square, linear = 0.5 * rate * normal_rows(slope, rows), rate * (normal_rows(self.velocity, rows) + self.rebound)
+        under_root = linear**2 - 4.0 * square * self.work
+        lengths = np.full(len(rate), np.inf)
+        for i in np.flatnonzero((self.rebound > 0) & (rate > 0) & (under_root >= 0)).tolist():
+            root = float(np.sqrt(under_root[i]))
+            if linear[i] > 0:
+                lengths[i] = -2.0 * self.work[i] / (linear[i] + root)
+            elif square[i] > 0:
+                lengths[i] = (root - linear[i]) / (2.0 * square[i])
+        return lengths
+
+
+_End = tuple[ImpactState, Choice | None]
+"""State at the end of a phase, and its choice if that ceased to be possible."""
+
+
+@dataclass(frozen=True)
+class ImpactPhase:
+    """A choice that the law allows, the directions of slides that begin, (n_c, n_t), and its rates, (rows n_c)."""
+
+    choice: Choice
+    headings: np.ndarray
+    rates: np.ndarray
+
+
+@dataclass(frozen=True)
+class ImpactProcess:
+    """Rates of impulses at contact velocities J v, (rows n_c)."""
+
+    jacobian: np.ndarray
+    compliance: np.ndarray
+    friction: np.ndarray
+    touching: np.ndarray
+    rows: int
+
+    def settle(self, velocity: np.ndarray, small: float) -> None:
+        """Set velocities to zero, in place, that are smaller than `small`: along the normal, and along all tangents."""
+        normal, tangential = normal_rows(velocity, self.rows), tangential_rows(velocity, self.rows)
+        normal[np.abs(normal) <= small] = 0.0
+        tangential[np.linalg.norm(tangential, axis=1) <= small] = 0.0
+
+    def phase(self, velocity: np.ndarray, left: Choice | None) -> ImpactPhase | None:
+        """Return what the contacts do at a velocity by the law, or None if there is nothing that it allows.
+
+        Args:
+            left: a choice that has just ceased to be possible.
+        """
+        options: list[Sequence[tuple[str, Mode] | None]] = [
+            self._options(*self._of(velocity, i)) if on else [None] for i, on in enumerate(self.touching)
+        ]
+        for choice in self._likely(velocity, options):
+            if choice == left:
+                continue
+            headings = self._headings(choice, velocity)
+            rates = self._rates_of(choice, headings)
+            if self._allowed(choice, velocity, rates, headings):
+                return ImpactPhase(choice, headings, rates)
+        return None
+
+    def _likely(self, velocity: np.ndarray, options: list[Sequence[tuple[str, Mode] | None]]) -> Iterator[Choice]:
+        """Yield all choices, in space those first that pivoting leads to.
+
+        From the choice in which contacts that do not part stay, one that pulls gives up, one that would have to push
+        more than others pushes as they do, and one outside its friction cone slides.
+        """
+        if self.rows > 2:
+            stays = [max(own, key=_holding) for own in options]
+            choice, seen = list(stays), set[Choice]()
+            while tuple(choice) not in seen:
+                seen.add(tuple(choice))
+                yield tuple(choice)
+                headings = self._headings(tuple(choice), velocity)
+                rates = self._rates_of(tuple(choice), headings)
+                rising = normal_rows(self.compliance @ rates, self.rows)
+                for i, one in enumerate(choice):
+                    push, friction = self._of(rates, i)
+                    if one is None:
+                        choice[i] = stays[i] if rising[i] < 0 else None
+                    elif one[0] == "hold" and push < 0:
+                        choice[i] = None
+                    elif one[0] == "hold" and push > 1:
+                        choice[i] = ("push", one[1])
+                    elif one[1] is Mode.STICK and float(np.linalg.norm(friction)) > self.friction[i] * push:
+                        choice[i] = (one[0], Mode.SLIP_FORWARDS)
+        yield from product(*options)
+
+    def after(self, phase: ImpactPhase, state: ImpactState) -> _End | None:
+        """Return the end of a phase; None if it has none."""
+        slides = any(one and one[1].direction and self.friction[i] > 0 for i, one in enumerate(phase.choice))
+        if self.rows > 2 and slides:
+            return self._integrated(phase, state)
+        velocity, slope = state.velocity, self.compliance @ phase.rates
+        heading = np.repeat(self.touching, self.rows) & (velocity * slope < 0)
+        lengths = np.full(len(velocity), np.inf)
+        lengths[heading] = -velocity[heading] / slope[heading]
+        row, spending = int(lengths.argmin()), state.lengths_to_spend(phase.rates, slope, self.rows)
+        if spending.min(initial=np.inf) < lengths[row]:
+            contact = int(spending.argmin())
+            ended = state.advanced(phase.rates, slope, float(spending[contact]), self.rows)
+            return ended.spent(contact, self.rows), None
+        if not np.isfinite(lengths[row]):
+            return None
+        ended = state.advanced(phase.rates, slope, float(lengths[row]), self.rows)
+        ended.velocity[row] = 0.0
+        return ended, None
+
+    def _integrated(self, phase: ImpactPhase, state: ImpactState) -> _End | None:
+        """Return the end of a phase in which velocities turn: where one becomes zero, a restitution is spent, or its
+        choice is not possible."""
+        velocity = state.velocity
+        scale = max(float(np.abs(velocity).max()), 1.0)
+        count, headings = len(velocity), phase.headings.copy()
+
+        def headings_at(y: np.ndarray) -> np.ndarray:
+            return slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
+
+        def slope(_: float, y: np.ndarray) -> np.ndarray:
+            rates = self._rates_of(phase.choice, headings_at(y))
+            parting = normal_rows(y[:count], self.rows) + state.rebound
+            return np.concatenate([self.compliance @ rates, rates, parting * normal_rows(rates, self.rows)])
+
+        def watched(y: np.ndarray) -> np.ndarray:
+            """Approach and slide of every contact, the room of the choice, and what is left of every restitution: what
+            must stay positive."""
+            normal, tangential = normal_rows(y[:count], self.rows), tangential_rows(y[:count], self.rows)
+            approach = np.where(self.touching & (approaching < 0), -normal, np.inf)
+            slide = np.where(slipping, (tangential * headings).sum(axis=1) - SETTLED * scale, np.inf)
+            room = self._room(phase.choice, self._rates_of(phase.choice, headings_at(y)))
+            return np.concatenate([approach, slide, [room], np.where(state.rebound > 0, -y[2 * count :], np.inf)])
+
+        approaching = normal_rows(velocity, self.rows).copy()
+        slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
+        span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
+        stepper = DOP853(
+            slope,
+            0.0,
+            np.concatenate([velocity, state.impulse, state.work]),
+            span,
+            rtol=_TOLERANCE,
+            atol=1e-3 * _TOLERANCE * scale,
+        )
+        before = watched(stepper.y)
+        for _ in range(_STEPS):
+            if stepper.status != "running":
+                break
+            stepper.max_step = self._before_stop(stepper.y[:count], stepper.f[:count], slipping)
+            stepper.step()
+            after = watched(stepper.y)
+            ended = np.flatnonzero((before >= 0) & (after < 0))
+            if ended.size:
+                path = stepper.dense_output()
+                times = [_root(_entry(watched, path, int(k)), stepper) for k in ended]
+                first = int(np.argmin(times))
+                return self._at_the_end(path(times[first]), int(ended[first]), phase.choice, state.rebound)
+            headings[:] = slip_headings(tangential_rows(stepper.y[:count], self.rows), headings, slow=_SLOW)
+            before = after
+        return None
+
+    def _before_stop(self, velocity: np.ndarray, slope: np.ndarray, slipping: np.ndarray) -> float:
+        """Return half of what is left of the slide that ends first, so that no step passes a stop: its direction has no
+        derivative there."""
+        tangential, drifting = (tangential_rows(each, self.rows)[slipping] for each in (velocity, slope))
+        speeds = np.linalg.norm(tangential, axis=1)
+        slowing = -(tangential * drifting).sum(axis=1) / np.maximum(speeds, _SLOW)
+        ending = (slowing > 0) & (speeds > _SLOW)
+        return float((0.5 * speeds[ending] / slowing[ending]).min(initial=np.inf))
+
+    def _at_the_end(self, y: np.ndarray, which: int, choice: Choice, rebound: np.ndarray) -> _End:
+        contacts = len(self.touching)
+        velocity, impulse, work = np.split(y.copy(), [self.rows * contacts, 2 * self.rows * contacts])
+        ended = ImpactState(velocity, impulse, rebound, work)
+        if which < contacts:
+            normal_rows(velocity, self.rows)[which] = 0.0
+        elif which < 2 * contacts:
+            tangential_rows(velocity, self.rows)[which - contacts] = 0.0
+        elif which > 2 * contacts:
+            return ended.spent(which - 2 * contacts - 1, self.rows), None
+        return ended, None if which < 2 * contacts else choice
+
+    def _of(self, values: np.ndarray, i: int) -> tuple[float, np.ndarray]:
+        return float(normal_rows(values, self.rows)[i]), tangential_rows(values, self.rows)[i]
+
+    def _options(self, normal: float, tangential: np.ndarray) -> list[tuple[str, Mode] | None]:
+        if normal > 0:
+            return [None]
+        if self.rows > 2:
+            slips = [Mode.SLIP_FORWARDS] if tangential.any() else [Mode.STICK, Mode.SLIP_FORWARDS]
+        else:
+            slips = {1: [Mode.SLIP_FORWARDS], -1: [Mode.SLIP_BACKWARDS], 0: list(_TANGENTIAL)}[
+                int(np.sign(tangential[0]))
+            ]
+        pushes = ["push"] if normal < 0 else ["hold", "push"]
+        return [*([None] if normal == 0 else []), *((push, slip) for push in pushes for slip in slips)]
+
+    def _headings(self, choice: Choice, velocity: np.ndarray) -> np.ndarray:
+        """Return the directions of all slides; of those that begin in space the one of their acceleration."""
+        tangential = tangential_rows(velocity, self.rows)
+        headings = slip_headings(tangential, slow=np.finfo(float).tiny)
+        starting = [
+            i
+            for i, one in enumerate(choice)
+            if one and one[1].direction and self.rows > 2 and self.friction[i] > 0 and not tangential[i].any()
+        ]
+        if not starting:
+            return headings
+        held = tuple((one[0], Mode.STICK) if one and i in starting else one for i, one in enumerate(choice))
+        pulls = -tangential_rows(self._rates_of(held, headings), self.rows)
+
+        def drift(directions: np.ndarray) -> np.ndarray:
+            return tangential_rows(self.compliance @ self._rates_of(choice, directions), self.rows)
+
+        return beginning_headings(drift, pulls, headings, starting)
+
+    def _rates_of(self, choice: Choice, headings: np.ndarray) -> np.ndarray:
+        """Return rates of pushing contacts and those that hold velocities of others at zero."""
+        size, count = self.rows, self.rows * len(choice)
+        unit, pushed = np.eye(count), np.zeros(count)
+        rows: list[int] = []
+        columns: list[np.ndarray] = []
+        bounds: list[np.ndarray] = []
+        offsets: list[float] = []
+        for i, chosen in enumerate(choice):
+            if chosen is None:
+                continue
+            kind, slip = chosen
+            tangents = range(size * i + 1, size * (i + 1))
+            direction = unit[size * i].copy()
+            direction[list(tangents)] -= self.friction[i] * slip.direction * headings[i]
+            if kind == "push":
+                pushed += direction
+            else:
+                rows.append(size * i)
+                columns.append(direction)
+                bounds += [unit[size * i], -unit[size * i]]
+                offsets += [0.0, 1.0]
+            if slip is Mode.STICK:
+                rows += tangents
+                columns += [unit[row] for row in tangents]
+                for facet in cone_facets(size - 1):
+                    bounds.append(self.friction[i] * unit[size * i] - facet @ unit[list(tangents)])
+                    offsets.append(0.0)
+        if not rows:
+            return pushed
+        spread, limits = np.array(columns).T, np.array(bounds)
+        matrix, wanted = (self.compliance @ spread)[rows], -(self.compliance @ pushed)[rows]
+        held = np.linalg.lstsq(matrix, wanted, rcond=1e-10)[0]
+        held = widest_split(held, self.jacobian.T @ spread, limits @ spread, limits @ pushed + np.array(offsets))
+        return np.asarray(pushed + spread @ held)
+
+    def _room(self, choice: Choice, rates: np.ndarray) -> float:
+        """Return the smallest of what must not be negative of the rates, and a little more."""
+        least = 1.0
+        for i, chosen in enumerate(choice):
+            if chosen is None:
+                continue
+            push, friction = self._of(rates, i)
+            if chosen[0] == "hold":
+                least = min(least, push, 1.0 - push)
+            if chosen[1] is Mode.STICK:
+                least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
+        return least + 1e3 * ZERO
+
+    def _allowed(self, choice: Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray) -> bool:
+        slope = self.compliance @ rates
+        small_rate, small_slope = 1e3 * ZERO, 1e3 * ZERO * (1.0 + np.abs(self.compliance).max())
+        for i, chosen in enumerate(choice):
+            if not self.touching[i]:
+                continue
+            (normal, tangential), (rising, drifting) = self._of(velocity, i), self._of(slope, i)
+            if chosen is None:
+                if normal == 0 and rising < -small_slope:
+                    return False
+                continue
+            kind, slip = chosen
+            push, friction = self._of(rates, i)
+            if kind == "push" and normal == 0 and rising > small_slope:
+                return False
+            if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_slope):
+                return False
+            if slip is Mode.STICK:
+                too_much = float(np.linalg.norm(friction)) > self.friction[i] * push + small_rate
+                if too_much or np.abs(drifting).max() > small_slope:
+                    return False
+            elif (
+                not tangential.any() and self.friction[i] > 0 and slip.direction * headings[i] @ drifting <= small_slope
+            ):
+                return False
+        return True
+
+
+def _holding(choice: tuple[str, Mode] | None) -> tuple[bool, bool, bool]:
+    """Order in which contacts are taken to do things at first: hold before push, stick before slip."""
+    return (
+        choice is not None,
+        choice is not None and choice[0] == "hold",
+        choice is not None and choice[1] is Mode.STICK,
+    )
+
+
+def _entry(
+    watched: Callable[[np.ndarray], np.ndarray], path: Callable[[float], np.ndarray], k: int
+) -> Callable[[float], float]:
+    return lambda t: float(watched(path(t))[k])
+
+
+def _root(function: Callable[[float], float], stepper: DOP853) -> float:
+    return float(brentq(function, stepper.t_old, stepper.t, xtol=1e-15))
+
+
+_TANGENTIAL = (Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)

@@ -1,0 +1,60 @@
+"""The times of events inside a step of the integrator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from scipy.optimize import brentq
+
+BEYOND_GAP = 1e-11
+"""How far below zero a gap is at its event, m, as `watched` counts it."""
+
+Values = Callable[[float], np.ndarray]
+"""Time, s -> values."""
+
+
+def first_root(
+    start: float, watched: Values, crossing: Mapping[int, float], parting: Values, bouncing: np.ndarray
+) -> tuple[float, int]:
+    """Return time, s, and number of the value, of those that become negative in a step, that is first.
+
+    The gap of a contact that bounces is zero at its event: what it was beyond would add up from bounce to bounce.
+
+    Args:
+        start: of the step, s.
+        watched: what must stay positive: gaps and `BEYOND_GAP` first, (n_c) of them.
+        crossing: number of a value -> time at which it is negative, s.
+        parting: normal velocities of the contacts, m/s, (n_c).
+        bouncing: contacts with restitution, (n_c) of bool.
+    """
+    roots: dict[int, float] = {}
+    for k, negative in crossing.items():
+        roots[k] = _root(watched, k, start, negative)
+        if k < len(bouncing) and bouncing[k]:
+            roots[k] = _touchdown(start, watched, roots[k], parting, k)
+    first = min(roots, key=lambda k: roots[k])
+    return roots[first], first
+
+
+def turning_time(parting: Values, k: int, start: float, end: float) -> float:
+    """Return when the normal velocity of a contact changes its sign between two times, s."""
+    return _root(parting, k, start, end)
+
+
+def _touchdown(start: float, watched: Values, below: float, parting: Values, k: int) -> float:
+    """Return when a gap is zero, s, given a time at which it is `BEYOND_GAP` below; that time if it was never more."""
+    above = start
+    if parting(start)[k] > 0 > parting(below)[k]:
+        above = turning_time(parting, k, start, below)
+
+    def gap(time: float) -> float:
+        return float(watched(time)[k]) - BEYOND_GAP
+
+    if not gap(above) > 0 > gap(below):
+        return below
+    return float(brentq(gap, above, below, xtol=1e-15, rtol=1e-14))
+
+
+def _root(values: Values, k: int, start: float, end: float) -> float:
+    return float(brentq(lambda time: float(values(time)[k]), start, end, xtol=1e-14, rtol=1e-14))
