@@ -6,7 +6,7 @@ import casadi as ca
 
 from fesd_robot.contact.ground import Ground
 from fesd_robot.contact.model import Contact
-from fesd_robot.contact.points import lateral_axis, planar_frame, surface_at
+from fesd_robot.contact.points import check_planar, planar_frame, surface_at
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
 
 COINCIDENCE = 1e-8
@@ -40,11 +40,13 @@ def circle_contact(
 
     Raises:
         RobotError: the frame of a circle can move or turn out of the x-z plane.
+        GroundError: the surface of a circle varies along y.
     """
     if in_space:
         return _ball_contact(robot, configuration, path, name=name, frame=frame, radius=radius, friction=friction)
+    check_planar(path, name)
     center, jacobian, turning = planar_frame(robot, configuration, frame, name=name, turning=True)
-    gap, normal, tangent = surface_at(path, center)
+    gap, normal, (tangent, _) = surface_at(path, center)
     return Contact(
         name=name,
         gap=gap,
@@ -60,8 +62,8 @@ def _ball_contact(
     """The same in space: J_tk = J_p^T t_k - r J_w^T (n x t_k), where n x t_1 = t_2 and n x t_2 = -t_1."""
     _, center = frame_placement(robot, configuration, frame)
     jacobian = frame_jacobian(robot, configuration, frame)
-    gap, normal, tangent = surface_at(path, center)
-    tangents, turned = ca.horzcat(tangent, lateral_axis()), ca.horzcat(lateral_axis(), -tangent)
+    gap, normal, (tangent, lateral) = surface_at(path, center)
+    tangents, turned = ca.horzcat(tangent, lateral), ca.horzcat(lateral, -tangent)
     moving = ca.mtimes(jacobian[:3, :].T, tangents) - radius * ca.mtimes(jacobian[3:, :].T, turned)
     return Contact(
         name=name,

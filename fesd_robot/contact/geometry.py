@@ -71,7 +71,7 @@ class Scene:
     """Everything that a robot may touch.
 
     Attributes:
-        surfaces: name -> surface; ``ground`` and the walls.
+        surfaces: name -> surface; ``ground``, the walls and other surfaces.
         geometries: name of a contact -> its geometry.
     """
 

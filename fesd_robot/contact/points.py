@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.ground import LATERAL, Ground
+from fesd_robot.contact.ground import Ground
 from fesd_robot.contact.model import Contact
-from fesd_robot.errors import RobotError
+from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
 
 
@@ -23,8 +23,7 @@ def point_contact(
 ) -> Contact:
     """Return gap, normal and tangent directions of the origin of a frame over the ground.
 
-    f_c(q) = f(p(q)), J_n = J_p^T grad f, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin. In
-    space the second tangent is the world's y axis, along which no ground varies.
+    f_c(q) = f(p(q)), J_n = J_p^T grad f, J_t = J_p^T t with the world-aligned Jacobian J_p of the frame's origin.
 
     Args:
         configuration: q, SX symbols (n_q).
@@ -33,20 +32,21 @@ def point_contact(
         in_space: whether the contact has two tangents.
 
     Raises:
-        RobotError: the frame can move out of the x-z plane, where planar friction would be wrong.
+        RobotError: the frame of a contact in the plane can move out of it.
+        GroundError: the surface of a contact in the plane varies along y.
     """
     if in_space:
         _, position = frame_placement(robot, configuration, frame)
         jacobian = frame_jacobian(robot, configuration, frame)[:3, :]
     else:
+        check_planar(ground, name)
         position, jacobian, _ = planar_frame(robot, configuration, frame, name=name)
-    gap, normal, tangent = surface_at(ground, position)
-    tangents = [tangent, lateral_axis()] if in_space else [tangent]
+    gap, normal, tangents = surface_at(ground, position)
     return Contact(
         name=name,
         gap=gap,
         normal=ca.densify(ca.mtimes(jacobian.T, normal)),
-        tangents=ca.densify(ca.mtimes(jacobian.T, ca.horzcat(*tangents))),
+        tangents=ca.densify(ca.mtimes(jacobian.T, ca.horzcat(*tangents[: 2 if in_space else 1]))),
         friction=friction,
     )
 
@@ -79,12 +79,32 @@ def planar_frame(
     return position, jacobian[:3, :], jacobian[4, :]
 
 
-def surface_at(ground: Ground, position: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return gap, gradient and tangent (3) of a surface at a position, with what they have in common computed once."""
-    gap, normal, tangent = ground.distance(position), ground.normal(position), ground.tangent(position)
-    if isinstance(normal, np.ndarray):
-        return gap, _constant(normal), _constant(tangent)
-    return ca.cse([gap, normal, tangent])
+def check_planar(ground: Ground, name: str) -> None:
+    """Raise if a surface varies along y, on which the friction of a contact in the x-z plane would be wrong.
+
+    Args:
+        name: of the contact, for messages.
+
+    Raises:
+        GroundError: it does.
+    """
+    if ground.varies_across:
+        raise GroundError(
+            f"contact '{name}' stays in the x-z plane, but what it touches varies along y; expected a surface that "
+            "does not, as a box or lying cylinder without ends along y, or a robot that can leave the plane"
+        )
+
+
+def surface_at(ground: Ground, position: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
+    """Return gap, gradient (3) and both tangents (3) of a surface at a position, what they share computed once."""
+    _, *tangents = ground.axes(position)
+    found = [ground.distance(position), ground.normal(position), *tangents]
+    varying = [k for k, each in enumerate(found) if not isinstance(each, np.ndarray)]
+    if len(varying) > 1:
+        for k, shared in zip(varying, ca.cse([found[k] for k in varying]), strict=True):
+            found[k] = shared
+    gap, *directions = (_constant(each) if isinstance(each, np.ndarray) else each for each in found)
+    return gap, directions[0], directions[1:]
 
 
 def leaves_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: bool) -> bool:
@@ -96,11 +116,6 @@ def leaves_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: boo
     """
     jacobian = frame_jacobian(robot, configuration, frame)
     return not all(_vanishes(jacobian[row, :]) for row in ((1, 3, 5) if turning else (1,)))
-
-
-def lateral_axis() -> ca.SX:
-    """Return `LATERAL` as an expression, (3)."""
-    return _constant(LATERAL)
 
 
 def _constant(vector: np.ndarray) -> ca.SX:

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from fesd_robot.adapters import homotopy_options, numeric_physics
 from fesd_robot.contact import Contact as PhysicalContact
+from fesd_robot.contact.ground import HeightField, Terrain
 from fesd_robot.errors import RobotError
 from fesd_robot.explanation.descriptions import (
     described_constraints,
@@ -26,10 +27,11 @@ from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.orientations import with_angles
 from fesd_robot.robot import Robot
 from fesd_robot.robot.units import deviation_units, velocity_units
-from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, TwoBodyContact
+from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, Task, TwoBodyContact
 from fesd_robot.task import Robot as RobotSection
 from fesd_robot.task.contacts import SingleContact
 from fesd_robot.task.ground import Shape, Wall
+from fesd_robot.task.surfaces import SolidSurface
 from fesd_robot.task.words import along_axes, enumerated, listed
 
 WIDTH = 100
@@ -183,14 +185,21 @@ def _driven(motion: MotionProblem) -> str:
 
 
 def _ground(motion: MotionProblem) -> list[str]:
-    ground, heights = motion.task.ground, motion.scene.surfaces[GROUND].heights()
+    ground, surface = motion.task.ground, motion.scene.surfaces[GROUND]
     lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own."]
-    if heights is not None:
-        (left, low), (right, high) = heights.min(axis=0), heights.max(axis=0)
+    if isinstance(surface, Terrain):
+        (left, low), (right, high) = (ends(surface.outline(), axis=0) for ends in (np.min, np.max))
         lines.append(f"For x from {left:.4g} to {right:.4g} m its heights are {low:.4g} to {high:.4g} m; level beyond.")
+    if isinstance(surface, HeightField):
+        x, y = surface.sampled_places
+        heights = surface.derivatives(*np.meshgrid(x, y, indexing="ij")).h
+        lines.append(
+            f"For x from {x[0]:.4g} to {x[-1]:.4g} m and y from {y[0]:.4g} to {y[-1]:.4g} m its heights are "
+            f"{heights.min():.4g} to {heights.max():.4g} m; it goes on level beyond."
+        )
+    lines += [f"Wall '{name}' {wall.in_words()}; {_law(wall)}." for name, wall in ground.walls.items()]
     return lines + [
-        f"Wall '{name}' at x = {wall.x:g} m, the robot on its {wall.side}; {_law(wall)}."
-        for name, wall in ground.walls.items()
+        f"Surface '{name}': {surface.in_words()}; {_law(surface)}." for name, surface in motion.task.surfaces.items()
     ]
 
 
@@ -199,7 +208,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
     start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
     lines = []
     for i, (name, contact) in enumerate(motion.task.single_contacts.items()):
-        what, where, physical = *_touching(contact), motion.contacts[i]
+        what, where = _touching(motion.task, contact)
+        physical = motion.contacts[i]
         inelastic = "" if physical.restitution else ", inelastic"
         lines.append(
             f"{name}: {what}, {_law(physical)}{inelastic}"
@@ -211,7 +221,7 @@ def _contacts(motion: MotionProblem) -> list[str]:
     return [*lines, f"Impacts are resolved while the clock stands still ({force})."]
 
 
-def _law(one: Shape | Wall | PhysicalContact) -> str:
+def _law(one: Shape | Wall | SolidSurface | PhysicalContact) -> str:
     """Return friction and restitution of a surface or a contact."""
     bounce = f", restitution {one.restitution:g}" if one.restitution else ""
     return f"friction {one.friction:g}{bounce}"
@@ -225,7 +235,7 @@ def _slipping(contact: Contact) -> str:
     return f", may slip {contact.slipping:g} m in all"
 
 
-def _touching(contact: SingleContact) -> tuple[str, str]:
+def _touching(task: Task, contact: SingleContact) -> tuple[str, str]:
     """Return what touches, and what a gap is counted from."""
     if isinstance(contact, TwoBodyContact):
         if isinstance(contact, CircleBoxContact):
@@ -242,7 +252,9 @@ def _touching(contact: SingleContact) -> tuple[str, str]:
         what = f"the circle of {contact.radius:g} m about {place}"
     if contact.surface == GROUND:
         return what, "above the ground"
-    return f"{what} against wall '{contact.surface}'", "from the wall"
+    if contact.surface in task.ground.walls:
+        return f"{what} against wall '{contact.surface}'", "from the wall"
+    return f"{what} on '{contact.surface}'", f"from '{contact.surface}'"
 
 
 def _horizon(motion: MotionProblem) -> list[str]:
@@ -330,9 +342,8 @@ def _reference(motion: MotionProblem) -> list[str]:
     what, gaps = motion.task.reference.in_words(), reference_gaps(motion)
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
     for least, (name, contact) in zip(gaps, motion.task.contacts.items(), strict=True):
-        on_ground = getattr(contact, "surface", None) == GROUND
         if least < -TOUCHING:
-            where = "below the ground" if on_ground else "too far"
+            where = "too far" if isinstance(contact, TwoBodyContact) else motion.task.inside(contact.surface)
             lines.append(f"Along it {name} gets {-least:.4g} m {where}; the planned motion will not.")
     return lines
 

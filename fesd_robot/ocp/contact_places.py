@@ -21,6 +21,9 @@ from fesd_robot.task.contacts import BodyContact, PlacedContact
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.standing import Configured
 
+_IN_PLANE = 0.5
+"""Least part of a direction that is in the x-z plane."""
+
 _PLACED = 10
 """Decimals of a place on a body, m."""
 
@@ -81,7 +84,8 @@ def _places(task: Task, robot: Robot, name: str, contact: BodyContact) -> dict[s
             raise RobotError(
                 f"found body '{contact.body}' without collision shapes, expected {with_shapes}'frame' with 'offset'"
             )
-        outlines = touching_outlines(shapes, _pose(task, robot, contact.body), _towards(task, contact.surface))
+        pose = _pose(task, robot, contact.body)
+        outlines = touching_outlines(shapes, pose, _towards(task, contact.surface, pose.translation))
     except RobotError as error:
         raise task.error(("contacts", name, "body"), str(error)) from error
     several = len(outlines) > 1
@@ -117,8 +121,19 @@ def _pose(task: Task, robot: Robot, body: str) -> pin.SE3:
     return data.oMf[robot.frame_id(body)]
 
 
-def _towards(task: Task, surface: str) -> np.ndarray:
-    return np.asarray(-surfaces_of(task)[surface].normal(np.zeros(3)))
+def _towards(task: Task, surface: str, place: np.ndarray) -> np.ndarray:
+    """Return the direction in which a body at a place, m, (3), meets a surface, (3).
+
+    Raises:
+        RobotError: it is not in the x-z plane, in which outlines are.
+    """
+    towards = -surfaces_of(task)[surface].axes(place).normal
+    if np.hypot(towards[0], towards[2]) < _IN_PLANE:
+        raise RobotError(
+            f"found surface '{surface}', which faces along y, expected one that is met in the x-z plane, or the places "
+            "that touch by 'frame' and 'offset'"
+        )
+    return np.asarray(towards)
 
 
 def _standing(section: Any, names: Mapping[str, Sequence[str]]) -> Configured:

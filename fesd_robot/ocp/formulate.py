@@ -19,7 +19,7 @@ from fesd_robot.contact import (
     needs_space,
 )
 from fesd_robot.contact import contact_system as build_contact_system
-from fesd_robot.errors import RobotError
+from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven
 from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_forces, check_inertia, check_pace
@@ -225,6 +225,8 @@ def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[Contact]
         try:
             friction = friction_of(task, name)
             contact = contact_of(robot, q, geometry, name=name, friction=friction, in_space=in_space)
+        except GroundError as error:
+            raise task.error(("contacts", name, "surface"), str(error)) from error
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
         contacts.append(
@@ -329,12 +331,12 @@ def _overlap(task: Task, name: str, depth: float) -> str:
     if isinstance(contact, TwoBodyContact):
         what = "circles" if isinstance(contact, CircleCircleContact) else "circle and the box"
         return f"found the {what} of contact '{name}' overlapping by {depth:.6g} m, expected them apart or touching"
-    wall = task.ground.walls.get(contact.surface)
-    if wall is None:
-        return f"found contact '{name}' {depth:.6g} m below the ground, expected it on or above the ground"
-    return (
-        f"found contact '{name}' {depth:.6g} m beyond the wall '{contact.surface}', expected it on its {wall.side} side"
-    )
+    if contact.surface == GROUND:
+        expected = "on or above the ground"
+    else:
+        wall = task.ground.walls.get(contact.surface)
+        expected = "outside" if wall is None else f"on its {wall.side} side" if wall.side else "on its free side"
+    return f"found contact '{name}' {depth:.6g} m {task.inside(contact.surface)}, expected it {expected}"
 
 
 def _auxiliary_force(task: Task, robot: Robot) -> float:

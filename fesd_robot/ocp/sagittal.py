@@ -70,7 +70,7 @@ def sagittal_twin(motion: MotionProblem) -> SagittalTwin | None:
     """Return the task of a motion in space as one in the x-z plane, or None where the two would not be the same.
 
     They are where a free robot begins and is to end in that plane with both sides alike, nothing on the way asks for
-    anything else, and the ground does not vary along y. A motion of the twin is one of the robot in space: what a
+    anything else, and no surface varies along y. A motion of the twin is one of the robot in space: what a
     coupled joint is given is what its legs are given together.
 
     Args:
@@ -78,6 +78,8 @@ def sagittal_twin(motion: MotionProblem) -> SagittalTwin | None:
     """
     task, robot = motion.task, motion.robot
     if not _says_nothing_else(task) or any(contact.limits_slip for contact in motion.contacts):
+        return None
+    if any(surface.varies_across for surface in motion.scene.surfaces.values()):
         return None
     locked, coupled = propose_sagittal(robot.model)
     try:

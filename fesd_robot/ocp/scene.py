@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import singledispatch
 from pathlib import Path
 
@@ -19,17 +20,19 @@ from fesd_robot.contact.ground import profiles
 from fesd_robot.errors import GroundError, ModelError
 from fesd_robot.task import GROUND, CircleBoxContact, CircleCircleContact, PointContact, Task, TwoBodyContact
 from fesd_robot.task.ground import HeightMap, Plane, Shape, Steps, Wall
+from fesd_robot.task.surfaces import BoxSurface, CylinderSurface, SolidSurface
 
 
 def surfaces_of(task: Task) -> dict[str, Ground]:
-    """Return every surface by name: the ground, and the walls.
+    """Return every surface by name: the ground, the walls, and what else there is to touch.
 
     Raises:
         TaskError: too many steps, or the file of a height map is missing, no table of heights, or too steep.
     """
-    walls = {name: surfaces.Wall(wall.x, wall.side) for name, wall in task.ground.walls.items()}
+    walls = {name: _wall(wall) for name, wall in task.ground.walls.items()}
+    solids = {name: solid_of(surface) for name, surface in task.surfaces.items()}
     try:
-        return {GROUND: surface_of(task.ground, task.folder), **walls}
+        return {GROUND: surface_of(task.ground, task.folder), **walls, **solids}
     except GroundError as error:
         raise task.error(("ground", task.ground.BUILT_FROM), str(error)) from error
 
@@ -56,12 +59,12 @@ def restitution_of(task: Task, name: str) -> float:
     return _surface_of_contact(task, name).restitution if own is None else own
 
 
-def _surface_of_contact(task: Task, name: str) -> Shape | Wall:
+def _surface_of_contact(task: Task, name: str) -> Shape | Wall | SolidSurface:
     """Return the section of what a contact touches; the ground's for two bodies."""
     contact = task.contacts[name]
     if isinstance(contact, TwoBodyContact) or contact.surface == GROUND:
         return task.ground
-    return task.ground.walls[contact.surface]
+    return {**task.ground.walls, **task.surfaces}[contact.surface]
 
 
 @singledispatch
@@ -80,6 +83,8 @@ def surface_of(shape: Shape, folder: Path) -> Ground:
 
 @surface_of.register
 def _plane(shape: Plane, folder: Path) -> Ground:
+    if shape.lateral_slope:
+        return surfaces.tilted_plane(shape.height, shape.slope, shape.lateral_slope)
     return surfaces.Plane(shape.height, shape.slope)
 
 
@@ -91,10 +96,44 @@ def _steps(shape: Steps, folder: Path) -> Ground:
 
 @surface_of.register
 def _height_map(shape: HeightMap, folder: Path) -> Ground:
+    path = folder / shape.file
     try:
-        return surfaces.Terrain(profiles.height_map(*surfaces.read_heights(folder / shape.file)))
+        if shape.size is not None and shape.height is not None:
+            return surfaces.HeightField.through(*surfaces.read_image(path, shape.size, shape.height, shape.origin))
+        points = surfaces.read_heights(path)
+        if isinstance(points, surfaces.Grid):
+            return surfaces.HeightField.through(*points)
+        return surfaces.Terrain(profiles.height_map(*points))
     except GroundError as error:
         raise GroundError(f"found '{shape.file}', but {error}") from error
+
+
+def _wall(wall: Wall) -> Ground:
+    if wall.place is not None and wall.facing is not None:
+        return surfaces.facing_wall(wall.place, wall.facing)
+    assert wall.x is not None and wall.side is not None
+    return surfaces.Wall(wall.x, wall.side)
+
+
+@singledispatch
+def solid_of(surface: SolidSurface) -> surfaces.Solid:
+    """Return the solid of a task's box or cylinder."""
+    raise ModelError(f"no solid is known for {type(surface).__name__}")
+
+
+@solid_of.register
+def _box(surface: BoxSurface) -> surfaces.Solid:
+    pose = surfaces.Pose.turned(surface.center, surface.yaw, surface.pitch)
+    x, y, z = (math.inf if edge is None else edge / 2 - surface.edge_radius for edge in surface.size)
+    return surfaces.Box(pose, surface.edge_radius, (x, y, z), underside=surface.underside)
+
+
+@solid_of.register
+def _cylinder(surface: CylinderSurface) -> surfaces.Solid:
+    half = math.inf if surface.length is None else surface.length / 2 - surface.edge_radius
+    pose = surfaces.Pose.turned(surface.center, surface.yaw).along(surface.axis)
+    underside = bool(surface.underside) or surface.axis != "z"
+    return surfaces.Cylinder(pose, surface.edge_radius, surface.radius - surface.edge_radius, half, underside=underside)
 
 
 def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeometry:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import Robot
 from fesd_robot.robot.body_shapes import BodyShapes, Depth
-from fesd_robot.task import GROUND, CircleContact, PointContact, Task, TwoBodyContact
+from fesd_robot.task import CircleContact, PointContact, Task, TwoBodyContact
 
 LEAST_DEPTH = 1e-3
 """m; shapes are seldom truer than this."""
@@ -44,7 +44,7 @@ def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Ground], moments: 
     Args:
         task: with its contacts in their places.
         robot: of the task, with frames there.
-        surfaces: name -> ground or wall.
+        surfaces: name -> surface.
         moments: when to look.
     """
     if robot.shapes is None or robot.shapes:
@@ -63,8 +63,7 @@ class _Overlaps:
     def __init__(self, task: Task, robot: Robot, surfaces: Mapping[str, Ground], shapes: BodyShapes) -> None:
         self._robot, self._shapes = robot, shapes
         self._data = robot.model.createData()
-        self._surfaces = {name: _distances(surface) for name, surface in surfaces.items()}
-        self._normals = {name: surface.normal for name, surface in surfaces.items()}
+        self._task, self._surfaces = task, surfaces
         contacts = task.single_contacts.values()
         self._contacts = [one for one in contacts if isinstance(one, PointContact | CircleContact)]
         self._feet = {(one.surface, body) for one in self._contacts for body in self._bodies(one.touching_frame)}
@@ -85,12 +84,24 @@ class _Overlaps:
             for key, depth in self._found(q):
                 if depth > worst.get(key, (LEAST_DEPTH, ""))[0]:
                     worst[key] = depth, when
-        return [_sentence(key, *found) for key, found in sorted(worst.items(), key=lambda item: -item[1][0])]
+        return [self._sentence(key, *found) for key, found in sorted(worst.items(), key=lambda item: -item[1][0])]
+
+    def _sentence(self, key: tuple[str, ...], depth: float, when: str) -> str:
+        surface, *bodies = key
+        if surface:
+            return (
+                f"{when} body '{bodies[0]}' is {depth:.4g} m {self._task.inside(surface)}: no contact keeps it out "
+                "there, and the motion passes through."
+            )
+        return (
+            f"{when} bodies '{bodies[0]}' and '{bodies[1]}' overlap by {depth:.4g} m: no contact or constraint of type "
+            "'distance' keeps them apart there."
+        )
 
     def _found(self, q: np.ndarray) -> Iterator[tuple[tuple[str, ...], float]]:
         pin.framesForwardKinematics(self._robot.model, self._data, q)
-        for name, distance in self._surfaces.items():
-            found = self._shapes.depths(q, distance)
+        for name, surface in self._surfaces.items():
+            found = self._shapes.depths(q, surface.distances)
             feet = max([one.depth for one in found if (name, one.body) in self._feet], default=0.0)
             for one in found:
                 if one.depth > LEAST_DEPTH and not self._touches(name, one, feet):
@@ -114,7 +125,7 @@ class _Overlaps:
         """
         if (surface, one.body) in self._feet:
             return True
-        deepest = one.place - one.radius * self._normals[surface](one.place)
+        deepest = one.place - one.radius * self._surfaces[surface].normal(one.place)
         for contact in self._contacts:
             if contact.surface != surface:
                 continue
@@ -142,32 +153,3 @@ class _Overlaps:
             if same_joint and np.abs(apart).max() <= LEAST_DEPTH:
                 beside.append(candidate.name)
         return [own.name, *beside]
-
-
-def _distances(surface: Ground) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the signed distance of points, (3, n), from a surface: of an uneven one below which they are."""
-    heights = surface.heights()
-    if heights is None:
-        return lambda points: np.asarray(surface.distance(points), dtype=float)
-    x, z = heights.T
-    slope = np.gradient(z, x)
-
-    def above(points: np.ndarray) -> np.ndarray:
-        rise = np.interp(points[0], x, slope, left=0.0, right=0.0)
-        return np.asarray((points[2] - np.interp(points[0], x, z)) / np.sqrt(1 + rise**2))
-
-    return above
-
-
-def _sentence(key: tuple[str, ...], depth: float, when: str) -> str:
-    surface, *bodies = key
-    if surface:
-        where = "below the ground" if surface == GROUND else f"beyond the wall '{surface}'"
-        return (
-            f"{when} body '{bodies[0]}' is {depth:.4g} m {where}: no contact keeps it out there, and the motion passes "
-            "through."
-        )
-    return (
-        f"{when} bodies '{bodies[0]}' and '{bodies[1]}' overlap by {depth:.4g} m: no contact or constraint of type "
-        "'distance' keeps them apart there."
-    )

@@ -9,7 +9,6 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies
-from fesd_robot.contact.ground import LATERAL
 from fesd_robot.recovery.between_bodies import closest
 from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
@@ -155,7 +154,7 @@ class NumericPhysics:
         if isinstance(geometry, PointOnSurface):
             return position
         if isinstance(geometry, CircleOnSurface):
-            return position - geometry.radius * _unit_normal(geometry.path.tangent(position))
+            return np.asarray(position - geometry.radius * geometry.path.axes(position).normal)
         return position - geometry.radius * self._closest(geometry)[1]
 
     def _axes(self, geometry: ContactGeometry) -> tuple[np.ndarray, ...]:
@@ -164,24 +163,19 @@ class NumericPhysics:
             normal = self._closest(geometry)[1]
             return normal, np.array([normal[2], 0.0, -normal[0]])
         surface = geometry.surface if isinstance(geometry, PointOnSurface) else geometry.path
-        return surface.normal(position), surface.tangent(position), *self._across()
-
-    def _across(self) -> list[np.ndarray]:
-        """The second tangent, the same for all surfaces, as none varies along y; none in the plane."""
-        return [LATERAL] * (self.rows - 2)
+        return surface.normal(position), *surface.axes(position)[1 : self.rows]
 
     def _rows(self, geometry: ContactGeometry) -> list[np.ndarray]:
         """J_n and J_t of one contact, (n_v) each."""
         position, jacobian = self._position(geometry.frame), self._jacobian(geometry.frame)
         if isinstance(geometry, PointOnSurface):
-            axes = geometry.surface.normal(position), geometry.surface.tangent(position), *self._across()
-            return [axis @ jacobian[:3] for axis in axes]
+            return [axis @ jacobian[:3] for axis in self._axes(geometry)]
         if isinstance(geometry, CircleOnSurface):
-            tangent = geometry.path.tangent(position)
-            moving = self._at_rim(jacobian, -geometry.radius * _unit_normal(tangent))
+            normal, *tangents = geometry.path.axes(position)
+            moving = self._at_rim(jacobian, -geometry.radius * normal)
             return [
                 geometry.path.normal(position) @ jacobian[:3],
-                *(axis @ moving for axis in (tangent, *self._across())),
+                *(axis @ moving for axis in tangents[: self.rows - 1]),
             ]
         gap, normal = self._closest(geometry)
         nearest = position - (gap + geometry.radius) * normal - self._position(geometry.other_frame)
@@ -198,10 +192,6 @@ class NumericPhysics:
     def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
         """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
-
-
-def _unit_normal(tangent: np.ndarray) -> np.ndarray:
-    return np.array([-tangent[2], 0.0, tangent[0]])
 
 
 def _frames(geometry: ContactGeometry) -> list[str]:

@@ -9,8 +9,10 @@ from fesd_robot.lazy import lazy_exports
 __all__ = [
     "BoxVisual",
     "CircleVisual",
+    "FacingWallVisual",
     "GroundVisual",
     "PageContent",
+    "SolidVisual",
     "WallVisual",
     "build_figures",
     "render_page",
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from fesd_robot.render.circles import BoxVisual, CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
     from fesd_robot.render.page import PageContent, render_page
-    from fesd_robot.render.terrain import GroundVisual, WallVisual
+    from fesd_robot.render.terrain import FacingWallVisual, GroundVisual, SolidVisual, WallVisual
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
@@ -29,6 +31,6 @@ else:
             "fesd_robot.render.circles": ["BoxVisual", "CircleVisual"],
             "fesd_robot.render.figures": ["build_figures", "write_figures"],
             "fesd_robot.render.page": ["PageContent", "render_page"],
-            "fesd_robot.render.terrain": ["GroundVisual", "WallVisual"],
+            "fesd_robot.render.terrain": ["FacingWallVisual", "GroundVisual", "SolidVisual", "WallVisual"],
         },
     )

@@ -9,7 +9,6 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface
-from fesd_robot.contact.ground import LATERAL
 from fesd_robot.recovery.between_bodies import closest
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ class Foot:
         contact: name of the contact.
         place: where it touches, m, (n, 3).
         path: origin of its frame, m, (n, 3).
-        normal, tangent: directions of the normal and the tangential force, (n, 3).
+        normal, tangent, lateral: directions of the normal, the tangential and the lateral force, (n, 3).
         force: on the robot, N, (n, 3).
         friction: coefficient of Coulomb's law.
         share: of the contact's forces and impulses that acts here.
@@ -39,6 +38,7 @@ class Foot:
     path: np.ndarray
     normal: np.ndarray
     tangent: np.ndarray
+    lateral: np.ndarray
     force: np.ndarray
     friction: float
     share: float
@@ -64,32 +64,33 @@ def feet_of(plan: Plan, task: Task, robot: Robot, configuration: np.ndarray) -> 
         named = {frame: replace(geometry, frame=frame) for frame in frames} if known.issuperset(frames) else {}
         share = 1.0 / max(len(named), 1)
         for label, own in (named or {name: geometry}).items():
-            place, path, normal, tangent = _along(robot, own, configuration)
+            place, path, normal, tangent, lateral = _along(robot, own, configuration)
             normal_force, tangential_force = share * history.normal_force, share * history.tangential_force
             force = normal_force[:, None] * normal + tangential_force[:, None] * tangent
             if history.lateral_force is not None:
-                force = force + share * history.lateral_force[:, None] * LATERAL
-            feet.append(Foot(label, name, place, path, normal, tangent, force, friction_of(task, name), share))
+                force = force + share * history.lateral_force[:, None] * lateral
+            directions = (normal, tangent, lateral)
+            feet.append(Foot(label, name, place, path, *directions, force, friction_of(task, name), share))
     return feet
 
 
 def _along(robot: Robot, geometry: ContactGeometry, configuration: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return place, origin of the frame, normal and tangent at every sample, (n, 3) each."""
+    """Return place, origin of the frame, normal and both tangents at every sample, (n, 3) each."""
     data, frame = robot.model.createData(), robot.frame_id(geometry.frame)
-    result = np.empty((4, len(configuration), 3))
+    result = np.empty((5, len(configuration), 3))
     for sample, q in enumerate(configuration):
         pin.framesForwardKinematics(robot.model, data, q)
         origin = np.array(data.oMf[frame].translation)
         if isinstance(geometry, PointOnSurface):
-            normal, tangent = geometry.surface.normal(origin), geometry.surface.tangent(origin)
+            normal, (_, tangent, lateral) = geometry.surface.normal(origin), geometry.surface.axes(origin)
             place = origin
         elif isinstance(geometry, CircleOnSurface):
-            normal, tangent = geometry.path.normal(origin), geometry.path.tangent(origin)
-            place = origin - geometry.radius * np.array([-tangent[2], 0.0, tangent[0]])
+            normal, (outwards, tangent, lateral) = geometry.path.normal(origin), geometry.path.axes(origin)
+            place = origin - geometry.radius * outwards
         else:
             other = data.oMf[robot.frame_id(geometry.other_frame)]
             _, normal = closest(geometry, origin, np.array(other.translation), np.array(other.rotation))
-            tangent = np.array([normal[2], 0.0, -normal[0]])
+            tangent, lateral = np.array([normal[2], 0.0, -normal[0]]), np.array([0.0, 1.0, 0.0])
             place = origin - geometry.radius * normal
-        result[:, sample] = place, origin, np.ravel(normal), np.ravel(tangent)
+        result[:, sample] = place, origin, np.ravel(normal), np.ravel(tangent), lateral
     return tuple(result)

@@ -1,4 +1,4 @@
-"""The drawn piece of the ground: a slab or block with grid lines and distance labels, and walls."""
+"""The drawn piece of the ground: a slab, block or mesh with grid lines and distance labels, walls and solids."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 import fesd_robot.render.meshcat.geometry as mg
-from fesd_robot.render.block import add_block, add_walls
+from fesd_robot.render.block import add_block, add_mesh, add_solids, add_walls
 from fesd_robot.render.geometry import mesh
 from fesd_robot.render.meshcat.commands import SetObject, SetTransform
 from fesd_robot.render.meshcat.path import Path
@@ -17,6 +17,9 @@ from fesd_robot.render.window import SceneWindow
 GROUND_COLOR = 0xD3D6D2
 GRID_COLOR = 0xB9BEBB
 LABELLED_COLOR = 0x8A918E
+_CELLS = 100
+"""Along each axis: cells of the mesh of a ground that varies along x and y."""
+
 LABEL_WIDTH_RATIO = 0.06
 """Half the width of a distance label as a ratio of half the drawn ground's length."""
 
@@ -56,8 +59,10 @@ def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
     y, half_width = floor.center[1] - 0.6 * floor.half_size[1], LABEL_WIDTH_RATIO * floor.half_size[0]
     labels: list[dict[str, object]] = []
     for x in floor.labelled.round(9).tolist():
-        z = ground.elevation(x)
-        if ground.profile is not None:
+        z = ground.elevation(x, y)
+        if ground.varies_across:
+            z = float(ground.levels(np.array([x - half_width, y]), np.array([x + half_width, y])).max())
+        elif ground.profile is not None:
             # A label is as wide as it is, and must not be buried in a rise beside it.
             z = float(ground.outline(x - half_width, x + half_width)[:, 1].max())
         # Adding zero turns -0 into 0.
@@ -66,14 +71,17 @@ def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
 
 
 def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor, top: float) -> None:
-    """Add the ground with grid lines at multiples of `floor.spacing`, and its walls up to the height `top`, m."""
+    """Add the ground with grid lines at multiples of `floor.spacing`, walls up to the height `top`, m, and solids."""
     (x, y), (half_x, half_y) = floor.center, floor.half_size
     thickness = 0.024 * max(half_x, half_y)
-    if ground.profile is None:
+    if ground.varies_across:
+        _add_field(window, ground, floor, 2 * thickness)
+    elif ground.profile is None:
         _add_slab(window, ground, floor, thickness)
     else:
         _add_profile(window, ground, floor, 2 * thickness)
     add_walls(window, ground, (x - half_x, x + half_x), (y - half_y, y + half_y), top, thickness)
+    add_solids(window, ground, 2 * half_y)
 
 
 def _add_slab(window: SceneWindow, ground: GroundVisual, floor: Floor, thickness: float) -> None:
@@ -110,6 +118,25 @@ def _add_profile(window: SceneWindow, ground: GroundVisual, floor: Floor, depth:
         [along, c, height + lift] for c in _multiples(y - half_y, y + half_y, floor.spacing) for along, height in pairs
     ]
     _add_lines(window, grid, [[c, end, ground.elevation(c) + lift] for c in across[is_labelled] for end in ends])
+
+
+def _add_field(window: SceneWindow, ground: GroundVisual, floor: Floor, depth: float) -> None:
+    """Add a mesh of the ground, with grid lines that follow it."""
+    (x, y), (half_x, half_y) = floor.center, floor.half_size
+    along, across = (np.linspace(at - half, at + half, _CELLS + 1) for at, half in ((x, half_x), (y, half_y)))
+    add_mesh(window, along, across, ground.elevations(along, across), depth, GROUND_COLOR)
+
+    lift = 2 * _lift(floor)
+    places, is_labelled = _across(floor)
+
+    def lines(xs: np.ndarray, ys: np.ndarray) -> list[list[float]]:
+        """Return the pieces of lines along whichever of x and y has more places."""
+        points = np.stack([*np.meshgrid(xs, ys, indexing="ij"), ground.elevations(xs, ys) + lift], axis=-1)
+        points = points if len(ys) == _CELLS + 1 else points.transpose(1, 0, 2)
+        return np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 3).tolist()
+
+    grid = lines(places[~is_labelled], across) + lines(along, _multiples(y - half_y, y + half_y, floor.spacing))
+    _add_lines(window, grid, lines(places[is_labelled], across))
 
 
 def _lift(floor: Floor) -> float:

@@ -28,7 +28,7 @@ def followed(motion: Motion, ground: GroundVisual) -> dict[str, Any] | None:
     if not np.isfinite(motion.boxes).all():
         return None
     time, low, high = motion.time.astype(float), motion.boxes[:, 0].copy(), motion.boxes[:, 1]
-    levels = np.array([ground.elevation(float(x)) for x in (low[:, 0] + high[:, 0]) / 2])
+    levels = np.array([ground.elevation(float(x), float(y)) for x, y in (low[:, :2] + high[:, :2]) / 2])
     height = float((high - low)[:, 2].max())
     on_ground = bool((low[:, 2] - levels).min() < NEAR * height)
     bottom = levels if on_ground else np.full(len(time), low[:, 2].min())

@@ -6,17 +6,18 @@ import logging
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
 
 if TYPE_CHECKING:
+    from fesd_robot.contact.ground import Ground, Solid
     from fesd_robot.plans import Plan
-    from fesd_robot.render import BoxVisual, CircleVisual, GroundVisual
+    from fesd_robot.render import BoxVisual, CircleVisual, FacingWallVisual, GroundVisual, SolidVisual, WallVisual
     from fesd_robot.robot import Robot
-    from fesd_robot.task import Task
+    from fesd_robot.task import Task, Wall
 
 logger = logging.getLogger(__name__)
 
@@ -129,18 +130,49 @@ def ground_visual(task: Task) -> GroundVisual:
     Raises:
         TaskError: the file of its height map cannot be used any more.
     """
+    from fesd_robot.contact.ground import HeightField, Solid, Terrain
     from fesd_robot.ocp.scene import surfaces_of
-    from fesd_robot.render import GroundVisual, WallVisual
+    from fesd_robot.render import GroundVisual
     from fesd_robot.task import GROUND
 
-    ground = surfaces_of(task)[GROUND]
-    walls = {name: WallVisual(wall.x, wall.side) for name, wall in task.ground.walls.items()}
-    profile = ground.heights()
-    if profile is not None:
-        return GroundVisual(profile=profile, walls=walls)
+    surfaces = surfaces_of(task)
+    ground = surfaces[GROUND]
+    others: dict[str, Any] = {
+        "walls": {name: _wall(wall) for name, wall in task.ground.walls.items()},
+        "solids": {name: _solid(solid, ground) for name, solid in surfaces.items() if isinstance(solid, Solid)},
+    }
+    if isinstance(ground, Terrain):
+        return GroundVisual(profile=ground.outline(), **others)
+    if isinstance(ground, HeightField):
+        return GroundVisual(field=ground, **others)
     origin = np.zeros(3)
-    x, _, z = ground.normal(origin)
-    return GroundVisual(height=-ground.distance(origin) / z, slope=float(np.arctan2(-x, z)), walls=walls)
+    x, y, z = ground.normal(origin)
+    slope, lateral_slope = float(np.arctan2(-x, z)), float(np.arctan2(-y, z))
+    return GroundVisual(-ground.distance(origin) / z, slope, lateral_slope, **others)
+
+
+def _wall(wall: Wall) -> WallVisual | FacingWallVisual:
+    from fesd_robot.render import FacingWallVisual, WallVisual
+
+    if wall.place is not None and wall.facing is not None:
+        return FacingWallVisual(wall.place, wall.facing)
+    assert wall.x is not None and wall.side is not None
+    return WallVisual(wall.x, wall.side)
+
+
+def _solid(solid: Solid, ground: Ground) -> SolidVisual:
+    """Return a solid; one without an underside reaches down to the ground below its centre."""
+    from fesd_robot.contact.ground import Cylinder
+    from fesd_robot.render import SolidVisual
+
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.array(solid.pose.axes).T, solid.pose.center
+    x, y, z = (2 * (half + solid.rounding) for half in solid.half_lengths)
+    hanging = float(ground.distance(pose[:3, 3] - z / 2 * pose[:3, 2])) if not solid.underside else 0.0
+    if hanging > 0:
+        pose[:3, 3] -= hanging / 2 * pose[:3, 2]
+        z += hanging
+    return SolidVisual(pose, (x, y, z), isinstance(solid, Cylinder))
 
 
 def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual | BoxVisual]:

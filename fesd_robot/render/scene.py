@@ -22,11 +22,12 @@ TUBE_SIDES = 6
 
 
 def view_box(motion: Motion, others: Sequence[np.ndarray], ground: GroundVisual) -> np.ndarray:
-    """Return the corners of the box the camera must see, m, shape (2, 3): robot, other points and the ground below."""
-    points = [*others, *([motion.box] if np.isfinite(motion.box).all() else [])]
+    """Return the corners of the box the camera must see, m, shape (2, 3): robot, other points, solids and ground."""
+    solids = [solid.corners() for solid in ground.solids.values()]
+    points = [*others, *solids, *([motion.box] if np.isfinite(motion.box).all() else [])]
     cloud = np.vstack(points or [np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]])])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    levels = ground.outline(low[0], high[0])[:, 1]
+    levels = ground.levels(low, high)
     low[2], high[2] = min(low[2], *levels), max(high[2], *levels)
     return np.array([low, high])
 

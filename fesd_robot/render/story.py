@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fesd_robot.contact.ground import LATERAL
 from fesd_robot.orientations import columns_with_angles
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
@@ -48,7 +47,7 @@ def _foot(foot: Foot, number: int, plan: Plan, time: np.ndarray) -> dict[str, An
         if one.contact == foot.contact:
             sample = int(np.argmin(np.abs(time - one.time)))
             vector = one.normal * foot.normal[sample] + one.tangential * foot.tangent[sample]
-            vector = foot.share * (vector + (one.lateral or 0.0) * LATERAL)
+            vector = foot.share * (vector + (one.lateral or 0.0) * foot.lateral[sample])
             impulses.append({"time": one.time, "vector": _short(vector)})
     return {
         "name": foot.name,

@@ -1,13 +1,19 @@
-"""The ground as the page draws it: a slab with a plane top, or a block under a profile, and walls."""
+"""The ground as the page draws it: a slab, a block under a profile or a mesh; walls, boxes and cylinders."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
+import coal
 import numpy as np
 
+from fesd_robot.contact.ground import HeightField
 from fesd_robot.errors import FesdRobotError
+
+_LOOKS = 9
+"""Along each axis: places at which the height of a piece of ground is looked at."""
 
 
 @dataclass(frozen=True)
@@ -23,46 +29,109 @@ class WallVisual:
 
 
 @dataclass(frozen=True)
-class GroundVisual:
-    """A ground that varies along x only: a plane z = height + tan(slope) x, or a line of points, level beyond its ends.
+class FacingWallVisual:
+    """A vertical wall through a place, m, whose normal is turned from +x towards +y by an angle, rad."""
+
+    place: tuple[float, float]
+    facing: float
+
+
+@dataclass(frozen=True)
+class SolidVisual:
+    """A box or cylinder to stand on or to touch.
 
     Args:
-        height: z of the plane at x = 0, m.
-        slope: angle between the plane and the horizontal, rad; positive if it rises towards +x.
+        pose: of its centre, (4, 4).
+        size: lengths along its own axes, m, infinite where it has no end.
+        is_round: whether it is a cylinder along its z axis, of the diameter ``size[0]``.
+    """
+
+    pose: np.ndarray
+    size: tuple[float, float, float]
+    is_round: bool
+
+    def shape(self, longest: float) -> coal.CollisionGeometry:
+        """Return it as a shape of coal, what has no end with a length in m."""
+        x, y, z = (min(length, longest) for length in self.size)
+        return coal.Cylinder(x / 2, z) if self.is_round else coal.Box(x, y, z)
+
+    def corners(self) -> np.ndarray:
+        """Return the corners of the box around it, m, (8, 3); where it has no end, those in its middle."""
+        half = np.where(np.isfinite(self.size), self.size, 0.0) / 2
+        signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
+        return np.asarray(signs * half @ self.pose[:3, :3].T + self.pose[:3, 3])
+
+
+@dataclass(frozen=True)
+class GroundVisual:
+    """A ground: a plane, or a line of points along x, level beyond its ends, or a field of heights; and what else.
+
+    Args:
+        height: z of the plane at x = y = 0, m.
+        slope, lateral_slope: angles by which the plane rises along +x and +y, rad.
         profile: points x, z of the ground, m, x increasing, shape (n, 2); takes the place of the plane.
+        field: heights over x and y; takes the place of the plane.
         walls: name -> wall.
+        solids: name -> box or cylinder.
     """
 
     height: float = 0.0
     slope: float = 0.0
+    lateral_slope: float = 0.0
     profile: np.ndarray | None = None
-    walls: dict[str, WallVisual] = field(default_factory=dict)
+    field: HeightField | None = None
+    walls: dict[str, WallVisual | FacingWallVisual] = dataclass_field(default_factory=dict)
+    solids: dict[str, SolidVisual] = dataclass_field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.height) and abs(self.slope) < math.pi / 2):
+        if not (math.isfinite(self.height) and max(abs(self.slope), abs(self.lateral_slope)) < math.pi / 2):
             raise FesdRobotError(
-                f"GroundVisual: height {self.height} must be finite and slope {self.slope} "
-                "an angle in rad between -pi/2 and pi/2"
+                f"GroundVisual: height {self.height} must be finite and slope {self.slope} and lateral slope "
+                f"{self.lateral_slope} angles in rad between -pi/2 and pi/2"
             )
         if self.profile is not None and (self.height or self.slope):
             raise FesdRobotError("GroundVisual: a ground with a profile has no height and slope of its own")
 
-    def elevation(self, x: float) -> float:
-        """Return z of the ground at `x`, both in m."""
+    @property
+    def varies_across(self) -> bool:
+        """Whether it varies along y."""
+        return self.field is not None or self.lateral_slope != 0.0
+
+    def elevation(self, x: float, y: float = 0.0) -> float:
+        """Return z of the ground at a place, all in m."""
+        if self.field is not None:
+            return float(self.field.numbers(x, y).h)
         if self.profile is not None:
             return float(np.interp(x, *self.profile.T))
-        return self.height + math.tan(self.slope) * x
+        level = self.height + math.tan(self.slope) * x
+        return level + math.tan(self.lateral_slope) * y if self.lateral_slope else level
+
+    def elevations(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return z of the ground over a grid, (n, m), from x, (n), and y, (m), all in m."""
+        if self.field is not None:
+            return np.asarray(self.field.derivatives(*np.meshgrid(x, y, indexing="ij")).h)
+        return np.array([[self.elevation(float(one), float(other)) for other in y] for one in x])
+
+    def levels(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return heights of the ground, m, that span those between two corners, (2) or (3) each."""
+        if not self.varies_across:
+            return self.outline(low[0], high[0])[:, 1]
+        return self.elevations(*(np.linspace(low[i], high[i], _LOOKS) for i in range(2))).ravel()
 
     def outline(self, low: float, high: float, tolerance: float = 0.0) -> np.ndarray:
-        """Return points x, z of the ground from x = low to high, without those within `tolerance` of a line, m."""
+        """Return points x, z of the ground at y = 0 from x = low to high, without those `tolerance` from a line, m."""
         ends = np.array([[x, self.elevation(x)] for x in (low, high)])
-        if self.profile is None:
+        profile = self.profile
+        if self.field is not None:
+            x = self.field.sampled_places[0]
+            profile = np.stack([x, self.field.derivatives(x, np.zeros_like(x)).h], axis=1)
+        if profile is None:
             return ends
-        inside = self.profile[(self.profile[:, 0] > low) & (self.profile[:, 0] < high)]
+        inside = profile[(profile[:, 0] > low) & (profile[:, 0] < high)]
         return _simplified(np.vstack([ends[:1], inside, ends[1:]]), tolerance)
 
     def frame(self, x: float, y: float) -> np.ndarray:
-        """Return the pose of the plane's point above (x, y) with its third axis along the normal, shape (4, 4)."""
+        """Return the pose of a point of the plane, level along y, its third axis along the normal, shape (4, 4)."""
         sine, cosine = math.sin(self.slope), math.cos(self.slope)
         return np.array(
             [[cosine, 0.0, -sine, x], [0.0, 1.0, 0.0, y], [sine, 0.0, cosine, self.elevation(x)], [0.0, 0.0, 0.0, 1.0]]

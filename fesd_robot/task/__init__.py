@@ -41,6 +41,7 @@ from fesd_robot.task.reference import FromFile, Jumps, Line, Reference, ThroughW
 from fesd_robot.task.robot import Actuator, GeneralizedForceActuator, JointActuator, Robot
 from fesd_robot.task.schema import Task
 from fesd_robot.task.standing import StandOn
+from fesd_robot.task.surfaces import BoxSurface, CylinderSurface
 
 __all__ = [
     "DEFAULT_TOLERANCE",
@@ -51,6 +52,7 @@ __all__ = [
     "AvoidSphere",
     "BodyContact",
     "BodyPoint",
+    "BoxSurface",
     "CircleBoxContact",
     "CircleCircleContact",
     "CircleContact",
@@ -59,6 +61,7 @@ __all__ = [
     "Contact",
     "ContactWindow",
     "Costs",
+    "CylinderSurface",
     "FigureFormat",
     "FigureWidth",
     "ForbiddenZone",

@@ -30,7 +30,7 @@ _SLIPPING = (
     "distance, m, that it may slip over the whole motion, to and fro added up."
 )
 _AUTOMATIC = " auto: forbidden on the ground where the reference is a row of jumps and there is friction, else allowed."
-_SURFACE = f"What it touches: {GROUND}, or the name of a wall in ground.walls."
+_SURFACE = f"What it touches: {GROUND}, the name of a wall in ground.walls, or a name in surfaces."
 
 
 def _read_slipping(value: Any) -> Any:
@@ -85,7 +85,7 @@ class PlacedContact(Section):
 
 
 class PointContact(PlacedContact):
-    """One point of the robot that may touch the ground or a wall."""
+    """One point of the robot that may touch a surface."""
 
     type: Literal["point"] = Field(default="point", description="Shape of the contact.")
     frame: Name = Field(description="Name of the robot's frame whose origin touches.")
@@ -96,7 +96,7 @@ class PointContact(PlacedContact):
 
 
 class CircleContact(PlacedContact):
-    """A circle in the x-z plane, in space a ball, that may touch the ground or a wall, and roll or slide on it."""
+    """A circle in the x-z plane, in space a ball, that may touch a surface, and roll or slide on it."""
 
     type: Literal["circle"] = Field(description="Shape of the contact.")
     frame: Name = Field(description="Name of the robot's frame about whose origin the circle lies; it turns with it.")
@@ -120,7 +120,7 @@ class BodyContact(Section):
     friction: NonNegative | None = Field(
         default=None,
         description="Coefficient of Coulomb friction, without unit; default: the ground's if the task gives one, or "
-        "the shape's of a MuJoCo file, or the default of the ground; of a wall always the wall's.",
+        "the shape's of a MuJoCo file, or the default of the ground; of any other surface always that one's.",
     )
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)

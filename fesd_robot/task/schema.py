@@ -23,6 +23,7 @@ from fesd_robot.task.method import Method, Output, Solver
 from fesd_robot.task.origins import KeyPath, Origins
 from fesd_robot.task.reference import Line, Reference
 from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot
+from fesd_robot.task.surfaces import Surfaces
 
 
 class Task(Section):
@@ -33,10 +34,15 @@ class Task(Section):
     )
     robot: Robot = Field(description="The robot: its model, its root, which joints move and which are driven.")
     ground: Ground = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
+    surfaces: Surfaces = Field(
+        default_factory=dict,
+        description="Name of a box or cylinder to stand on or to touch -> what and where it is; contacts choose it by "
+        "that name as their surface; default: none.",
+    )
     contacts: dict[Name, Contact] = Field(
         min_length=1,
         description="Name of a contact -> the point or circle of the robot and what it may touch: the ground, a wall, "
-        "another part of the robot.",
+        "a box or cylinder, another part of the robot.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
     postures: dict[Name, Values] = Field(
@@ -78,13 +84,16 @@ class Task(Section):
 
     @model_validator(mode="after")
     def _surfaces_exist(self) -> Task:
-        surfaces = [GROUND, *self.ground.walls]
+        for name in self.surfaces:
+            if name in self.ground.walls:
+                raise conflict(("surfaces", name), f"found '{name}' twice, it is a wall in ground.walls too")
+        surfaces = [GROUND, *self.ground.walls, *self.surfaces]
         for name, contact in self.contacts.items():
             if not isinstance(contact, TwoBodyContact) and contact.surface not in surfaces:
                 raise conflict(
                     ("contacts", name, "surface"),
-                    f"found '{contact.surface}', expected '{GROUND}' or the name of a wall in ground.walls"
-                    f"{nearest(contact.surface, surfaces)}",
+                    f"found '{contact.surface}', expected '{GROUND}', the name of a wall in ground.walls or a name in "
+                    f"surfaces{nearest(contact.surface, surfaces)}",
                 )
         return self
 
@@ -98,6 +107,12 @@ class Task(Section):
     def single_contacts(self) -> dict[str, SingleContact]:
         """The contacts by name, without those of bodies, which are places before a task becomes a problem."""
         return {name: one for name, one in self.contacts.items() if not isinstance(one, BodyContact)}
+
+    def inside(self, surface: str) -> str:
+        """Return where a point is whose distance from a surface is negative, as the end of a sentence."""
+        if surface == GROUND:
+            return "below the ground"
+        return f"beyond the wall '{surface}'" if surface in self.ground.walls else f"inside '{surface}'"
 
     @property
     def source_path(self) -> Path | None:

@@ -13,6 +13,7 @@ from fesd_robot.explanation.problem import capacity
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
+from tests.bodies_in_space import MASS, written
 
 
 def test_check_explains_robot_contacts_horizon_and_sizes(run: Callable[..., Any], task: Path, tmp_path: Path) -> None:
@@ -102,6 +103,44 @@ def test_check_describes_a_height_map(run: Callable[..., Any], task: Path, tmp_p
     text = " ".join(outcome.out.split())
     assert f"Height map {path}; friction 0.8" in text
     assert re.search(r"For x from -1.4 to 3.4 m its heights are -0\.2\d* to -0\.\d+ m; level beyond\.", text)
+
+
+def test_check_describes_surfaces_in_space(run: Callable[..., Any], tmp_path: Path) -> None:
+    """A map over x and y by its extent and heights; walls, boxes and cylinders by place and size, with contacts."""
+    (tmp_path / "hills.csv").write_text("x,y,z\n0,0,0.1\n0,1,0.1\n1,0,0.2\n1,1,0.2\n", encoding="utf-8")
+    lines = (
+        "robot: {model: model.urdf, root: fixed}\n"
+        "ground: {type: height_map, file: hills.csv, walls: {end: {place: [1, 2], facing: 0.3}}}\n"
+        "surfaces:\n"
+        "  step: {type: box, center: [2, 0, 0.3], size: [0.4, null, 0.6], pitch: 0.2, yaw: 0.1, friction: 0.5}\n"
+        "  log: {type: cylinder, axis: x, center: [0, 0, 0.5], radius: 0.1, length: 0.3}\n"
+        "contacts: {foot: {frame: mass}, top: {frame: mass, surface: log}}\n"
+        "horizon: {duration: 1, intervals: 2}\n"
+        "initial: {configuration: {z: 0.2}}\ngoal: {configuration: {z: 0.45}}\n"
+    )
+    outcome = run("check", written(tmp_path, MASS, lines))
+    text = " ".join(f"{outcome.out} {outcome.err}".split())
+    for words in (
+        "0.05 m inside 'log', expected it outside",
+        "goal.configuration",
+    ):
+        assert words in text
+    outcome = run("check", written(tmp_path, MASS, lines.replace("z: 0.45", "z: 0.7")))
+    assert outcome.code == 0, outcome.err
+    text = " ".join(outcome.out.split())
+    for words in (
+        "Height map hills.csv; friction 0.8",
+        "For x from -2 to 3 m and y from -2 to 3 m its heights are 0 to 0.3 m; it goes on level beyond.",
+        "Wall 'end' through x = 1, y = 2 m, facing 0.3 rad from +x towards +y; friction 0.8.",
+        "Surface 'step': Box 0.4 m x 0.6 m, without ends along y, around x 2, y 0, z 0.3 m, turned by 0.2 rad about y, "
+        "turned by 0.1 rad about z; friction 0.5.",
+        "Surface 'log': Cylinder of radius 0.1 m, 0.3 m long, along x around x 0, y 0, z 0.5 m; friction 0.8.",
+        "top: the origin of frame 'mass' on 'log', friction 0.8",
+        "0.2 m from 'log' at the start, 0.1 m from 'log' at the goal.",
+        "Along it top gets",
+        "m inside 'log'; the planned motion will not.",
+    ):
+        assert words in text, text
 
 
 @pytest.mark.parametrize(

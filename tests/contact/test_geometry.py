@@ -170,7 +170,7 @@ def test_the_tangential_velocity_is_that_of_the_material_point(name: str) -> Non
             bodies = [(geometry.frame, geometry.radius), (geometry.other_frame, geometry.radius + gap)]
         else:
             bodies = [(geometry.frame, geometry.radius)]
-            tangent = np.asarray(geometry.path.tangent(here.translation))
+            tangent = np.asarray(geometry.path.axes(here.translation).tangent)
             normal = np.array([-tangent[2], 0, tangent[0]])
         velocities = []
         for frame, reach in bodies:

@@ -39,16 +39,17 @@ def test_the_normal_is_the_gradient(ground: Ground) -> None:
             (ground.distance(at + step * axis) - ground.distance(at - step * axis)) / (2 * step) for axis in np.eye(3)
         ]
         assert np.asarray(ground.normal(at)) == pytest.approx(differences, abs=2e-6)
-        tangent = np.asarray(ground.tangent(at))
-        assert np.linalg.norm(tangent) == pytest.approx(1)
+        normal, tangent, lateral = (np.asarray(axis) for axis in ground.axes(at))
+        assert np.stack([normal, tangent, lateral]) @ np.stack([normal, tangent, lateral]).T == pytest.approx(np.eye(3))
         assert tangent[1] == ground.normal(at)[1] == 0
+        assert lateral.tolist() == [0, 1, 0] and not ground.varies_across
 
 
 @each_ground
 def test_expressions_and_numbers_agree(ground: Ground) -> None:
     """Gap, normal and tangent as CasADi expressions have the values that scipy gives, on breaks and beyond ends too."""
     at = ca.SX.sym("p", 3)
-    both = ca.Function("both", [at], [ground.distance(at), ground.normal(at), ground.tangent(at)])
+    both = ca.Function("both", [at], [ground.distance(at), ground.normal(at), ground.axes(at).tangent])
     samples = points(40)
     if isinstance(ground, Terrain):
         breaks = ground.profile.breaks[:: max(len(ground.profile.breaks) // 20, 1)]
@@ -57,7 +58,7 @@ def test_expressions_and_numbers_agree(ground: Ground) -> None:
         gap, normal, tangent = (np.asarray(value.full()).ravel() for value in both(point))
         assert gap == pytest.approx(ground.distance(point), abs=1e-12)
         assert normal == pytest.approx(np.asarray(ground.normal(point)), abs=1e-10)
-        assert tangent == pytest.approx(np.asarray(ground.tangent(point)), abs=1e-12)
+        assert tangent == pytest.approx(np.asarray(ground.axes(point).tangent), abs=1e-12)
 
 
 @pytest.mark.parametrize("name", [name for name in GROUNDS if "wall" not in name])
@@ -66,7 +67,7 @@ def test_the_normal_is_a_unit_vector_on_the_ground(name: str) -> None:
     ground = GROUNDS[name]
     for x in np.linspace(-2.5, 3.5, 61):
         foot = on(ground, x)
-        normal, tangent = np.asarray(ground.normal(foot)), np.asarray(ground.tangent(foot))
+        normal, tangent = np.asarray(ground.normal(foot)), np.asarray(ground.axes(foot).tangent)
         assert np.linalg.norm(normal) == pytest.approx(1, abs=1e-9)
         assert tangent == pytest.approx([normal[2], 0, -normal[0]], abs=1e-9)
         assert ground.distance(foot + 1e-3 * normal) > 0 > ground.distance(foot - 1e-3 * normal)
@@ -90,14 +91,14 @@ def test_a_plane_is_a_distance(plane: Plane) -> None:
         foot = np.array([x, 1.3, plane.height + x * np.tan(plane.slope)])
         assert plane.distance(foot) == pytest.approx(0, abs=1e-14)
         assert plane.distance(foot + s * plane.normal(foot)) == pytest.approx(s, abs=1e-14)
-        assert plane.distance(foot + s * plane.tangent(foot)) == pytest.approx(0, abs=1e-14)
+        assert plane.distance(foot + s * plane.axes(foot).tangent) == pytest.approx(0, abs=1e-14)
 
 
 def test_a_rising_plane_rises() -> None:
     """A positive slope lifts the ground at positive x."""
     plane = Plane(slope=0.5)
     assert plane.distance(np.array([1.0, 0.0, 0.5])) < 0 < plane.distance(np.array([-1.0, 0.0, 0.0]))
-    assert plane.tangent(np.zeros(3))[2] > 0 > plane.normal(np.zeros(3))[0]
+    assert plane.axes(np.zeros(3)).tangent[2] > 0 > plane.normal(np.zeros(3))[0]
 
 
 def test_steps_are_level_between_their_edges() -> None:

@@ -114,7 +114,7 @@ class Slide:
     def _curve(self, x: float) -> tuple[float, float, float]:
         """Slope angle, curvature and dx/ds of the centre's curve, by differences of its tangent."""
         step = 1e-5
-        ends = [np.asarray(self.surface.tangent(np.array([x + h, 0.0, 0.0]))) for h in (-step, 0.0, step)]
+        ends = [np.asarray(self.surface.axes(np.array([x + h, 0.0, 0.0])).tangent) for h in (-step, 0.0, step)]
         angles = [float(np.arctan2(tangent[2], tangent[0])) for tangent in ends]
         return angles[1], (angles[2] - angles[0]) / (2 * step) * float(np.cos(angles[1])), float(np.cos(angles[1]))
 
@@ -160,7 +160,7 @@ def height_of(surface: Ground, x: float, guess: float = 0.0) -> float:
 def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float) -> None:
     """Sliding over a wedge and over hills, with and without friction, the point keeps to the curve and to scipy."""
     start, speed = 0.1, 2.0
-    tangent = np.asarray(surface.tangent(np.array([start, 0, 0])))
+    tangent = np.asarray(surface.axes(np.array([start, 0, 0])).tangent)
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(surface, start)], speed * tangent[[0, 2]]
     recovered = simulated(
@@ -178,7 +178,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
     x = 0.1
     q, v = np.zeros(6), np.zeros(6)
     q[:2] = [x, height_of(surface, x) + 0.02]
-    tangent = np.asarray(surface.tangent(np.array([x, 0, 0])))[[0, 2]]
+    tangent = np.asarray(surface.axes(np.array([x, 0, 0])).tangent)[[0, 2]]
     v[:2] = 2.0 * tangent - 1.0 * np.array([-tangent[1], tangent[0]])
     tip = {"tip": (PointOnSurface("first", surface), 0.3)}
     recovered = simulated(tip, q, v, duration=0.1, steps=2, elements=3, stages=2)
@@ -192,7 +192,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
     touchdown = float(event.t_events[0][0])
     (switch,) = recovered.switches
     assert (switch.kind, switch.time) == ("touchdown", pytest.approx(touchdown, abs=3e-6))
-    tangent = np.asarray(surface.tangent(flight(touchdown)))[[0, 2]]
+    tangent = np.asarray(surface.axes(flight(touchdown)).tangent)[[0, 2]]
     before = np.array([v[0], v[1] - GRAVITY * touchdown])
     hit = abs(before @ [-tangent[1], tangent[0]])
     (impact,) = recovered.impacts
@@ -206,7 +206,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
 def test_a_disc_slides_and_turns(ground: Ground) -> None:
     """A disc that touches down slipping is turned by friction while its centre runs on the raised curve."""
     path, start, speed = ground.raised(RADIUS), 0.1, 1.5
-    tangent = np.asarray(path.tangent(np.array([start, 0, 0])))
+    tangent = np.asarray(path.axes(np.array([start, 0, 0])).tangent)
     q, v = np.zeros(6), np.zeros(6)
     q[:2], v[:2] = [start, height_of(path, start)], speed * tangent[[0, 2]]
     recovered = simulated({"rim": (CircleOnSurface("first", RADIUS, path), 0.2)}, q, v, duration=0.1, steps=2)

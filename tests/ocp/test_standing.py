@@ -13,6 +13,7 @@ import pytest
 from fesd_robot.adapters import numeric_physics
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp.sagittal import sagittal_twin
 from fesd_robot.planner import plan
 from fesd_robot.plans import task_of
 from fesd_robot.task import Task, load_task
@@ -23,6 +24,8 @@ from .cart import URDF
 Load = Callable[[str], Task]
 TASKS = Path(__file__).parents[2] / "tasks"
 EXACT = 1e-9
+LEGS = {"FL": 1, "FR": 1, "HL": -1, "HR": -1}
+"""Leg of Solo12 -> sign of its upper joint as it stands with knees inwards."""
 
 
 def formulated(name: str, *overrides: str) -> MotionProblem:
@@ -46,6 +49,56 @@ def test_a_hopper_on_a_slope(short: str, load: Load, slope: float) -> None:
         assert motion.task.goal.configuration == {"root_x": 1, "root_z": pytest.approx(expected[1], abs=EXACT)}
         np.testing.assert_allclose(motion.endpoints.goal_configuration, [1, expected[1], 0, 0.5], atol=EXACT)
         assert start_gaps(motion) == pytest.approx(0, abs=EXACT)
+
+
+def test_a_hopper_in_space_on_a_tilted_plane_and_on_hills(tmp_path: Path) -> None:
+    """Its height is that of the ground below the foot, which varies along y, plus that of the leg."""
+    x, y = 0.3, -0.4
+    points = [
+        (a, b, 0.1 * math.sin(3 * a) * math.cos(2 * b)) for a in np.linspace(-1, 1, 21) for b in np.linspace(-1, 1, 21)
+    ]
+    (tmp_path / "map.csv").write_text("x,y,z\n" + "\n".join(f"{a},{b},{z}" for a, b, z in points), encoding="utf-8")
+    text = (TASKS / "hopper_in_space.yaml").read_text(encoding="utf-8")
+    text = text.replace("../models", str(TASKS.parent / "models")).replace("root_x: 0 #", f"root_x: {x} #")
+    text = text.replace("    root_y: 0\n", f"    root_y: {y}\n")
+    plane, hills = "plane\n  lateral_slope: 0.2\n  slope: -0.1", "height_map\n  file: map.csv"
+    for ground, height, exact in (
+        (plane, y * math.tan(0.2) - x * math.tan(0.1), EXACT),
+        (hills, 0.1 * math.sin(3 * x) * math.cos(2 * y), 1e-5),
+    ):
+        (tmp_path / "task.yaml").write_text(text.replace("type: plane", f"type: {ground}"), encoding="utf-8")
+        motion = formulate(load_task(tmp_path / "task.yaml"))
+        assert motion.task.initial.configuration["root_z"] == pytest.approx(height + 0.5, abs=exact)
+        assert start_gaps(motion) == pytest.approx(0, abs=EXACT)
+
+
+@pytest.mark.parametrize(("size", "in_plane"), [("[0.4, 0.8, 0.1]", False), ("[0.4, null, 0.1]", True)])
+def test_a_quadruped_stands_with_its_fore_feet_on_a_box(tmp_path: Path, size: str, in_plane: bool) -> None:
+    """From the floor, where all feet stand, the goal has the fore feet 0.1 m up on the box, the others on the floor.
+
+    Only where the box has no ends along y the same motion is one in the x-z plane.
+    """
+    knees = ", ".join(f"{leg}_HFE: {sign * 0.8}, {leg}_KFE: {-sign * 1.6}" for leg, sign in LEGS.items())
+    adjusted = ", ".join(f"{leg}_{joint}" for leg in LEGS for joint in ("HFE", "KFE"))
+    feet = "".join(f"  {leg}: {{frame: {leg}_FOOT}}\n" for leg in LEGS)
+    (tmp_path / "task.yaml").write_text(
+        "name: step_up\nrobot: {model: 'example-robot-data:solo12', root: free_flyer}\n"
+        f"surfaces:\n  step: {{type: box, center: [0.5, 0, 0.05], size: {size}}}\n"
+        f"contacts:\n{feet}"
+        "  FL_step: {frame: FL_FOOT, surface: step}\n  FR_step: {frame: FR_FOOT, surface: step}\n"
+        "horizon: {duration: 1, intervals: 5}\n"
+        f"initial: {{configuration: {{{knees}}}, stand_on: [FL, FR, HL, HR]}}\n"
+        "goal:\n  configuration: {root_joint.x: 0.35}\n"
+        f"  stand_on: {{contacts: [FL_step, FR_step, HL, HR], adjust: [root_joint.z, {adjusted}]}}\n",
+        encoding="utf-8",
+    )
+    motion = formulate(load_task(tmp_path / "task.yaml"))
+    physics, ends = numeric_physics(motion), motion.endpoints
+    assert [contact.name for contact in motion.contacts] == [*LEGS, "FL_step", "FR_step"]
+    start, goal = (physics.contact_points(q)[:, 2] for q in (ends.initial_configuration, ends.goal_configuration))
+    assert start[:4] == pytest.approx(0, abs=EXACT)
+    assert goal[:4] == pytest.approx([0.1, 0.1, 0, 0], abs=EXACT)
+    assert (sagittal_twin(motion) is not None) == in_plane
 
 
 def test_the_start_is_exactly_closed(short: str, load: Load) -> None:

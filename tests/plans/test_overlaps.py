@@ -183,3 +183,20 @@ def test_the_deepest_moment_of_a_motion(tmp_path: Path) -> None:
     motion = SimpleNamespace(states=states)
     (sentence,) = overlaps_of_motion(task, robot, surfaces_of(task), motion)  # type: ignore[arg-type]
     assert sentence.startswith("At t = 0.5 s body 'base' is 0.1 m below the ground")
+
+
+def test_a_body_in_a_box_or_in_a_hill(tmp_path: Path) -> None:
+    """A ball of 0.2 m that is 5 cm deep in the top of a box is, beside it is not; so it is with a map over x and y."""
+    contacts = "contacts: {ball: {body: left}}\n"
+    box = f"{contacts}surfaces: {{step: {{type: box, center: [0, 0, 0.1], size: [2, 1, 0.2]}}}}\n"
+    assert said(tmp_path, [0, 0.35, 0, 0, 0], more=box) == [
+        "Now body 'base' is 0.05 m inside 'step': no contact keeps it out there, and the motion passes through."
+    ]
+    assert said(tmp_path, [0, 0.41, 0, 0, 0], more=box) == said(tmp_path, [1.3, 0.21, 0, 0, 0], more=box) == []
+    rows = "".join(f"{x},{y},{0.1 * y}\n" for x in (-1, 1) for y in (-1, 1))
+    (tmp_path / "map.csv").write_text(rows, encoding="utf-8")
+    hill = "ground: {type: height_map, file: map.csv, walls: {wall: {x: 5, side: left}}}\n"
+    hill += "contacts: {ball: {frame: left, surface: wall}}\n"
+    (sentence,) = said(tmp_path, [0, 0.18, 0, 0, 0], more=hill)
+    depth = 0.2 - 0.18 / np.hypot(1, 0.1)
+    assert sentence.startswith(f"Now body 'base' is {depth:.4g} m below the ground")

@@ -10,12 +10,23 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from fesd_robot.contact.ground import HeightField
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.render import CircleVisual, GroundVisual, PageContent, WallVisual, render_page
+from fesd_robot.ocp.scene import surfaces_of
+from fesd_robot.render import (
+    CircleVisual,
+    FacingWallVisual,
+    GroundVisual,
+    PageContent,
+    SolidVisual,
+    WallVisual,
+    render_page,
+)
 from fesd_robot.render.floor import floor_below, tick_labels
 from fesd_robot.render.outputs import circle_visuals, ground_visual
 from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
+from tests.bodies_in_space import MASS, written
 
 from .browser import Browser
 from .conftest import Hop
@@ -85,6 +96,76 @@ def test_stairs_walls_and_circles_stand_in_the_browser(browser: Browser, hop: Ho
     rim = drawn_box(browser, "rim 0 body")
     center = np.array([hop.configuration[row, 0], 0.0, hop.configuration[row, 1]])
     assert rim == pytest.approx(center + np.array([[-0.25, 0, -0.25], [0.25, 0, 0.25]]), abs=0.01)
+    assert browser.console == []
+
+
+def test_a_task_in_space_is_drawn_as_it_computes(tmp_path: Path) -> None:
+    """Tilted planes, height maps, walls, boxes and cylinders have the places that the planner computes with."""
+    lines = (
+        "robot: {model: model.urdf, root: fixed}\ncontacts: {foot: {frame: mass}}\n"
+        "horizon: {duration: 1, intervals: 2}\n"
+        "surfaces:\n"
+        "  table: {type: box, center: [1, 2, 0.3], size: [0.4, 0.2, 0.6], yaw: 0.5, pitch: 0.2}\n"
+        "  log: {type: cylinder, axis: x, center: [0, 0, 0.1], radius: 0.1, length: 2, yaw: 0.3}\n"
+    )
+    walls = "walls: {end: {place: [1, 2], facing: 0.3}}"
+    tilted = load_task(
+        written(tmp_path, MASS, f"{lines}ground: {{height: 0.1, slope: 0.2, lateral_slope: -0.3, {walls}}}")
+    )
+    ground = ground_visual(tilted)
+    assert ground.elevation(2, 3) == pytest.approx(0.1 + 2 * math.tan(0.2) - 3 * math.tan(0.3), abs=1e-12)
+    assert ground.walls == {"end": FacingWallVisual((1, 2), 0.3)}
+    surfaces = surfaces_of(tilted)
+    for name, solid in ground.solids.items():
+        for corner in solid.corners():
+            # Sharp edges are drawn where rounded ones are: (sqrt(3) - 1) r further out; around a cylinder is a box.
+            assert 0 < surfaces[name].distance(corner) < (0.005 if name == "table" else 0.05)
+    (tmp_path / "map.csv").write_text("x,y,z\n0,0,0\n0,1,0.1\n1,0,0.2\n1,1,0.4\n", encoding="utf-8")
+    field = ground_visual(load_task(written(tmp_path, MASS, f"{lines}ground: {{type: height_map, file: map.csv}}")))
+    assert [field.elevation(*at) for at in ((0, 0), (0, 1), (1, 0), (1, 1))] == pytest.approx([0, 0.1, 0.2, 0.4])
+    assert np.interp([0.0, 0.5, 1.0], *field.outline(-1, 2).T) == pytest.approx([0, 0.1, 0.2], abs=1e-9)
+
+
+def test_hills_boxes_and_slanted_walls_stand_in_the_browser(browser: Browser, hop: Hop, tmp_path: Path) -> None:
+    """The mesh reaches as high as the hills, boxes and cylinders have their lengths, a wall its place and direction."""
+    x = np.linspace(-3, 3, 13)
+    hills = HeightField.through(x, x, 0.1 * np.sin(x)[:, None] * np.cos(x)[None, :])
+    lying, turned = np.eye(4), np.eye(4)
+    lying[:3, :3], lying[:3, 3] = [[0, 0, 1], [1, 0, 0], [0, 1, 0]], [0.5, 0.4, 0.3]
+    turned[:3, 3] = [0.2, -0.3, 0.1]
+    ground = GroundVisual(
+        field=hills,
+        walls={"end": FacingWallVisual((0.4, 0.3), np.pi / 2)},
+        solids={
+            "log": SolidVisual(lying, (0.2, 0.2, 0.6), is_round=True),
+            "table": SolidVisual(turned, (0.3, np.inf, 0.1), is_round=False),
+        },
+    )
+    page = render_page(
+        tmp_path / "hills.html",
+        PageContent(
+            title="hills",
+            model=hop.model,
+            visual_model=hop.visual_model,
+            time=hop.time,
+            configuration=hop.configuration,
+            ground=ground,
+            traces={"foot": hop.foot},
+        ),
+    )
+    browser.console.clear()
+    browser.open(page)
+    block, wall, log, table = (
+        drawn_box(browser, name) for name in ("block", "wall 0 end", "surface 0 log", "surface 1 table")
+    )
+    heights = ground.elevations(np.linspace(*block[:, 0], 200), np.linspace(*block[:, 1], 200))
+    assert block[1, 2] == pytest.approx(heights.max(), abs=1e-3)
+    assert block[0, 2] < heights.min()
+    assert wall[:, 1].max() == pytest.approx(0.3, abs=1e-6)
+    assert wall[:, 0] == pytest.approx(block[:, 0], abs=1e-6)
+    assert log == pytest.approx(np.array([[0.2, 0.3, 0.2], [0.8, 0.5, 0.4]]), abs=1e-3)
+    assert table[:, [0, 2]] == pytest.approx(np.array([[0.05, 0.05], [0.35, 0.15]]), abs=1e-6)
+    assert np.ptp(table[:, 1]) == pytest.approx(np.ptp(block[:, 1]), abs=1e-6)
     assert browser.console == []
 
 

@@ -1,4 +1,4 @@
-"""A flat ground; the same code serves numbers and CasADi expressions."""
+"""Flat surfaces; the same code serves numbers and CasADi expressions."""
 
 from __future__ import annotations
 
@@ -7,6 +7,70 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from fesd_robot.contact.ground.surface import Axes, turned_axes, upright_axes
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """A plane without ends that faces any direction: f(p) = n . p - offset.
+
+    Args:
+        facing: unit normal n, (3).
+        offset: distance of the plane from the origin along n, m.
+    """
+
+    facing: tuple[float, float, float]
+    offset: float
+
+    @property
+    def varies_across(self) -> bool:
+        """Whether the normal has a part along y."""
+        return self.facing[1] != 0.0
+
+    def distance(self, point: Any) -> Any:
+        """Signed distance of a point (x, y, z), m."""
+        return sum(part * point[i] for i, part in enumerate(self.facing)) - self.offset
+
+    def normal(self, point: Any) -> np.ndarray:
+        """Unit normal, (3,)."""
+        return np.array(self.facing)
+
+    def axes(self, point: Any) -> Axes:
+        """Unit normal and tangents."""
+        n_x, n_y, n_z = self.facing
+        return turned_axes(np.array(self.facing)) if n_y else upright_axes(np.array([n_z, 0.0, -n_x]))
+
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance of many points, (3, n), m, (n)."""
+        return np.asarray(self.distance(points), dtype=float)
+
+    def raised(self, radius: float) -> HalfSpace:
+        """The plane that is further out by `radius`, m."""
+        return HalfSpace(self.facing, self.offset + radius)
+
+
+def tilted_plane(height: float, slope: float, lateral_slope: float) -> HalfSpace:
+    """Return the plane z = height + x tan(slope) + y tan(lateral_slope).
+
+    Args:
+        height: m, at x = y = 0.
+        slope, lateral_slope: rad, between -pi/2 and pi/2.
+    """
+    upwards = np.array([-math.tan(slope), -math.tan(lateral_slope), 1.0])
+    n_x, n_y, n_z = (upwards / np.linalg.norm(upwards)).tolist()
+    return HalfSpace((n_x, n_y, n_z), n_z * height)
+
+
+def facing_wall(place: tuple[float, float], direction: float) -> HalfSpace:
+    """Return the vertical plane through a place whose free side looks into a direction.
+
+    Args:
+        place: x and y of a point of the wall, m.
+        direction: angle of its normal from +x towards +y, rad.
+    """
+    n_x, n_y = math.cos(direction), math.sin(direction)
+    return HalfSpace((n_x, n_y, 0.0), n_x * place[0] + n_y * place[1])
 
 
 @dataclass(frozen=True)
@@ -21,6 +85,8 @@ class Plane:
     height: float = 0.0
     slope: float = 0.0
 
+    varies_across = False
+
     def distance(self, point: Any) -> Any:
         """Signed distance of a point (x, y, z), m."""
         if self.slope == 0.0:
@@ -31,12 +97,13 @@ class Plane:
         """Unit normal, (3,)."""
         return np.array([-math.sin(self.slope), 0.0, math.cos(self.slope)])
 
-    def tangent(self, point: Any) -> np.ndarray:
-        """Unit tangent in the x-z plane, (3,)."""
-        return np.array([math.cos(self.slope), 0.0, math.sin(self.slope)])
+    def axes(self, point: Any) -> Axes:
+        """Unit normal and tangents."""
+        return upright_axes(np.array([math.cos(self.slope), 0.0, math.sin(self.slope)]))
 
-    def heights(self) -> None:
-        """No points: it is a plane."""
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance of many points, (3, n), m, (n)."""
+        return np.asarray(self.distance(points), dtype=float)
 
     def raised(self, radius: float) -> Plane:
         """The plane that is higher by `radius`, m, along the normal."""

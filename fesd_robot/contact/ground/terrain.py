@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.contact.ground.offset import offset_profile
 from fesd_robot.contact.ground.profile import Profile
+from fesd_robot.contact.ground.surface import Axes, upright_axes
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Terrain:
     """
 
     profile: Profile
+
+    varies_across = False
 
     def distance(self, point: Any) -> Any:
         """Gap f of a point (x, y, z), m."""
@@ -53,17 +56,22 @@ class Terrain:
         by_slope = -above * slope * fade * root**-1.5
         return np.array([-slope * by_height + curvature * by_slope, 0.0, by_height])
 
-    def tangent(self, point: Any) -> Any:
-        """Unit tangent of the ground below the point, (3,)."""
+    def axes(self, point: Any) -> Axes:
+        """Unit normal of the ground below the point, and tangents."""
         if isinstance(point[0], ca.SX):
             rise = self.profile.expressions(point[0])[1]
             length = ca.sqrt(1 + rise**2)
-            return ca.vertcat(1 / length, ca.SX(1, 1), rise / length)
+            return upright_axes(ca.vertcat(1 / length, ca.SX(1, 1), rise / length))
         _, slope, _ = self.profile.numbers(float(point[0]))
-        return np.array([1.0, 0.0, slope]) / math.hypot(1.0, slope)
+        return upright_axes(np.array([1.0, 0.0, slope]) / math.hypot(1.0, slope))
 
-    def heights(self) -> np.ndarray:
-        """Points x, z of the profile, m, (n, 2)."""
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Distance of many points, (3, n), from the tangent lines below them, m, (n)."""
+        height, slope, _ = self.profile.derivatives(points[0])
+        return np.asarray((points[2] - height) / np.sqrt(1 + slope**2))
+
+    def outline(self) -> np.ndarray:
+        """Points x, z of the profile, m, x increasing, (n, 2), level beyond both ends."""
         return np.stack(self.profile.sampled(0), axis=1)
 
     def raised(self, radius: float) -> Terrain:

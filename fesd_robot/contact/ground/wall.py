@@ -1,4 +1,4 @@
-"""A vertical wall."""
+"""A vertical wall across x."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+
+from fesd_robot.contact.ground.surface import Axes, upright_axes
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,8 @@ class Wall:
     x: float
     side: Literal["left", "right"]
 
+    varies_across = False
+
     def distance(self, point: Any) -> Any:
         """Distance of a point (x, y, z), m, negative beyond the wall."""
         return self.x - point[0] if self.side == "left" else point[0] - self.x
@@ -28,12 +32,13 @@ class Wall:
         """Unit normal towards the free side, (3,)."""
         return np.array([-1.0 if self.side == "left" else 1.0, 0.0, 0.0])
 
-    def tangent(self, point: Any) -> np.ndarray:
-        """Unit tangent (n_z, 0, -n_x), (3,): up for a robot on the left, down for one on the right."""
-        return np.array([0.0, 0.0, 1.0 if self.side == "left" else -1.0])
+    def axes(self, point: Any) -> Axes:
+        """Unit normal and tangents (n_z, 0, -n_x), up for a robot on the left and down for one on the right, and +y."""
+        return upright_axes(np.array([0.0, 0.0, 1.0 if self.side == "left" else -1.0]))
 
-    def heights(self) -> None:
-        """No points: it is a plane."""
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Distance of many points, (3, n), m, (n)."""
+        return np.asarray(self.distance(points), dtype=float)
 
     def raised(self, radius: float) -> Wall:
         """The wall that is nearer by `radius`, m."""

@@ -183,10 +183,10 @@ def timeline_figure(plan: Plan, title: str, look: Look) -> Figure:
 
 
 def friction_of(plan: Plan, contact: str) -> float | None:
-    """Return the friction coefficient of a contact: its own, else that of the wall or ground it touches, else None."""
+    """Return the friction coefficient of a contact: its own, else that of what it touches, else None."""
     own, ground = _section(_section(plan.task, "contacts"), contact), _section(plan.task, "ground")
-    wall = _section(_section(ground, "walls"), str(own.get("surface")))
-    for section in (own, wall or ground):
+    named = {**_section(ground, "walls"), **_section(plan.task, "surfaces")}
+    for section in (own, _section(named, str(own.get("surface"))) or ground):
         if section.get("friction") is not None:
             return float(section["friction"])
     return None

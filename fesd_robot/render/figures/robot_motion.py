@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnBox, CircleOnCircle, CircleOnSurface, ContactGeometry, Scene
+from fesd_robot.contact.ground import LATERAL, Axes
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.ocp import load_task_robot
 from fesd_robot.ocp.actuation import Actuation, build_actuation
@@ -122,29 +123,34 @@ class RobotMotion:
         """Return where a contact touches or would touch, and its force there, x, z in m and N, (2,) each.."""
         pin.framesForwardKinematics(self.robot.model, self._data, self.configuration[sample])
         history = self.plan.contacts[name]
-        point, normal = _place(self.robot, self._data, self.scene.geometries[name])
-        tangent = np.array([normal[2], 0.0, -normal[0]])
+        point, (normal, tangent, lateral) = _place(self.robot, self._data, self.scene.geometries[name])
         force = history.normal_force[sample] * normal + history.tangential_force[sample] * tangent
+        if history.lateral_force is not None:
+            force = force + history.lateral_force[sample] * lateral
         return point[[0, 2]], force[[0, 2]]
 
 
-def _place(robot: Robot, data: pin.Data, geometry: ContactGeometry) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point that touches and the direction in which the contact pushes, (3,) each."""
+def _place(robot: Robot, data: pin.Data, geometry: ContactGeometry) -> tuple[np.ndarray, Axes]:
+    """Return the point that touches and the directions in which the contact pushes, (3,) each."""
     pose = data.oMf[robot.frame_id(geometry.frame)]
     center = np.array(pose.translation)
     if isinstance(geometry, CircleOnCircle):
         normal = _unit(center - data.oMf[robot.frame_id(geometry.other_frame)].translation)
-        return center - geometry.radius * normal, normal
+        return center - geometry.radius * normal, _across(normal)
     if isinstance(geometry, CircleOnBox):
         box, half = data.oMf[robot.frame_id(geometry.other_frame)], 0.5 * np.array(geometry.other_size)
         local = box.actInv(center)
         local[[0, 2]] = np.clip(local[[0, 2]], -half, half)
         normal = _unit(center - box.act(local))
-        return center - geometry.radius * normal, normal
+        return center - geometry.radius * normal, _across(normal)
     if isinstance(geometry, CircleOnSurface):
-        normal = _unit(np.asarray(geometry.path.normal(center), dtype=float))
-        return center - geometry.radius * normal, normal
-    return center, _unit(np.asarray(geometry.surface.normal(center), dtype=float))
+        axes = geometry.path.axes(center)
+        return center - geometry.radius * axes.normal, axes
+    return center, geometry.surface.axes(center)
+
+
+def _across(normal: np.ndarray) -> Axes:
+    return Axes(normal, np.array([normal[2], 0.0, -normal[0]]), LATERAL)
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

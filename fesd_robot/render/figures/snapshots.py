@@ -12,12 +12,14 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch
+from scipy.spatial import ConvexHull
 
 from fesd_robot.render.figures.background import Phases
 from fesd_robot.render.figures.lines import SAME_TIME
 from fesd_robot.render.figures.look import DPI, TEXT, Look, add_legend, write_title
 from fesd_robot.render.figures.robot_motion import RobotMotion
 from fesd_robot.render.palette import BLACK, GREEN, GREY, MODES, series_color
+from fesd_robot.render.terrain import FacingWallVisual
 
 BODY, GROUND = "#d5dbe1", "#eef0f2"
 
@@ -128,7 +130,7 @@ def largest_force(robot: RobotMotion, samples: Sequence[int]) -> float:
 
 
 def draw_world(panel: Axes, robot: RobotMotion, window: tuple[float, float, float, float]) -> None:
-    """Draw ground, walls, and the paths of contacts and centre of mass.
+    """Draw ground, walls, the boxes around solids, and the paths of contacts and centre of mass.
 
     Args:
         panel: its axes; gets the scale of both axes.
@@ -140,7 +142,12 @@ def draw_world(panel: Axes, robot: RobotMotion, window: tuple[float, float, floa
         line[:, 0], line[:, 1], min(bottom, float(line[:, 1].min())), color=GROUND, linewidth=0, zorder=0
     )
     panel.plot(line[:, 0], line[:, 1], color=BLACK, linewidth=0.8, zorder=1)
+    for solid in robot.ground.solids.values():
+        outline = solid.corners()[:, [0, 2]]
+        panel.fill(*outline[ConvexHull(outline).vertices].T, facecolor=GROUND, edgecolor=BLACK, linewidth=0.8, zorder=1)
     for wall in robot.ground.walls.values():
+        if isinstance(wall, FacingWallVisual):
+            continue  # seen from the side it is a face, not a line
         away = 1.0 if wall.side == "left" else -1.0
         panel.fill_betweenx([bottom, top], wall.x, wall.x + away * (right - left), color=GROUND, linewidth=0, zorder=0)
         panel.plot([wall.x, wall.x], [bottom, top], color=BLACK, linewidth=0.8, zorder=1)
