@@ -227,7 +227,7 @@ class _Chain:
                 self.report,
                 stop,
                 processes_of(task),
-                detours=not first.known,
+                detours=first.detours,
                 tried=self.counted,
             )
         else:
@@ -256,7 +256,7 @@ class _Chain:
             return stop is not None and stop(iteration, objective)
 
         if found := known_start(motion, transcription, options, deadline, searching, iterating):
-            return _First(*found, known=True)
+            return _First(*found, detours=False)
         if needs_simulated_start(motion) and (
             found := simulated_start(motion, transcription, options, deadline, searching, iterating)
         ):
@@ -265,7 +265,7 @@ class _Chain:
             if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
                 return _First(*found, search=False)
             if found := guessed_start(motion, transcription, options, deadline, searching, iterating):
-                return _First(*found)
+                return _First(*found, detours=False)
         repair, polisher = (
             Repair(transcription, options, deadline, searching, iterating),
             BranchTranscription(transcription),
@@ -282,12 +282,19 @@ class _Chain:
 
 
 class _First(NamedTuple):
-    """A first motion, whether it is that of an earlier plan, and whether cheaper ones are looked for near it."""
+    """A first motion, and how cheaper ones are looked for near it.
+
+    Attributes:
+        polisher, solution: the motion.
+        search: whether they are; what was searched in the plane is not searched again in space.
+        detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little, and with
+            several feet in space a trial takes seconds.
+    """
 
     polisher: BranchTranscription
     solution: MpccSolution
-    known: bool = False
     search: bool = True
+    detours: bool = True
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:
