@@ -113,6 +113,7 @@ def _robot(motion: MotionProblem) -> list[str]:
     return [
         first,
         *_reduction(task.robot),
+        *_bodies(motion),
         *_table(rows),
         *_table(velocity_rows),
         *armature,
@@ -120,6 +121,16 @@ def _robot(motion: MotionProblem) -> list[str]:
         *_springs(robot),
         *_dry_friction(robot),
         *_shapes(motion),
+    ]
+
+
+def _bodies(motion: MotionProblem) -> list[str]:
+    """Say what is beside the robot."""
+    robot = motion.robot
+    return [
+        f"Body '{name}': {body.in_words()}, root {body.root.replace('_', ' ')}; "
+        f"{pin.computeTotalMass(robot.bodies[name].model):.6g} kg."
+        for name, body in motion.task.bodies.items()
     ]
 
 
