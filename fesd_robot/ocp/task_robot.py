@@ -11,6 +11,7 @@ from fesd_robot.errors import JointError, RobotError
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
 from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
+from fesd_robot.ocp.two_bodies import with_two_bodies
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Task, TwoBodyContact, check_names, check_values
@@ -64,6 +65,7 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
     )
     task = with_contact_places(task, robot)
     robot = with_contact_frames(task, robot)
+    task = with_two_bodies(task, robot)
     _check_distinct_contacts(task, robot)
     return task, robot
 
