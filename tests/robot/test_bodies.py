@@ -82,7 +82,7 @@ def test_shapes_are_where_the_bodies_are(arm: Robot) -> None:
         np.testing.assert_allclose(at.translation, place, atol=1e-15)
         np.testing.assert_allclose(np.abs(at.rotation[:, 2]), [0, 1, 0], atol=1e-15)
         low, high = (data.oMf[merged.frame_id(f"can.{end}")].translation for end in ("low", "high"))
-        np.testing.assert_allclose([low, high], [place - [0, 0.15, 0], place + [0, 0.15, 0]], atol=1e-15)
+        np.testing.assert_allclose([low, high], np.outer([-1, 1], [0, 0.15, 0]) + place, atol=1e-15)
         assert [shape.body for shape in merged.collision_shapes][-1] == "can"
 
 

@@ -89,7 +89,7 @@ def quaternion_matrix(entries: list[float]) -> np.ndarray:
 
 
 def pushed_box(folder: Path, push: float, start: str = "") -> Plan:
-    """Return the motion of a box on the floor with a ball-shaped finger of 1 kg at its middle that is pushed along x."""
+    """Return the motion of a box on the floor that a round finger of 1 kg at its middle pushes along x."""
     task = written(
         folder,
         MASS,
@@ -120,7 +120,7 @@ def test_a_finger_pushes_a_box_over_the_floor(tmp_path: Path) -> None:
 
 
 def test_a_push_beside_the_middle_turns_the_box_and_creates_no_energy(tmp_path: Path) -> None:
-    """The box turns about the vertical the way it is pushed, stays flat, and gains no more than the work of the push."""
+    """The box turns about the vertical as it is pushed, stays flat, and gains no more than the work of the push."""
     push = 12.0
     motion = pushed_box(tmp_path, push, ", y: 0.05")
     place, speed = motion.trajectory.configuration, motion.trajectory.velocity
