@@ -117,3 +117,14 @@ def test_a_name_that_the_robot_has_is_refused(arm: Robot, name: str) -> None:
     """A body may not be called like a joint or a frame of the robot."""
     with pytest.raises(RobotError, match=f"found a body named '{name}' beside a robot with the"):
         beside(arm, {name: simple_body(name, ball(0.1, 1.0), "free_flyer")}, {name: NOWHERE})
+
+
+def test_joints_that_mimic_others_still_do(arm: Robot) -> None:
+    """A body whose file lets a joint follow another one has the same inertia beside a robot as alone."""
+    zoo = load_robot(Path(__file__).parent / "models" / "zoo.urdf")
+    assert any(link.mimics for link in zoo.tree.links)
+    merged = beside(arm, {"zoo": zoo}, {"zoo": NOWHERE})
+    q = pin.randomConfiguration(zoo.model, -np.ones(zoo.model.nq), np.ones(zoo.model.nq))
+    whole, _ = numbers(merged, np.concatenate([arm.neutral, q]), np.zeros(merged.model.nv))
+    own, _ = numbers(zoo, q, np.zeros(zoo.model.nv))
+    np.testing.assert_allclose(whole[arm.model.nv :, arm.model.nv :], own, atol=1e-14)
