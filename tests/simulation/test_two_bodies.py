@@ -16,7 +16,7 @@ GRAVITY = 9.81
 MASSES, RADII = (0.5, 0.8), (0.1, 0.15)
 
 
-def thrown(folder: Path, friction: float, apart: np.ndarray, velocity: np.ndarray) -> Plan:
+def thrown(folder: Path, friction: float, apart: np.ndarray, velocity: np.ndarray, *, restitution: float = 0.0) -> Plan:
     """Return the motion of a ball that is thrown at another one, both in free fall."""
     x, y, z = apart.tolist()
     start = f"root_joint.x: {x!r}, root_joint.y: {y!r}, root_joint.z: {z + 5!r}, other.root_joint.z: 5"
@@ -27,7 +27,7 @@ def thrown(folder: Path, friction: float, apart: np.ndarray, velocity: np.ndarra
         "robot: {model: model.urdf, root: free_flyer}\n"
         f"bodies: {{other: {{type: ball, radius: {RADII[1]}, mass: {MASSES[1]}, root: free_flyer}}}}\n"
         "contacts: {hit: {type: circle_circle, frame: ball, radius: 0.1, other_frame: other, "
-        f"friction: {friction}}}}}\n"
+        f"friction: {friction}, restitution: {restitution}}}}}\n"
         "horizon: {duration: 0.3, intervals: 3}\n"
         f"initial: {{configuration: {{{start}}}, velocity: {{{speeds}, root_joint.wy: 3, other.root_joint.wx: 2}}}}\n"
         "goal: {soft: true}\n",
@@ -74,6 +74,17 @@ def test_two_balls_collide_as_mechanics_says(
     turn = quaternion_matrix([motion.trajectory.configuration[f"root_joint.q{part}"][-1] for part in "xyzw"])
     expected = velocity + total / MASSES[0] + [0, 0, -GRAVITY * 0.3]
     np.testing.assert_allclose(turn @ after, expected, atol=1e-7)
+
+
+@pytest.mark.parametrize("restitution", [0.5, 1.0])
+def test_two_balls_bounce(tmp_path: Path, restitution: float) -> None:
+    """Without friction they part with e times the velocity with which they met: L_n = -(1 + e) m u.n."""
+    apart, velocity = np.array([0.5, 0.05, 0.02]), np.array([-2.0, 0.3, 0.2])
+    motion = thrown(tmp_path, 0.0, apart, velocity, restitution=restitution)
+    (impulse,) = motion.impulses
+    normal = (apart + impulse.time * velocity) / sum(RADII)
+    reduced = 1 / sum(1 / mass for mass in MASSES)
+    assert impulse.normal == pytest.approx(-(1 + restitution) * reduced * (velocity @ normal), abs=1e-8)
 
 
 def quaternion_matrix(entries: list[float]) -> np.ndarray:
