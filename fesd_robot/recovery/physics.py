@@ -194,8 +194,6 @@ class NumericPhysics:
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
 
 
-
-
 def split_contact_force(
     generalized: np.ndarray,
     jacobian: np.ndarray,

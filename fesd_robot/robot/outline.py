@@ -80,15 +80,16 @@ def _touching_in_space(shapes: Sequence[Shape], body: pin.SE3, towards: np.ndarr
     outlines = [outline for shape in shapes for outline in _outlines_in_space(shape)]
     centers = np.array([body.act(outline.place) for outline in outlines]).reshape(-1, 3)
     radii = np.array([outline.radius for outline in outlines])
-    lateral = np.array([0.0, 1.0, 0.0])
-    along = np.cross(lateral, -towards)
+    along = np.cross([0.0, 1.0, 0.0], -towards)
+    along = along / np.linalg.norm(along) if np.linalg.norm(along) > _ALIGNED else np.array([1.0, 0.0, 0.0])
+    across = np.cross(-towards, along)
     chosen: set[int] = set()
     for azimuth in np.linspace(0, np.pi, _AZIMUTHS, endpoint=False):
-        aside = np.cos(azimuth) * along + np.sin(azimuth) * lateral
+        aside = np.cos(azimuth) * along + np.sin(azimuth) * across
         for turn in _DIRECTIONS:
             reach = centers @ (np.cos(turn) * towards + np.sin(turn) * aside) + radii
             chosen |= set(np.flatnonzero(reach >= reach.max() - _SAME).tolist())
-    order = sorted(chosen, key=lambda k: (round(float(centers[k] @ along), _DIGITS), centers[k][1]))
+    order = sorted(chosen, key=lambda k: (round(float(centers[k] @ along), _DIGITS), float(centers[k] @ across)))
     return [outlines[k] for k in _distinct(order, centers, radii)]
 
 
