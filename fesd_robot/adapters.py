@@ -16,6 +16,7 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import Certificate, HomotopyOptions, Mpcc, MpccSolution, certify, conflict_at
 from fesd_robot.ocp import MotionProblem, with_promises
 from fesd_robot.ocp.contact_places import with_contact_frames
+from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
 from fesd_robot.plans import assemble
 from fesd_robot.plans.audit import MotionLimits, audit
 from fesd_robot.plans.audit_record import Audit
@@ -37,7 +38,7 @@ from fesd_robot.recovery.model_motion import ModelMotion, model_motion
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
-from fesd_robot.robot.root import square_placements
+from fesd_robot.robot.root import Root, square_placements
 from fesd_robot.robot.units import configuration_units, velocity_units
 from fesd_robot.task import Task
 
@@ -299,10 +300,13 @@ def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
         FesdRobotError: the model cannot be read any more.
     """
     task, full = motion.task, _full_model(motion)
-    floating = task.robot.root != "fixed"
-    free = load_robot(task.locate_model(), root="free_flyer", search_path=task.folder) if floating else full.robot
-    if task.robot.root == "sagittal":
-        square_placements(free.model)
+    free = full.robot
+    if any(section.root != "fixed" for section in (task.robot, *task.bodies.values())):
+        root: Root = "fixed" if task.robot.root == "fixed" else "free_flyer"
+        free = load_robot(task.locate_model(), root=root, search_path=task.folder)
+        if task.robot.root == "sagittal":
+            square_placements(free.model)
+        free = with_bodies(task, free, locked=False, floating=True)
     joints = plan.full_model.joints if plan.full_model else {}
     efforts = {name: joint.effort for name, joint in joints.items()}
     return model_motion(full, free, physics, _samples(plan, motion), _dry_friction(plan, motion.robot), efforts)
@@ -312,7 +316,8 @@ def _full_model(motion: MotionProblem) -> FullModel:
     section, contacts = motion.task.robot, [contact.name for contact in motion.contacts]
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
     full = _full_robot(motion)
-    return FullModel(motion.robot, full, section.locked, section.coupled, scene, in_space=motion.in_space)
+    locked = joint_values(motion.task, "locked")
+    return FullModel(motion.robot, full, locked, section.coupled, scene, in_space=motion.in_space)
 
 
 def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:
@@ -346,10 +351,10 @@ def _full_robot(motion: MotionProblem) -> Robot:
     """
     task = motion.task
     section = task.robot
-    if not section.locked and not section.coupled:
+    if not joint_values(task, "locked") and not section.coupled:
         return motion.robot
-    friction = section.dry_friction or {}
-    parts = {name: [name] for name in {*section.armature, *section.damping, *friction}}
+    armature, damping, friction = (joint_values(task, key) for key in ("armature", "damping", "dry_friction"))
+    parts = {name: [name] for name in {*armature, *damping, *friction}}
     for follower, leader in section.coupled.items():
         parts.setdefault(leader, [leader]).append(follower)
 
@@ -357,10 +362,8 @@ def _full_robot(motion: MotionProblem) -> Robot:
         return {joint: value / len(parts[name]) for name, value in values.items() for joint in parts[name]}
 
     full = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
+    full = with_bodies(task, without_dry_friction(section, full), locked=False)
     full = with_contact_frames(task, full)
     return with_joint_properties(
-        full,
-        armature=shared(section.armature),
-        damping=shared(section.damping),
-        dry_friction=False if section.dry_friction is False else shared(friction),
+        full, armature=shared(armature), damping=shared(damping), dry_friction=shared(friction)
     )

@@ -99,6 +99,12 @@ CLAIMS: dict[str, Claim] = {
     "hopper_wedge": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
     "monoped_three_holes": Claim({"foot": ContactClaim((3, 3), longest=0.9)}),
     "monoped_two_jumps": Claim({"foot": ContactClaim((2, 12), longest=0.3, highest=0.15)}),
+    "pick_and_place": Claim(
+        {
+            **{name: ContactClaim() for name in ("left", "right")},
+            "floor": ContactClaim((1, 1), longest=0.35, highest=0.13),
+        }
+    ),
     "published_hopper_five_jumps": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "published_hopper_one_jump": Claim({"foot": ContactClaim((1, 20), slides=FREE)}, reaches_goal=False),
     "puck_shot": Claim({"sole": ContactClaim(slides=(0.78, 0.82)), "push": ContactClaim((2, 2))}),

@@ -64,6 +64,7 @@ VARIED = {
     "hopper_in_space": Varied(
         "root_x", efforts=("robot.actuators.leg_force.lower", "robot.actuators.leg_force.upper"), count=FEW
     ),
+    "pick_and_place": Varied("ball.root_joint.x", count=FEW),
 }
 """Name of a task -> what is varied in it; new ones at the end, for their numbers seed the draws."""
 

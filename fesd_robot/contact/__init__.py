@@ -12,12 +12,14 @@ from fesd_robot.contact.geometry import (
     Scene,
     TwoBodies,
     contact_of,
+    frames_of,
     needs_space,
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
 from fesd_robot.contact.modes import ContactMode, contact_modes, joint_modes
-from fesd_robot.contact.points import point_contact
+from fesd_robot.contact.points import leaves_plane, point_contact
+from fesd_robot.contact.two_in_space import Facing, axes_about, ball_box_contact, two_balls_contact
 
 __all__ = [
     "CircleOnBox",
@@ -28,6 +30,7 @@ __all__ = [
     "ContactMode",
     "ContactOptions",
     "ContactSystem",
+    "Facing",
     "Ground",
     "MultibodyDynamics",
     "Plane",
@@ -37,13 +40,18 @@ __all__ = [
     "Terrain",
     "TwoBodies",
     "Wall",
+    "axes_about",
+    "ball_box_contact",
     "circle_box_contact",
     "circle_contact",
     "contact_modes",
     "contact_of",
     "contact_system",
+    "frames_of",
     "joint_modes",
+    "leaves_plane",
     "needs_space",
     "point_contact",
+    "two_balls_contact",
     "two_circles_contact",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -12,6 +13,7 @@ from fesd_robot.contact.circles import circle_contact, two_circles_contact
 from fesd_robot.contact.ground import Ground
 from fesd_robot.contact.model import Contact
 from fesd_robot.contact.points import leaves_plane, point_contact
+from fesd_robot.contact.two_in_space import Facing, ball_box_contact, two_balls_contact
 from fesd_robot.robot import Robot
 
 
@@ -38,12 +40,18 @@ class CircleOnSurface:
 
 @dataclass(frozen=True)
 class CircleOnCircle:
-    """Two circles in the x-z plane, each about the origin of its frame and turning with it, radii in m."""
+    """Two circles in the x-z plane, in space balls, each about the origin of its frame and turning with it.
+
+    Attributes:
+        radius, other_radius: m.
+        facing: in space, the axis of the world that is nearest to the normal at the start; None in the plane.
+    """
 
     frame: str
     radius: float
     other_frame: str
     other_radius: float
+    facing: Facing | None = None
 
 
 @dataclass(frozen=True)
@@ -51,13 +59,16 @@ class CircleOnBox:
     """A circle in the x-z plane about the origin of a frame, of a radius in m, and a box about that of another one.
 
     Attributes:
-        other_size: of the box along the x and the z axis of its frame, m.
+        other_size: of the box along the x and the z axis of its frame, m; in space, of a box that a ball touches, along
+            all three.
+        facing: in space, the axis of the world that is nearest to the normal at the start; None in the plane.
     """
 
     frame: str
     radius: float
     other_frame: str
-    other_size: tuple[float, float]
+    other_size: tuple[float, ...]
+    facing: Facing | None = None
 
 
 TwoBodies = CircleOnCircle | CircleOnBox
@@ -113,35 +124,38 @@ def contact_of(
             friction=friction,
             in_space=in_space,
         )
+    return _two_bodies_contact(robot, configuration, geometry, name=name, friction=friction)
+
+
+def _two_bodies_contact(
+    robot: Robot, configuration: ca.SX, geometry: TwoBodies, *, name: str, friction: float
+) -> Contact:
+    common: dict[str, Any] = {"name": name, "frames": (geometry.frame, geometry.other_frame), "friction": friction}
+    if geometry.facing is not None:
+        common["facing"] = geometry.facing
     if isinstance(geometry, CircleOnBox):
-        return circle_box_contact(
-            robot,
-            configuration,
-            name=name,
-            frames=(geometry.frame, geometry.other_frame),
-            radius=geometry.radius,
-            size=geometry.other_size,
-            friction=friction,
-        )
-    return two_circles_contact(
-        robot,
-        configuration,
-        name=name,
-        frames=(geometry.frame, geometry.other_frame),
-        radii=(geometry.radius, geometry.other_radius),
-        friction=friction,
-    )
+        common |= {"radius": geometry.radius, "size": geometry.other_size}
+        make_box = circle_box_contact if geometry.facing is None else ball_box_contact
+        return make_box(robot, configuration, **common)
+    radii = geometry.radius, geometry.other_radius
+    make = two_circles_contact if geometry.facing is None else two_balls_contact
+    return make(robot, configuration, radii=radii, **common)
 
 
 def needs_space(robot: Robot, configuration: ca.SX, geometries: Mapping[str, ContactGeometry]) -> bool:
-    """Return whether a robot touches surfaces out of the x-z plane, so that its contacts slip in two directions.
+    """Return whether a robot touches something out of the x-z plane, so that its contacts slip in two directions.
 
     Args:
         configuration: q, SX symbols (n_q).
         geometries: name of a contact -> its geometry.
     """
     return any(
-        leaves_plane(robot, configuration, geometry.frame, turning=isinstance(geometry, CircleOnSurface))
+        leaves_plane(robot, configuration, frame, turning=not isinstance(geometry, PointOnSurface))
         for geometry in geometries.values()
-        if not isinstance(geometry, TwoBodies)
+        for frame in frames_of(geometry)
     )
+
+
+def frames_of(geometry: ContactGeometry) -> list[str]:
+    """Return the names of the frames that a contact is between, without surfaces."""
+    return [geometry.frame, *([geometry.other_frame] if isinstance(geometry, TwoBodies) else [])]

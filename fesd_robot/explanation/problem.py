@@ -113,6 +113,7 @@ def _robot(motion: MotionProblem) -> list[str]:
     return [
         first,
         *_reduction(task.robot),
+        *_bodies(motion),
         *_table(rows),
         *_table(velocity_rows),
         *armature,
@@ -120,6 +121,16 @@ def _robot(motion: MotionProblem) -> list[str]:
         *_springs(robot),
         *_dry_friction(robot),
         *_shapes(motion),
+    ]
+
+
+def _bodies(motion: MotionProblem) -> list[str]:
+    """Say what is beside the robot."""
+    robot = motion.robot
+    return [
+        f"Body '{name}': {body.in_words()}, root {body.root.replace('_', ' ')}; "
+        f"{pin.computeTotalMass(robot.bodies[name].model):.6g} kg."
+        for name, body in motion.task.bodies.items()
     ]
 
 
@@ -239,10 +250,12 @@ def _touching(task: Task, contact: SingleContact) -> tuple[str, str]:
     """Return what touches, and what a gap is counted from."""
     if isinstance(contact, TwoBodyContact):
         if isinstance(contact, CircleBoxContact):
-            other = f"the box of {contact.other_size[0]:g} m x {contact.other_size[1]:g} m"
+            assert contact.other_size is not None
+            other = f"the box of {' x '.join(f'{length:g} m' for length in contact.other_size)}"
         else:
             other = f"that of {contact.other_radius:g} m"
-        what = f"the circle of {contact.radius:g} m about frame '{contact.frame}'"
+        round_one = "circle" if contact.facing is None else "ball"
+        what = f"the {round_one} of {contact.radius:g} m about frame '{contact.frame}'"
         return f"{what} against {other} about frame '{contact.other_frame}'", "apart"
     place = f"frame '{contact.frame}'"
     if any(contact.offset):

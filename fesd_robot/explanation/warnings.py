@@ -124,7 +124,7 @@ def _floating_at_the_start(motion: MotionProblem) -> Iterator[str]:
     if not heights:
         return
     height, first = max(heights.values()), max(heights, key=lambda i: heights[i])
-    velocity = physics.contact_jacobian(ends.initial_configuration)[2 * first] @ ends.initial_velocity
+    velocity = physics.contact_jacobian(ends.initial_configuration)[physics.rows * first] @ ends.initial_velocity
     if abs(velocity) <= IMPACT_VELOCITY:
         names = [motion.contacts[i].name for i, own in heights.items() if height - own <= TOUCHING]
         yield (
@@ -138,7 +138,8 @@ def _standing_heights(motion: MotionProblem, gaps: np.ndarray) -> dict[int, floa
     """Return for every contact just above the ground, by its number, the height of the robot at which it touches, m."""
     start, heights = motion.endpoints.initial_configuration, {}
     for i, contact in enumerate(motion.contacts):
-        on_ground = getattr(motion.task.contacts[contact.name], "surface", None) == GROUND
+        own = motion.task.single_contacts[contact.name]
+        on_ground = getattr(own, "surface", None) == GROUND and motion.robot.body_of(own.frame) is None
         if on_ground and gaps[i] <= FLOATING and ROOT_HEIGHT in motion.robot.velocity_names:
             symbols = motion.dynamics.configuration
             q, left = touching_configuration(motion.robot, [contact], symbols, [ROOT_HEIGHT], start, motion.limits)

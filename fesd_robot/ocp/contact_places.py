@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.contact import leaves_plane
 from fesd_robot.errors import RobotError
 from fesd_robot.ocp.scene import surfaces_of
 from fesd_robot.ocp.standing import posture_of
@@ -84,8 +86,11 @@ def _places(task: Task, robot: Robot, name: str, contact: BodyContact) -> dict[s
             raise RobotError(
                 f"found body '{contact.body}' without collision shapes, expected {with_shapes}'frame' with 'offset'"
             )
+        q = ca.SX.sym("q", len(robot.configuration_names))
+        in_space = leaves_plane(robot, q, contact.body, turning=True)
         pose = _pose(task, robot, contact.body)
-        outlines = touching_outlines(shapes, pose, _towards(task, contact.surface, pose.translation))
+        towards = _towards(task, contact.surface, pose.translation)
+        outlines = touching_outlines(shapes, pose, towards, in_space=in_space)
     except RobotError as error:
         raise task.error(("contacts", name, "body"), str(error)) from error
     several = len(outlines) > 1

@@ -89,8 +89,10 @@ def scales_of(task: Task, robot: Robot, configuration: np.ndarray, duration: flo
 def _points(contact: SingleContact) -> Sequence[tuple[str, float]]:
     """Return the frames that a contact belongs to, and how far its surface is from each, m."""
     if isinstance(contact, CircleCircleContact):
+        assert contact.other_radius is not None
         return [(contact.frame, contact.radius), (contact.other_frame, contact.other_radius)]
     if isinstance(contact, CircleBoxContact):
+        assert contact.other_size is not None
         return [(contact.frame, contact.radius), (contact.other_frame, float(np.linalg.norm(contact.other_size)) / 2)]
     return [(contact.touching_frame, contact.radius if isinstance(contact, CircleContact) else 0.0)]
 

@@ -45,7 +45,7 @@ from fesd_robot.robot import (
     nonlinear_effects,
     spring_force,
 )
-from fesd_robot.robot.root import ROOT_HEIGHT
+from fesd_robot.robot.root import is_height
 from fesd_robot.task import GROUND, CircleCircleContact, Task, TwoBodyContact
 from fesd_robot.task.costs import COST_TERMS
 
@@ -283,7 +283,7 @@ def _touching_at_start(
 ) -> Endpoints:
     """Return the ends with a start in which contacts touch whose gaps are up to `TOUCHING`, if there is one nearby.
 
-    The robot's height is adjusted if that is enough, else all coordinates that are lengths or angles.
+    The heights of robot and bodies are adjusted if that is enough, else all coordinates that are lengths or angles.
     A ground that is lower for the plan by a few micrometres is another one for the foot that lands on it softly.
     """
     start = endpoints.initial_configuration
@@ -293,7 +293,7 @@ def _touching_at_start(
         if abs(gap) <= TOUCHING
     ]
     lengths_and_angles = [name for name in robot.configuration_names if name in robot.velocity_names]
-    for adjust in ([name for name in lengths_and_angles if name == ROOT_HEIGHT], lengths_and_angles):
+    for adjust in ([name for name in lengths_and_angles if is_height(name)], lengths_and_angles):
         if near and adjust:
             q, gaps = touching_configuration(robot, near, dynamics.configuration, adjust, start, limits)
             if np.abs(gaps).max() <= GAP_TOLERANCE:

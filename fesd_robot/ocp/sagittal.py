@@ -105,6 +105,7 @@ def _says_nothing_else(task: Task) -> bool:
         robot.root == "free_flyer"
         and not any(changed)
         and not robot.dry_friction
+        and not task.bodies
         and not task.constraints
         and task.goal.periodic is None
         and not points

@@ -139,9 +139,11 @@ def _cylinder(surface: CylinderSurface) -> surfaces.Solid:
 def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeometry:
     contact = task.single_contacts[name]
     if isinstance(contact, CircleCircleContact):
-        return CircleOnCircle(contact.frame, contact.radius, contact.other_frame, contact.other_radius)
+        assert contact.other_radius is not None
+        return CircleOnCircle(contact.frame, contact.radius, contact.other_frame, contact.other_radius, contact.facing)
     if isinstance(contact, CircleBoxContact):
-        return CircleOnBox(contact.frame, contact.radius, contact.other_frame, contact.other_size)
+        assert contact.other_size is not None
+        return CircleOnBox(contact.frame, contact.radius, contact.other_frame, contact.other_size, contact.facing)
     surface = by_name[contact.surface]
     if isinstance(contact, PointContact):
         return PointOnSurface(contact.touching_frame, surface)

@@ -267,9 +267,7 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
     wanted = section.standing
     if wanted is None:
         return None
-    default = _DEFAULT_ADJUST[: len(wanted.contacts)]
-    flyer = [FLYER_HEIGHT] if FLYER_HEIGHT in robot.configuration_names else []
-    adjust = wanted.adjust or [name for name in default if name in robot.velocity_names] or flyer
+    adjust = wanted.adjust or _default_adjust(task, robot, wanted.contacts)
     if not adjust and not wanted.prefer:
         raise task.error(
             (*path, "stand_on"),
@@ -286,6 +284,20 @@ def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> S
                 "changes alone",
             )
     return Standing(path, wanted.contacts, [*dict.fromkeys([*adjust, *wanted.prefer])], wanted.prefer)
+
+
+def _default_adjust(task: Task, robot: Robot, contacts: Sequence[str]) -> list[str]:
+    """Return the height, and for several contacts the pitch, of the robot and of every body that contacts belong to."""
+    frames: dict[str | None, list[str]] = {}
+    for name in contacts:
+        frame = task.single_contacts[name].frame
+        frames.setdefault(robot.body_of(frame), []).append(frame)
+    found = []
+    for own in frames.values():
+        sagittal = robot.roots_under(own[0], _DEFAULT_ADJUST[: len(own)])
+        found += [name for name in sagittal if name in robot.velocity_names]
+        found += [] if sagittal else robot.roots_under(own[0], [FLYER_HEIGHT])
+    return found
 
 
 def _and(words: Sequence[str]) -> str:

@@ -10,6 +10,8 @@ import pinocchio as pin
 from fesd_robot.errors import JointError, RobotError
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
+from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
+from fesd_robot.ocp.two_bodies import with_two_bodies
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Task, TwoBodyContact, check_names, check_values
@@ -36,6 +38,7 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
         raise task.error(("robot", error.option, error.joint), str(error)) from error
     except RobotError as error:
         raise task.error("robot.model", str(error)) from error
+    robot = with_bodies(task, without_dry_friction(section, robot))
     check_names(
         task,
         robot.configuration_names,
@@ -47,7 +50,10 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
     )
     check_orientations(task, robot.configuration_names)
     robot = with_joint_properties(
-        robot, armature=section.armature, damping=section.damping, dry_friction=section.dry_friction
+        robot,
+        armature=joint_values(task, "armature"),
+        damping=joint_values(task, "damping"),
+        dry_friction=joint_values(task, "dry_friction"),
     )
     positions = zip(robot.lower_position, robot.upper_position, strict=True)
     check_values(
@@ -59,6 +65,7 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
     )
     task = with_contact_places(task, robot)
     robot = with_contact_frames(task, robot)
+    task = with_two_bodies(task, robot)
     _check_distinct_contacts(task, robot)
     return task, robot
 

@@ -47,7 +47,7 @@ def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Ground], moments: 
         surfaces: name -> surface.
         moments: when to look.
     """
-    if robot.shapes is None or robot.shapes:
+    if robot.shapes is None or robot.shapes or robot.bodies:
         try:
             shapes = BodyShapes(robot)
         except RobotError as error:
@@ -66,6 +66,11 @@ class _Overlaps:
         self._task, self._surfaces = task, surfaces
         contacts = task.single_contacts.values()
         self._contacts = [one for one in contacts if isinstance(one, PointContact | CircleContact)]
+        self._fixed = {
+            one.body
+            for one in shapes.shapes
+            if robot.body_of(one.body) and not robot.model.frames[robot.frame_id(one.body)].parentJoint
+        }
         self._feet = {(one.surface, body) for one in self._contacts for body in self._bodies(one.touching_frame)}
         self._pairs = {
             frozenset((first, second))
@@ -104,7 +109,7 @@ class _Overlaps:
             found = self._shapes.depths(q, surface.distances)
             feet = max([one.depth for one in found if (name, one.body) in self._feet], default=0.0)
             for one in found:
-                if one.depth > LEAST_DEPTH and not self._touches(name, one, feet):
+                if one.depth > LEAST_DEPTH and one.body not in self._fixed and not self._touches(name, one, feet):
                     yield (name, one.body), one.depth
         bodies = [shape.body for shape in self._shapes.shapes]
         for first, second, depth in self._shapes.overlaps(q, LEAST_DEPTH):

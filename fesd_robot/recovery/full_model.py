@@ -16,7 +16,6 @@ from fesd_robot.robot import Robot
 from fesd_robot.robot.couple import coupling_signs
 from fesd_robot.robot.joints import Prismatic
 from fesd_robot.robot.lock import lock_joints
-from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.rotations import continuous_quaternions
 from fesd_robot.robot.tree import Link
 
@@ -237,9 +236,9 @@ class FullModel:
     def _find_base(self) -> int:
         """Return Pinocchio's index of the joint under the first link, 0 if it has at most one degree of freedom."""
         model = self._full.model
-        if self._full.root_names:
-            return int(model.getJointId(ROOT_JOINT))
-        return next((i for i in range(1, model.njoints) if model.parents[i] == 0 and model.joints[i].nv > 1), 0)
+        own = [i for i in range(1, model.njoints) if self._full.body_of(model.names[i]) is None]
+        roots = [i for i in self._full.root_joints if i in own]
+        return next((i for i in (*roots, *own) if i in roots or (model.parents[i] == 0 and model.joints[i].nv > 1)), 0)
 
     def _base(self, q: np.ndarray) -> np.ndarray:
         pin.forwardKinematics(self._full.model, self._data, q)

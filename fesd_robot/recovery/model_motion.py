@@ -11,7 +11,6 @@ import pinocchio as pin
 from fesd_robot.recovery.full_model import FullModel, acceleration_under
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Robot
-from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.rotations import continuous_quaternions
 
 
@@ -87,17 +86,18 @@ def _with_free_flyer(
     given: tuple[np.ndarray, np.ndarray, np.ndarray],
     result: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> None:
-    """Write the state of the model with a free flyer that moves as the one with the task's root joint does."""
-    model, base = full.robot.model, full.base_joint
-    root = target.joints[target.getJointId(ROOT_JOINT)]
-    result[0][root.idx_q : root.idx_q + 7] = pin.SE3ToXYZQUAT(data.oMi[base])
-    result[1][root.idx_v : root.idx_v + 6] = data.v[base].vector
-    result[2][root.idx_v : root.idx_v + 6] = data.a[base].vector
+    """Write the state of the model with free flyers that move as the root joints of the task do."""
+    model = full.robot.model
+    roots = {model.names[index] for index in full.robot.root_joints}
     for index in range(1, target.njoints):
-        name = target.names[index]
-        if name == ROOT_JOINT:
+        name, own = target.names[index], target.joints[index]
+        source = model.getJointId(name)
+        if name in roots:
+            result[0][own.idx_q : own.idx_q + 7] = pin.SE3ToXYZQUAT(data.oMi[source])
+            result[1][own.idx_v : own.idx_v + 6] = data.v[source].vector
+            result[2][own.idx_v : own.idx_v + 6] = data.a[source].vector
             continue
-        own, other = target.joints[index], model.joints[model.getJointId(name)]
+        other = model.joints[source]
         result[0][own.idx_q : own.idx_q + own.nq] = given[0][other.idx_q : other.idx_q + other.nq]
         for part in (1, 2):
             result[part][own.idx_v : own.idx_v + own.nv] = given[part][other.idx_v : other.idx_v + other.nv]

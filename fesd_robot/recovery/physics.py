@@ -8,8 +8,8 @@ from types import MappingProxyType
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies
-from fesd_robot.recovery.between_bodies import closest
+from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies, frames_of
+from fesd_robot.recovery.between_bodies import closest, tangents_between
 from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
 
@@ -51,7 +51,7 @@ class NumericPhysics:
         self._model = robot.model
         self._data = robot.model.createData()
         self._geometries = [scene.geometries[name] for name in friction]
-        self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in _frames(geometry)}
+        self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in frames_of(geometry)}
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
         self._springs = robot.springs
@@ -161,7 +161,7 @@ class NumericPhysics:
         position = self._position(geometry.frame)
         if isinstance(geometry, TwoBodies):
             normal = self._closest(geometry)[1]
-            return normal, np.array([normal[2], 0.0, -normal[0]])
+            return normal, *tangents_between(geometry, normal)
         surface = geometry.surface if isinstance(geometry, PointOnSurface) else geometry.path
         return surface.normal(position), *surface.axes(position)[1 : self.rows]
 
@@ -181,7 +181,7 @@ class NumericPhysics:
         nearest = position - (gap + geometry.radius) * normal - self._position(geometry.other_frame)
         moving = self._at_rim(jacobian, -geometry.radius * normal)
         moving -= self._at_rim(self._jacobian(geometry.other_frame), nearest)
-        return [normal @ moving, np.array([normal[2], 0.0, -normal[0]]) @ moving]
+        return [normal @ moving, *(tangent @ moving for tangent in tangents_between(geometry, normal))]
 
     def _closest(self, geometry: TwoBodies) -> tuple[float, np.ndarray]:
         """Gap and direction from the other body to the circle's centre, (3)."""
@@ -192,10 +192,6 @@ class NumericPhysics:
     def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
         """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
-
-
-def _frames(geometry: ContactGeometry) -> list[str]:
-    return [geometry.frame, *([geometry.other_frame] if isinstance(geometry, TwoBodies) else [])]
 
 
 def split_contact_force(

@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface
-from fesd_robot.recovery.between_bodies import closest
+from fesd_robot.contact.ground import LATERAL
+from fesd_robot.recovery.between_bodies import closest, tangents_between
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -90,7 +91,8 @@ def _along(robot: Robot, geometry: ContactGeometry, configuration: np.ndarray) -
         else:
             other = data.oMf[robot.frame_id(geometry.other_frame)]
             _, normal = closest(geometry, origin, np.array(other.translation), np.array(other.rotation))
-            tangent, lateral = np.array([normal[2], 0.0, -normal[0]]), np.array([0.0, 1.0, 0.0])
+            tangent, *rest = tangents_between(geometry, normal)
+            lateral = rest[0] if rest else LATERAL
             place = origin - geometry.radius * normal
         result[:, sample] = place, origin, np.ravel(normal), np.ravel(tangent), lateral
     return tuple(result)

@@ -186,10 +186,13 @@ def circle_visuals(task: Task, robot: Robot) -> dict[str, CircleVisual | BoxVisu
             continue
         circles[name] = CircleVisual(robot.frame_id(contact.touching_frame), contact.radius, color)
         if isinstance(contact, CircleCircleContact):
+            assert contact.other_radius is not None
             other = CircleVisual(robot.frame_id(contact.other_frame), contact.other_radius, color)
             circles[f"{name}, other"] = other
         if isinstance(contact, CircleBoxContact):
-            circles[f"{name}, other"] = BoxVisual(robot.frame_id(contact.other_frame), contact.other_size, color)
+            assert contact.other_size is not None
+            sides = contact.other_size[0], contact.other_size[-1]
+            circles[f"{name}, other"] = BoxVisual(robot.frame_id(contact.other_frame), sides, color)
     return circles
 
 

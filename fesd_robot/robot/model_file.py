@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
-Format = Literal["urdf", "mjcf", "sdf"]
-"""How a file is written."""
+Format = Literal["urdf", "mjcf", "sdf", "task"]
+"""How a file is written; a task may also say what a simple body is."""
 
 
 @dataclass(frozen=True)

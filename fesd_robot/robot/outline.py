@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import coal
@@ -22,6 +23,13 @@ _DIRECTIONS = np.radians(np.linspace(-75, 75, 61))
 """Tilts, rad, over which what a body touches first is looked for."""
 
 
+_AZIMUTHS = 24
+"""Sides to which a body tilts in space, and as many opposite ones."""
+
+_DIGITS = 9
+"""Of a place, m, by which places are put in order."""
+
+
 class Outline(NamedTuple):
     """A circle in the x-z plane, or a point where its radius is zero.
 
@@ -36,19 +44,26 @@ class Outline(NamedTuple):
     friction: float | None
 
 
-def touching_outlines(shapes: Sequence[Shape], body: pin.SE3, towards: np.ndarray) -> list[Outline]:
-    """Return the points and circles of a body that can touch a surface, from back to front.
+def touching_outlines(
+    shapes: Sequence[Shape], body: pin.SE3, towards: np.ndarray, *, in_space: bool = False
+) -> list[Outline]:
+    """Return the points and circles, in space balls, of a body that can touch a surface, from back to front.
 
-    Those are what the body has furthest towards the surface while it tilts by up to 75 degrees to either side.
+    Those are what the body has furthest towards the surface while it tilts by up to 75 degrees to either side, in space
+    to any side.
 
     Args:
         shapes: of the body.
         body: pose of its frame in the world.
         towards: direction from the body to the surface, in the x-z plane, (3).
+        in_space: whether the body leaves the x-z plane or turns out of it.
 
     Raises:
-        RobotError: a shape whose outline in the x-z plane is neither points nor circles.
+        RobotError: a shape whose outline in the x-z plane is neither points nor circles, or in space neither points nor
+            balls.
     """
+    if in_space:
+        return _touching_in_space(shapes, body, towards)
     outlines = [outline for shape in shapes for outline in _outlines(shape, body.rotation)]
     centers = np.array([body.act(outline.place)[[0, 2]] for outline in outlines]).reshape(-1, 2)
     radii = np.array([outline.radius for outline in outlines])
@@ -59,6 +74,43 @@ def touching_outlines(shapes: Sequence[Shape], body: pin.SE3, towards: np.ndarra
         chosen |= set(np.flatnonzero(reach >= reach.max() - _SAME).tolist())
     along = centers @ [-np.sin(angle), np.cos(angle)]
     return [outlines[k] for k in _distinct(sorted(chosen, key=lambda k: along[k]), centers, radii)]
+
+
+def _touching_in_space(shapes: Sequence[Shape], body: pin.SE3, towards: np.ndarray) -> list[Outline]:
+    outlines = [outline for shape in shapes for outline in _outlines_in_space(shape)]
+    centers = np.array([body.act(outline.place) for outline in outlines]).reshape(-1, 3)
+    radii = np.array([outline.radius for outline in outlines])
+    along = np.cross([0.0, 1.0, 0.0], -towards)
+    along = along / np.linalg.norm(along) if np.linalg.norm(along) > _ALIGNED else np.array([1.0, 0.0, 0.0])
+    across = np.cross(-towards, along)
+    chosen: set[int] = set()
+    for azimuth in np.linspace(0, np.pi, _AZIMUTHS, endpoint=False):
+        aside = np.cos(azimuth) * along + np.sin(azimuth) * across
+        for turn in _DIRECTIONS:
+            reach = centers @ (np.cos(turn) * towards + np.sin(turn) * aside) + radii
+            chosen |= set(np.flatnonzero(reach >= reach.max() - _SAME).tolist())
+    order = sorted(chosen, key=lambda k: (round(float(centers[k] @ along), _DIGITS), float(centers[k] @ across)))
+    return [outlines[k] for k in _distinct(order, centers, radii)]
+
+
+def _outlines_in_space(shape: Shape) -> Iterator[Outline]:
+    """Yield the corners of a box, the ball that a sphere is, and the two at the ends of a capsule."""
+    geometry, place = shape.geometry, shape.placement
+    if isinstance(geometry, coal.Sphere):
+        yield Outline(place.translation, float(geometry.radius), shape.friction)
+    elif isinstance(geometry, coal.Capsule):
+        for end in (-1, 1):
+            along = np.array([0.0, 0.0, end * float(geometry.halfLength)])
+            yield Outline(place.act(along), float(geometry.radius), shape.friction)
+    elif isinstance(geometry, coal.Box):
+        half = np.array(geometry.halfSide, dtype=float).ravel()
+        for corner in product((-1, 1), repeat=3):
+            yield Outline(place.act(half * corner), 0.0, shape.friction)
+    else:
+        raise RobotError(
+            f"found shape '{shape.name}' of body '{shape.body}', a {type(geometry).__name__.lower()}, expected a "
+            "sphere, capsule or box in space; name the places that touch by 'frame' and 'offset'"
+        )
 
 
 def _distinct(order: Iterable[int], centers: np.ndarray, radii: np.ndarray) -> list[int]:

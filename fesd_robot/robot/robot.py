@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.body_names import SEPARATOR, name_on, shapes_on, visuals_on
 from fesd_robot.robot.model_file import Drive, Format, Shape, Spring, geometry_model, shapes_of
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
@@ -47,6 +48,8 @@ class Robot:
         neutral: the configuration with every joint at zero, shape (nq,).
         notes: what the file says that the equations of motion leave out, one sentence each.
         shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
+        bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but
+            not of the shapes.
     """
 
     name: str
@@ -69,6 +72,7 @@ class Robot:
     neutral: np.ndarray = field(repr=False)
     notes: tuple[str, ...]
     shapes: Sequence[Shape] | None = field(default=None, repr=False)
+    bodies: Mapping[str, Robot] = field(default_factory=dict, repr=False)
 
     def frame_id(self, name: str) -> int:
         """Return Pinocchio's index of the frame called `name`; a link or site goes before a joint of the same name.
@@ -124,12 +128,33 @@ class Robot:
 
     @property
     def root_names(self) -> list[str]:
-        """Names of the entries of v that belong to the joint under the first link, none if it is fixed."""
-        if not self.model.existJointName(ROOT_JOINT):
-            return []
-        joint = self.model.joints[self.model.getJointId(ROOT_JOINT)]
-        # A joint of the file that happens to have this name has one degree of freedom.
-        return self.velocity_names[joint.idx_v : joint.idx_v + joint.nv] if joint.nv > 1 else []
+        """Names of the entries of v that belong to the joints under the first links of robot and bodies."""
+        joints = [self.model.joints[index] for index in self.root_joints]
+        return [name for joint in joints for name in self.velocity_names[joint.idx_v : joint.idx_v + joint.nv]]
+
+    @property
+    def root_joints(self) -> list[int]:
+        """Pinocchio's indices of the joints under the first links of robot and bodies, without those that are fixed."""
+        names = [ROOT_JOINT, *(name_on(body, ROOT_JOINT) for body in self.bodies)]
+        found = [self.model.getJointId(name) for name in names if self.model.existJointName(name)]
+        # A joint of a file that happens to have this name has one degree of freedom.
+        return [index for index in found if self.model.joints[index].nv > 1]
+
+    def roots_under(self, frame: str, names: Sequence[str]) -> list[str]:
+        """Return those coordinates of a root that the robot has, by their names on the body to which a frame belongs.
+
+        Args:
+            frame: name of a frame.
+            names: of coordinates of a root, as ``root_z``.
+        """
+        body = self.body_of(frame)
+        own = names if body is None else [name_on(body, name) for name in names]
+        return [name for name in own if name in self.configuration_names]
+
+    def body_of(self, name: str) -> str | None:
+        """Return the body to which a joint, a coordinate or a frame belongs by its name, None for the robot's own."""
+        body = name.partition(SEPARATOR)[0]
+        return body if body in self.bodies else None
 
     @cached_property
     def collision_shapes(self) -> Sequence[Shape]:
@@ -139,8 +164,10 @@ class Robot:
             RobotError: if a mesh is missing or unreadable.
         """
         if self.shapes is not None:
-            return [shape for shape in self.shapes if shape.touches]
-        return shapes_of(self.model, self._read_shapes(pin.GeometryType.COLLISION))
+            own = [shape for shape in self.shapes if shape.touches]
+        else:
+            own = shapes_of(self.model, self._read_shapes(pin.GeometryType.COLLISION))
+        return [*own, *(shape for name, body in self.bodies.items() for shape in shapes_on(name, body))]
 
     @cached_property
     def visual_model(self) -> pin.GeometryModel:
@@ -149,9 +176,15 @@ class Robot:
         Raises:
             RobotError: if a mesh is missing or unreadable.
         """
-        if self.shapes is not None:
-            return geometry_model(self.model, self.shapes)
-        return self._read_shapes(pin.GeometryType.VISUAL)
+        drawn = (
+            self._read_shapes(pin.GeometryType.VISUAL)
+            if self.shapes is None
+            else geometry_model(self.model, self.shapes)
+        )
+        for name, body in self.bodies.items():
+            for one in visuals_on(name, body, self.model):
+                drawn.addGeometryObject(one)
+        return drawn
 
     def _read_shapes(self, kind: pin.GeometryType) -> pin.GeometryModel:
         path = str(self.source)

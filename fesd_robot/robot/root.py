@@ -54,6 +54,11 @@ def root_height(names: Sequence[str]) -> str | None:
     return next((name for name in (ROOT_HEIGHT, FLYER_HEIGHT) if name in names), None)
 
 
+def is_height(name: str) -> bool:
+    """Return whether a coordinate is the height of a sagittal root, of the robot or of a body beside it."""
+    return name.rpartition(".")[2] == ROOT_HEIGHT
+
+
 def changes_alone(name: str, velocity_names: Sequence[str], configuration_names: Sequence[str]) -> bool:
     """Return whether a configuration coordinate is a length or an angle that may change without others.
 

@@ -55,19 +55,19 @@ Slipping = Annotated[
 _OFFSET = "Where it is from the frame's origin, in the frame's axes, m; default: at the origin."
 
 
-def _read_size(value: Any) -> tuple[float, float]:
+def _read_size(value: Any) -> tuple[float, ...]:
     lengths = isinstance(value, list | tuple) and all(is_number(one) and 0 < one < math.inf for one in value)
-    if not lengths or len(value) != 2:
-        raise expected("two lengths greater than 0, along x and z of the frame, m")
-    return float(value[0]), float(value[1])
+    if not lengths or len(value) not in (2, 3):
+        raise expected("two lengths greater than 0, along x and z of the frame, or in space three, m")
+    return tuple(float(one) for one in value)
 
 
 Size = Annotated[
-    tuple[float, float],
+    tuple[float, ...],
     BeforeValidator(_read_size),
-    WithJsonSchema({"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 2, "maxItems": 2}),
+    WithJsonSchema({"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 2, "maxItems": 3}),
 ]
-"""Lengths of a box in the x-z plane, m."""
+"""Lengths of a box in the x-z plane, or in space along all three axes, m."""
 
 
 class PlacedContact(Section):
@@ -127,7 +127,7 @@ class BodyContact(Section):
 
 
 class TwoBodyContact(Section):
-    """A circle in the x-z plane and something on another body that may touch each other, and roll or slide."""
+    """A circle in the x-z plane, in space a ball, and something on another body that may touch, and roll or slide."""
 
     frame: Name = Field(description="Name of the frame about whose origin the first circle lies; it turns with it.")
     radius: Positive = Field(description="Radius of the first circle, m.")
@@ -138,6 +138,12 @@ class TwoBodyContact(Section):
     )
     restitution: Ratio | None = Field(default=None, description=f"{RESTITUTION} Default: the ground's.")
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
+    facing: Literal["x", "-x", "y", "-y", "z", "-z"] | None = Field(
+        default=None,
+        description="In space: the axis of the world whose tangents those of the contact are, turned with the normal "
+        "from there; tangential and lateral forces are along them. Default: the axis nearest to the direction from the "
+        "other body to this one at the start.",
+    )
 
     @property
     def touching_frame(self) -> str:
@@ -152,20 +158,28 @@ class TwoBodyContact(Section):
 
 
 class CircleCircleContact(TwoBodyContact):
-    """Two circles in the x-z plane on two bodies that may touch each other, and roll or slide."""
+    """Two circles in the x-z plane, in space balls, on two bodies that may touch each other, and roll or slide."""
 
     type: Literal["circle_circle"] = Field(description="Shape of the contact.")
     other_frame: Name = Field(description="Name of the frame about whose origin the second circle lies.")
-    other_radius: Positive = Field(description="Radius of the second circle, m.")
+    other_radius: Positive | None = Field(
+        default=None,
+        description="Radius of the second circle, m; default: that of the body of type ball that other_frame names.",
+    )
 
 
 class CircleBoxContact(TwoBodyContact):
-    """A circle and a box in the x-z plane on two bodies that may touch each other, on the box's sides and corners."""
+    """A circle, in space a ball, and a box on two bodies that may touch each other, on the box's sides and corners."""
 
     type: Literal["circle_box"] = Field(description="Shape of the contact.")
     radius: Positive = Field(description="Radius of the circle, m.")
     other_frame: Name = Field(description="Name of the frame about whose origin the box lies; it turns with it.")
-    other_size: Size = Field(strict=False, description="Lengths of the box along the x and the z axis of its frame, m.")
+    other_size: Size | None = Field(
+        default=None,
+        strict=False,
+        description="Lengths of the box along the x and the z axis of its frame, in space along all three, m; default: "
+        "those of the body of type box that other_frame names.",
+    )
 
 
 SingleContact = PointContact | CircleContact | CircleCircleContact | CircleBoxContact

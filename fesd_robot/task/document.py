@@ -25,6 +25,19 @@ _TAG = "tag:yaml.org,2002:"
 _SCALARS = {f"{_TAG}{kind}" for kind in ("null", "bool", "int", "float", "str")}
 
 
+_WITH_COORDINATES = ("initial", "goal", "reference", "costs", "limits")
+_MAPS_OF_COORDINATES = (
+    "configuration",
+    "velocity",
+    "terminal_configuration",
+    "terminal_velocity",
+    "position",
+    "apex",
+    "prefer",
+)
+"""Sections, and their keys below which nothing stands but names of coordinates."""
+
+
 class _Problem(Exception):
     """A fault of YAML text: sentence, line counted from 1, key."""
 
@@ -178,6 +191,7 @@ def _read_text(path: Path) -> str:
 
 def _apply(override: str, data: dict[str, Any], places: dict[KeyPath, Origin]) -> None:
     path, value = _read_override(override)
+    path = _with_whole_names(path, data)
     origin = Origin(override=override)
     parent = data
     for end, part in enumerate(path[:-1], start=1):
@@ -194,6 +208,15 @@ def _apply(override: str, data: dict[str, Any], places: dict[KeyPath, Origin]) -
     for known in [known for known in places if known[: len(path)] == path]:
         del places[known]
     places[path] = origin
+
+
+def _with_whole_names(path: KeyPath, data: Any) -> KeyPath:
+    """Return a path in which the name of a coordinate is one key, also if it has dots, as ``box.root_joint.x``."""
+    for at, part in enumerate(path[:-1] if path[0] in _WITH_COORDINATES else ()):
+        data = data.get(part) if isinstance(data, dict) else None
+        if part in _MAPS_OF_COORDINATES and path[at + 1] not in (data or ()):
+            return (*path[: at + 1], ".".join(path[at + 1 :]))
+    return path
 
 
 def _read_override(override: str) -> tuple[KeyPath, Any]:

@@ -187,6 +187,7 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
         ("limits", "position", _CONFIGURATION, task.limits.position),
         ("limits", "velocity", _VELOCITY, task.limits.velocity),
     )
+    yield from _body_names(task)
     for i, name in enumerate(task.robot.passive):
         yield ("robot", "passive", str(i)), "joint", name
     if task.goal.periodic is not None:
@@ -212,6 +213,14 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
         if isinstance(contact, TwoBodyContact):
             yield ("contacts", name, "other_frame"), "frame", contact.other_frame
     yield from _actuator_names(task)
+
+
+def _body_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
+    """Yield (key path, kind, name beside the robot) of every joint that a task names in a body."""
+    for body, section in task.bodies.items():
+        for key in ("armature", "damping", "dry_friction"):
+            for name in getattr(section, key, None) or ():
+                yield ("bodies", body, key, name), "joint", f"{body}.{name}"
 
 
 def _maps(

@@ -18,7 +18,8 @@ PACKAGE_PREFIX = "package://"
 """Start of a `robot.model` that names a file in a folder of the name of a ROS package."""
 
 
-def _check_model(value: str) -> str:
+def check_model(value: str) -> str:
+    """Return the address of a model file as it is, if it is one at all."""
     if not value.strip() or not value.removeprefix(EXAMPLE_ROBOT_PREFIX).strip():
         raise expected(f"a path relative to the task file, {PACKAGE_PREFIX}NAME/PATH, or {EXAMPLE_ROBOT_PREFIX}NAME")
     return value
@@ -98,7 +99,7 @@ def _check_order(lower: float | None, upper: float | None) -> None:
 class Robot(Section):
     """The robot: where its model is, how its root moves, which joints move and which are driven."""
 
-    model: Annotated[str, AfterValidator(_check_model)] = Field(
+    model: Annotated[str, AfterValidator(check_model)] = Field(
         description="The model file (URDF, MJCF or SDF): its path relative to the task file, "
         f"{PACKAGE_PREFIX}NAME/PATH for a file in a folder NAME that lies in the task's folder, above it, or where ROS "
         f"looks for packages, or {EXAMPLE_ROBOT_PREFIX}NAME for a robot of that package (fesd-robot robots lists them)."

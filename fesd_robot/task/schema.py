@@ -10,6 +10,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from fesd_robot.errors import TaskError, nearest, nearest_file
 from fesd_robot.task.audit import AuditLimits
+from fesd_robot.task.bodies import Body, BodyName, ModelBody
 from fesd_robot.task.consistency import consistency_errors
 from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import BodyContact, Contact, SingleContact, TwoBodyContact
@@ -33,6 +34,11 @@ class Task(Section):
         description="Name of the task; files are named after it, so letters, digits, '_', '-' and '.' only."
     )
     robot: Robot = Field(description="The robot: its model, its root, which joints move and which are driven.")
+    bodies: dict[BodyName, Body] = Field(
+        default_factory=dict,
+        description="Name of a body beside the robot -> its model file or its shape, and its root. The name and a dot "
+        "stand in front of the names of its joints, coordinates and frames; its first link has the name alone.",
+    )
     ground: Ground = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
     surfaces: Surfaces = Field(
         default_factory=dict,
@@ -145,17 +151,25 @@ class Task(Section):
         path = tuple(key_path.split(".")) if isinstance(key_path, str) else tuple(key_path)
         return self._origins.error(path, message)
 
-    def locate_model(self) -> Path | str:
-        """Return the absolute path of the robot's model file, or its address in a package unchanged.
+    def locate_model(self, body: str | None = None) -> Path | str:
+        """Return the absolute path of a model file, or its address in a package unchanged.
+
+        Args:
+            body: name of a body with a model file; default: the robot.
 
         Raises:
             TaskError: there is no such file.
         """
-        model = self.robot.model
+        at: KeyPath = ("robot",) if body is None else ("bodies", body)
+        section = self.robot if body is None else self.bodies[body]
+        assert isinstance(section, Robot | ModelBody)
+        model = section.model
         if model.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)):
             return model
         path = self.folder / model
         if not path.is_file():
             hint = " ('~' and '$' are taken literally)" if model.startswith(("~", "$")) else ""
-            raise self.error("robot.model", f"found '{model}', but there is no file {path}{hint or nearest_file(path)}")
+            raise self.error(
+                (*at, "model"), f"found '{model}', but there is no file {path}{hint or nearest_file(path)}"
+            )
         return path.absolute()

@@ -17,7 +17,7 @@ class StandOn(Section):
     adjust: Names | None = Field(
         default=None,
         description="Names of the configuration coordinates that are found so that the contacts touch; default: "
-        "root_z, and root_pitch too for more than one contact.",
+        "root_z, and root_pitch too for more than one contact, of the robot or of the body to which they belong.",
     )
     prefer: Values = Field(
         default_factory=dict,

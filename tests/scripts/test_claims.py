@@ -19,6 +19,7 @@ SHORT = (
     "double_pendulum_wall",
     "hopper_downhill",
     "hopper_one_jump",
+    "pick_and_place",
     "pusher_slider",
     "wheel_hills",
 )

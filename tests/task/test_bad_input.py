@@ -17,7 +17,13 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     # unknown keys
     ("    frame: foot", "    fram: foot", 21, "contacts.foot.fram", ["(did you mean 'frame'?)"]),
     ("    frame: foot", "    link: foot", 20, "contacts.foot.frame", ["missing", "; and 1 more error"]),
-    ("output:", "extra: 1\noutput:", 51, "extra", ["unknown key", "valid: audit, constraints, contacts, costs, goal"]),
+    (
+        "output:",
+        "extra: 1\noutput:",
+        51,
+        "extra",
+        ["unknown key", "valid: audit, bodies, constraints"],
+    ),
     ("    gate: true", "    gates: true", 47, "method.formulation.gates", ["did you mean 'gate'?"]),
     ("      upper: 50", "      uper: 50\n      upper: 50", 14, "robot.actuators.push.uper", ["'upper'"]),
     ("  apex:", "  apx: {}\n  apex:", 35, "reference.apx", ["did you mean 'apex'?"]),

@@ -127,6 +127,21 @@ def test_overrides_replace_add_and_switch(base: str, write: Write) -> None:
     assert task.robot.actuators is None
 
 
+def test_an_override_may_name_a_coordinate_with_dots(base: str, write: Write) -> None:
+    """Below `configuration` and its like the rest of the path is one name, as those of bodies and free roots are."""
+    task = load_task(
+        write(base),
+        [
+            "goal.configuration.box.root_joint.x=0.3",
+            "limits.position.box.root_z=[0, 1]",
+            "goal.tolerance.velocity.leg=1",
+        ],
+    )
+    assert task.goal.configuration == {"root_x": 1.0, "box.root_joint.x": 0.3}
+    assert task.limits.position["box.root_z"] == (0.0, 1.0)
+    assert task.goal.tolerance.velocity == {"leg": 1.0}
+
+
 def test_aliases_are_values(base: str, write: Write) -> None:
     """A YAML alias is a copy: overriding one use leaves the other alone."""
     text = base.replace("{leg: 0.5}", "&start {leg: 0.5}").replace("goal:", "goal:\n  velocity: *start")

@@ -16,6 +16,7 @@ class BaseState:
 
     Attributes:
         joint: name of the free joint under it.
+        body: name of the free body beside the robot that it is, None for a part of the robot.
         position: of its frame in the world, m, (n, 3).
         quaternion: w, x, y, z, (n, 4).
         velocity: of its frame's origin in the axes of the world, m/s, (n, 3).
@@ -23,6 +24,7 @@ class BaseState:
     """
 
     joint: str
+    body: str | None
     position: np.ndarray
     quaternion: np.ndarray
     velocity: np.ndarray
@@ -31,7 +33,7 @@ class BaseState:
 
 
 def floating_bodies(motion: ModelMotion) -> list[BaseState]:
-    """Return the bodies of a motion that a free flyer moves."""
+    """Return the bodies of a motion that a free flyer moves: parts of the robot, then free bodies beside it."""
     model, found = motion.robot.model, []
     for name, joint in zip(model.names, model.joints, strict=True):
         if joint.shortname() != "JointModelFreeFlyer":
@@ -40,5 +42,6 @@ def floating_bodies(motion: ModelMotion) -> list[BaseState]:
         v = motion.velocity[:, joint.idx_v : joint.idx_v + 6]
         turns = np.array([pin.Quaternion(each[3:]).toRotationMatrix() for each in q])
         in_world = [np.einsum("nij,nj->ni", turns, part) for part in (v[:, :3], v[:, 3:])]
-        found.append(BaseState(name, q[:, :3], q[:, [6, 3, 4, 5]], in_world[0], in_world[1], v[:, 3:]))
-    return found
+        body = motion.robot.body_of(name)
+        found.append(BaseState(name, body, q[:, :3], q[:, [6, 3, 4, 5]], in_world[0], in_world[1], v[:, 3:]))
+    return sorted(found, key=lambda state: state.body is not None)

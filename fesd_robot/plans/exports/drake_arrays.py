@@ -36,7 +36,8 @@ def drake_segments(plan: Plan, motion: ModelMotion) -> dict[str, Any]:
 
     Every segment is a ``PiecewisePolynomial.CubicHermite(breaks, samples, samples_dot)`` of the joints with one degree
     of freedom. With a floating base it also has ``base_position`` with ``base_velocity``, m and m/s in the world, and
-    ``base_quaternion``, w, x, y, z, with ``base_angular_velocity``, rad/s in the world.
+    ``base_quaternion``, w, x, y, z, with ``base_angular_velocity``, rad/s in the world; with free bodies beside the
+    robot, the same of each under its name in place of ``base``.
     """
     if plan.full_model is None or not plan.full_model.joints:
         raise FesdRobotError(f"{plan.name}: found no joint of one degree of freedom, expected one that moves")
@@ -52,12 +53,13 @@ def drake_segments(plan: Plan, motion: ModelMotion) -> dict[str, Any]:
             "samples_dot": velocity[:, part],
             "effort": effort[:, part],
         }
-        if bodies:
+        named = {state.body or "base": state for state in reversed(bodies)}  # the robot's first one is its base
+        for name, state in reversed(named.items()):
             segment |= {
-                "base_position": bodies[0].position[part].T,
-                "base_velocity": bodies[0].velocity[part].T,
-                "base_quaternion": bodies[0].quaternion[part].T,
-                "base_angular_velocity": bodies[0].turning_in_world[part].T,
+                f"{name}_position": state.position[part].T,
+                f"{name}_velocity": state.velocity[part].T,
+                f"{name}_quaternion": state.quaternion[part].T,
+                f"{name}_angular_velocity": state.turning_in_world[part].T,
             }
         segments.append(segment)
     return {**facts(plan), "joint_names": list(joints), "segments": segments}

@@ -19,7 +19,8 @@ def mujoco_arrays(plan: Plan, motion: ModelMotion) -> bytes:
 
     They are in the order of the model that MuJoCo compiles of the robot's file. ``ctrl`` is what its motors need for
     the plan's efforts; an actuator whose ctrl is no force, as a position servo, has NaN, and ``joint_effort`` holds
-    the forces on all joints for ``qfrc_applied``.
+    the forces on all joints for ``qfrc_applied``. Free bodies beside the robot are no part of that model: the poses of
+    those that float are in ``NAME_position``, (n, 3), and ``NAME_quaternion``, w, x, y, z, (n, 4).
 
     Raises:
         FesdRobotError: a robot whose file is not MuJoCo's, or one to which the task gave a root that it does not have.
@@ -36,7 +37,12 @@ def mujoco_arrays(plan: Plan, motion: ModelMotion) -> bytes:
     n = len(plan.trajectory.time)
     qpos, qvel = np.tile(model.qpos0, (n, 1)), np.zeros((n, model.nv))
     effort, ctrl = np.zeros((n, model.nv)), np.full((n, model.nu), np.nan)
-    bodies, kinds = floating_bodies(motion), mujoco.mjtJoint
+    floating, kinds = floating_bodies(motion), mujoco.mjtJoint
+    bodies = [state for state in floating if state.body is None]
+    arrays: dict[str, Any] = {"time": plan.trajectory.time}
+    for state in floating:
+        if state.body is not None:
+            arrays |= {f"{state.body}_position": state.position, f"{state.body}_quaternion": state.quaternion}
     for joint in range(model.njnt):
         name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint) or f"joint{joint}"
         at, along, kind = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), model.jnt_type[joint]
@@ -60,12 +66,12 @@ def mujoco_arrays(plan: Plan, motion: ModelMotion) -> bytes:
     content = io.BytesIO()
     np.savez_compressed(
         content,
-        time=plan.trajectory.time,
         qpos=qpos,
         qvel=qvel,
         ctrl=ctrl,
         joint_effort=effort,
         solved=np.array(plan.status.solved),
+        **arrays,
     )
     return content.getvalue()
 

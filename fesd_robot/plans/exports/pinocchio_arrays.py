@@ -16,7 +16,8 @@ def pinocchio_arrays(plan: Plan, motion: ModelMotion) -> bytes:
 
     They are in the order of the model that Pinocchio builds of the robot's file, with ``JointModelFreeFlyer`` if the
     robot is not fixed: locked and coupled joints have their place. ``joint_names`` are those of the model but the
-    universe, ``foot_position`` and ``foot_force``, (n, n_f, 3), are in the world.
+    universe, those of free bodies follow with the name of the body in front, as Pinocchio's ``appendModel`` puts them
+    together; ``foot_position`` and ``foot_force``, (n, n_f, 3), are in the world.
     """
     content = io.BytesIO()
     np.savez_compressed(

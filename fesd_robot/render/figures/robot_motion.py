@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import CircleOnBox, CircleOnCircle, CircleOnSurface, ContactGeometry, Scene
+from fesd_robot.contact import CircleOnSurface, ContactGeometry, Scene, TwoBodies
 from fesd_robot.contact.ground import LATERAL, Axes
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.ocp import load_task_robot
@@ -19,6 +19,7 @@ from fesd_robot.ocp.timing import time_grid
 from fesd_robot.ocp.vectors import StateLimits, endpoints_of, limits_of
 from fesd_robot.plans.columns import control_interval
 from fesd_robot.plans.plan import Plan
+from fesd_robot.recovery.between_bodies import closest, tangents_between
 from fesd_robot.render.figures.silhouettes import Silhouettes
 from fesd_robot.render.outputs import ground_visual
 from fesd_robot.render.terrain import GroundVisual
@@ -134,27 +135,15 @@ def _place(robot: Robot, data: pin.Data, geometry: ContactGeometry) -> tuple[np.
     """Return the point that touches and the directions in which the contact pushes, (3,) each."""
     pose = data.oMf[robot.frame_id(geometry.frame)]
     center = np.array(pose.translation)
-    if isinstance(geometry, CircleOnCircle):
-        normal = _unit(center - data.oMf[robot.frame_id(geometry.other_frame)].translation)
-        return center - geometry.radius * normal, _across(normal)
-    if isinstance(geometry, CircleOnBox):
-        box, half = data.oMf[robot.frame_id(geometry.other_frame)], 0.5 * np.array(geometry.other_size)
-        local = box.actInv(center)
-        local[[0, 2]] = np.clip(local[[0, 2]], -half, half)
-        normal = _unit(center - box.act(local))
-        return center - geometry.radius * normal, _across(normal)
+    if isinstance(geometry, TwoBodies):
+        other = data.oMf[robot.frame_id(geometry.other_frame)]
+        _, normal = closest(geometry, center, np.array(other.translation), np.array(other.rotation))
+        tangent, *across = tangents_between(geometry, normal)
+        return center - geometry.radius * normal, Axes(normal, tangent, across[0] if across else LATERAL)
     if isinstance(geometry, CircleOnSurface):
         axes = geometry.path.axes(center)
         return center - geometry.radius * axes.normal, axes
     return center, geometry.surface.axes(center)
-
-
-def _across(normal: np.ndarray) -> Axes:
-    return Axes(normal, np.array([normal[2], 0.0, -normal[0]]), LATERAL)
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12))
 
 
 def robot_motion(plan: Plan, task: Task) -> RobotMotion:

@@ -1,0 +1,91 @@
+"""The bodies of a task beside its robot: read from their files, or built of what the task says about them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fesd_robot.errors import JointError, RobotError
+from fesd_robot.robot import Robot, load_robot, with_joint_properties
+from fesd_robot.robot.bodies import beside
+from fesd_robot.robot.body_names import name_on
+from fesd_robot.robot.simple_body import Solid, ball, box, cylinder, simple_body
+from fesd_robot.task import Task
+from fesd_robot.task.bodies import BallBody, BoxBody, CylinderBody, ModelBody
+from fesd_robot.task.fields import AXES
+
+
+def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool = False) -> Robot:
+    """Return a task's robot with the task's bodies beside it, without the properties that it gives to their joints.
+
+    Args:
+        task: names bodies with their roots.
+        robot: alone.
+        locked: whether joints that the task holds are none.
+        floating: whether bodies that are not fixed get a free flyer for the root of the task.
+
+    Raises:
+        TaskError: a model that cannot be read, a joint that cannot be locked, or a name that the robot has, too.
+    """
+    bodies = {name: _body(task, name, locked, floating) for name in task.bodies}
+    places = {
+        name: np.array([0.0 if floating and body.root != "fixed" else body.position.get(axis, 0.0) for axis in AXES])
+        for name, body in task.bodies.items()
+    }
+    for name in bodies:
+        try:
+            beside(robot, {name: bodies[name]}, places)
+        except RobotError as error:
+            raise task.error(("bodies", name), str(error)) from error
+    return beside(robot, bodies, places)
+
+
+def joint_values(task: Task, key: str) -> dict[str, float]:
+    """Return what a task says of joints under a key, `armature`, `damping`, `dry_friction` or `locked`, of all bodies.
+
+    Returns:
+        name of a joint beside the robot, or of the robot's own -> value.
+    """
+    values = dict(_said(task.robot, key))
+    for name, body in task.bodies.items():
+        values |= {name_on(name, joint): value for joint, value in _said(body, key).items()}
+    return values
+
+
+def _said(section: object, key: str) -> Mapping[str, float]:
+    return getattr(section, key, None) or {}
+
+
+def without_dry_friction(section: object, robot: Robot) -> Robot:
+    """Return a robot or a body without dry friction of joints where its section of the task says so."""
+    if getattr(section, "dry_friction", None) is not False:
+        return robot
+    return with_joint_properties(robot, armature={}, damping={}, dry_friction=False)
+
+
+def _body(task: Task, name: str, locked: bool, floating: bool) -> Robot:
+    section = task.bodies[name]
+    root = "free_flyer" if floating and section.root != "fixed" else section.root
+    if not isinstance(section, ModelBody):
+        assert isinstance(section, BoxBody | BallBody | CylinderBody)
+        return simple_body(name, _solid(section), root)
+    source: str | Path = task.locate_model(name)
+    held = section.locked if locked else {}
+    try:
+        body = load_robot(source, root=root, locked=held, search_path=task.folder)
+    except JointError as error:
+        raise task.error(("bodies", name, error.option, error.joint), str(error)) from error
+    except RobotError as error:
+        raise task.error(("bodies", name, "model"), str(error)) from error
+    return without_dry_friction(section, body)
+
+
+def _solid(section: BoxBody | BallBody | CylinderBody) -> Solid:
+    mass = section.mass or 0.0
+    if isinstance(section, BoxBody):
+        return box(section.size, mass)
+    if isinstance(section, BallBody):
+        return ball(section.radius, mass)
+    return cylinder(section.radius, section.length, section.axis, mass)
