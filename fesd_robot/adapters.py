@@ -43,6 +43,9 @@ from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
 
+IMPULSES_RATIO = 10.0
+"""Ratio of the velocity level to the position level with impulses, where the task gives none."""
+
 CERTIFICATE_SECONDS = 30.0
 """Longest time for each answer about the kind of a solution."""
 
@@ -60,7 +63,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         tolerance=solver.tolerance,
         sigma_start=solver.sigma_start,
         sigma_factor=solver.sigma_factor,
-        velocity_level_ratio=solver.velocity_level_ratio,
+        velocity_level_ratio=_velocity_level_ratio(task),
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
         relaxation=solver.relaxation,
@@ -73,6 +76,12 @@ def homotopy_options(task: Task) -> HomotopyOptions:
     )
 
 
+def _velocity_level_ratio(task: Task) -> float:
+    """Return the task's own ratio, or that with which impulses are found more often."""
+    given = "velocity_level_ratio" in task.solver.model_fields_set
+    return IMPULSES_RATIO if task.method.contact == "impulses" and not given else task.solver.velocity_level_ratio
+
+
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
     friction = {contact.name: contact.friction for contact in motion.contacts}
@@ -83,6 +92,7 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
         motion.actuation.numeric,
         in_space=motion.in_space,
         restitution={contact.name: contact.restitution for contact in motion.contacts},
+        impacts_at_once=not motion.contact_system.clock_stops,
     )
 
 

@@ -16,7 +16,7 @@ from fesd_robot.contact.geometry import (
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
-from fesd_robot.contact.modes import ContactMode, contact_modes, joint_modes
+from fesd_robot.contact.modes import ContactMode, acting_impulses, contact_modes, joint_modes
 from fesd_robot.contact.points import point_contact
 
 __all__ = [
@@ -37,6 +37,7 @@ __all__ = [
     "Terrain",
     "TwoBodies",
     "Wall",
+    "acting_impulses",
     "circle_box_contact",
     "circle_contact",
     "contact_modes",

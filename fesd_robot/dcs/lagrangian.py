@@ -132,7 +132,8 @@ def with_contacts(
     - ``0 <= p _|_ lambda_n >= 0``, in an element between all points;
     - friction opposes sliding, ``J_t v < 0 => l_+ = 0`` and ``J_t v > 0 => l_- = 0``, also with the impulses and v+;
     - an impulse acts where p = 0 and then by Newton's law, ``J_n v+ = -e J_n v``;
-    - no force while approaching: ``J_n v+ < 0 => lambda_n = 0`` in the element. An impact takes an impulse.
+    - no force while approaching: ``J_n v+ < 0 => lambda_n = 0`` in the element. An impact takes an impulse. (G is the
+      length that the approach takes in 1/kappa.)
 
     The cone of friction is spanned by its two edges l_+ and l_-, so a contact needs neither the slack of the cone nor a
     slip speed, which are unbounded in flight.
@@ -174,6 +175,8 @@ def with_contacts(
     normal = [ca.dot(contact.normal, v) + drift for contact, drift in zip(contacts, drifts, strict=True)]
     normal_after = [ca.substitute(one, v, after) for one in normal]
     state_names = [*mechanism.configuration_names, *mechanism.velocity_names, *mechanism.further_names]
+
+    approach_time = 1.0 / max(baumgarte_gain, 1.0)
     conditions: list[Complementarity] = []
     for i, own in enumerate(forces):
         name = contacts[i].name
@@ -182,7 +185,12 @@ def with_contacts(
         conditions += [
             Complementarity(pair, distance[i], own.normal),
             Complementarity(
-                approaching, -normal[i], own.normal, vanishing=True, level="velocity", left_boundary_only=True
+                approaching,
+                -approach_time * normal[i],
+                own.normal,
+                vanishing=True,
+                level="velocity",
+                left_boundary_only=True,
             ),
             *own.against_sliding(FRICTION_ALONG_SLIDING, v),
             *own.against_slipping(v),

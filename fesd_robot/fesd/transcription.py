@@ -258,6 +258,7 @@ class Transcription:
         """
         own[: layout.n_u], own[layout.step(n)] = element.u, element.step
         own[layout.jump(n)] = element.jump
+        own[layout.jumped(n)] = element.x_left[list(layout.jump_states)]
         if len(element.slopes) != layout.stages:
             raise DimensionError(f"an element with {len(element.slopes)} stages for a scheme with {layout.stages}")
         for j in range(layout.stages):

@@ -112,6 +112,12 @@ class Method(Section):
     elements: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
         default=3, description="Number of finite elements per control interval; an impact needs 3."
     )
+    contact: Literal["freezing", "impulses"] = Field(
+        default="freezing",
+        description="How impacts are transcribed: in elements in which physical time stands still (freezing), or as "
+        "impulses between two elements (impulses; in the plane, without dry friction of joints and without a number "
+        "for slipping).",
+    )
     formulation: Formulation = Field(
         default_factory=Formulation, description="How contact becomes switching functions."
     )
@@ -156,6 +162,24 @@ class Method(Section):
         description="Whether the functions of the problem become machine code, which takes seconds once and is kept; "
         "auto: where the problem is large and there is a C compiler.",
     )
+
+    @model_validator(mode="after")
+    def _used(self) -> Method:
+        if self.contact == "impulses":
+            found = self.auxiliary_force
+            if self.formulation.type != "multipliers":
+                raise conflict(
+                    ("formulation", "type"),
+                    "found steps, which has no effect with contact: impulses, expected no such key or contact: "
+                    "freezing",
+                )
+            if found != "auto":
+                raise conflict(
+                    ("auxiliary_force",),
+                    f"found {found:g}, which has no effect with contact: impulses, expected no such key or contact: "
+                    "freezing",
+                )
+        return self
 
     @model_validator(mode="after")
     def _aggregation_fits(self) -> Method:

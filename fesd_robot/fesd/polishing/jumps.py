@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor
-from fesd_robot.fesd.polishing.conditions import ElementConditions
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.dcs.lagrangian import SLIPPING
+from fesd_robot.fesd.polishing.conditions import ElementConditions, JumpFactors
 from fesd_robot.fesd.trajectory import Element
 
 SMALL_IMPULSE = 1e-2
@@ -71,9 +73,14 @@ def _begins(
     conditions: ElementConditions, impulse: int, before: Sequence[ActiveFactor], factors: Sequence[ActiveFactor]
 ) -> bool:
     """Return whether the pair of an impulse is active in an element and was not in the one before."""
-    quantity = next(one.G for one in conditions.jumps if one.impulse == impulse and not one.condition.vanishing)
-    pair = next(i for i, member in enumerate(conditions.members) if quantity == member.G)
+    pair = _pair(conditions, impulse)
     return before[pair] is ActiveFactor.H and factors[pair] is ActiveFactor.G
+
+
+def _pair(conditions: ElementConditions, impulse: int) -> int:
+    """Return the number of the member that is the pair of an impulse."""
+    quantity = next(one.G for one in conditions.jumps if one.impulse == impulse and not one.condition.vanishing)
+    return next(i for i, member in enumerate(conditions.members) if quantity == member.G)
 
 
 def _carried(sizes: np.ndarray, without_length: Sequence[bool]) -> np.ndarray:
@@ -89,3 +96,50 @@ def _carried(sizes: np.ndarray, without_length: Sequence[bool]) -> np.ndarray:
 def _quantities(conditions: ElementConditions, element: Element) -> np.ndarray:
     """Return all quantities at the left boundary, after the jump."""
     return np.asarray(conditions.values(element.x_left, element.z_left)).ravel()
+
+
+def without_impulses(conditions: ElementConditions, branch: Branch) -> Branch:
+    """Return a branch in which no impulse acts, so that elements of one mode are alike.
+
+    Args:
+        conditions: of the system.
+        branch: of a trajectory.
+    """
+    own, none = len(conditions.members), (ActiveFactor.H,) * len(conditions.jumps)
+    return replace(branch, factors=tuple((*factors[:own], *none) for factors in branch.factors))
+
+
+def with_impulses(conditions: ElementConditions, branch: Branch) -> Branch:
+    """Return a branch in which the impulses act that its modes need.
+
+    Where contact begins, those of all contacts that are closed act, with the friction of the mode that follows.
+
+    Args:
+        conditions: of the system.
+        branch: whose impulses are not known.
+    """
+    if not conditions.jumps:
+        return branch
+    result, before = [], None
+    for e, factors in enumerate(without_impulses(conditions, branch).factors):
+        own = list(factors)
+        hit = before is not None and not branch.without_length[e]
+        begin = [hit and _begins(conditions, k, before or (), factors) for k in range(conditions.laws)]
+        for i, jump in enumerate(conditions.jumps):
+            if any(begin) and factors[_pair(conditions, jump.impulse)] is ActiveFactor.G:
+                own[len(conditions.members) + i] = _as_afterwards(conditions, jump, factors)
+        result.append(tuple(own))
+        before = before if branch.without_length[e] else factors
+    return replace(branch, factors=tuple(result))
+
+
+def _as_afterwards(conditions: ElementConditions, jump: JumpFactors, factors: Sequence[ActiveFactor]) -> ActiveFactor:
+    """Return the active factor of the condition on the same velocity in the element, G of all others."""
+    if jump.G is None or not jump.condition.vanishing:
+        return ActiveFactor.G
+    alike = [
+        factor
+        for member, factor in zip(conditions.members, factors, strict=False)
+        if (member.G, member.direction) == (jump.G, jump.direction) and member.condition.label.kind != SLIPPING
+    ]
+    return alike[0] if alike else ActiveFactor.G

@@ -94,7 +94,8 @@ class ElementRows:
         own = [rows(x, z) for x, z in points[1:]]
         between = self.pairs if self.conditions.crossed else []
         crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in between]
-        return ca.vertcat(ca.SX(0, 1), *own, *crossed, *self._recalled(points), self.slopes(points), *self._jump(element))
+        recalled, slopes = self._recalled(points), self.slopes(points)
+        return ca.vertcat(ca.SX(0, 1), *own, *crossed, *recalled, slopes, *self._jump(element))
 
     def _recalled(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> list[ca.SX]:
         if not self.conditions.recalled:
