@@ -73,9 +73,9 @@ def main() -> None:
         "# Two transcriptions of contact",
         "",
         f"Made by `scripts/transcriptions.py`{settings}, Python {platform.python_version()}, casadi "
-        f"{casadi.__version__}. One initial guess, no fallback settings, one process. Time is that of the processor, as "
-        "a part of that with `freezing`; cost, variables and iterations of a motion that is not solved are those of its "
-        "last iterate.",
+        f"{casadi.__version__}. One initial guess, no fallback settings, one process. Time is that of the processor, "
+        "as a part of that with `freezing`; cost, variables and iterations of a motion that is not solved are those of "
+        "its last iterate.",
         "",
         markdown_table(COLUMNS, rows),
     ]
