@@ -43,7 +43,7 @@ from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
 
-IMPULSES_RATIO = 10.0
+IMPULSES_RATIO = 5.0
 """Ratio of the velocity level to the position level with impulses, where the task gives none."""
 
 CERTIFICATE_SECONDS = 30.0
