@@ -20,8 +20,8 @@ def impact_at_once(
     """Return velocity after an impact in the plane, impulses (n_c, 2), and whether there is such an impact.
 
     ``M (v+ - v) = J^T P`` and for every touching contact either ``P = 0`` and ``J_n v+ >= 0``, or ``P_n >= 0``,
-    ``J_n v+ = e max(-J_n v, 0)`` and Coulomb's law for P_t and J_t v+. Of several possible combinations the first is taken, contacts
-    that stick before those that slip.
+    ``J_n v+ = e max(-J_n v, 0)`` and Coulomb's law for P_t and J_t v+. Of several possible combinations the first is
+    taken, contacts that stick before those that slip.
 
     Args:
         physics: of the robot and its contacts.
