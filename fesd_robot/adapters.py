@@ -43,9 +43,6 @@ from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
 
-IMPULSES_RATIO = 5.0
-"""Ratio of the velocity level to the position level with impulses, where the task gives none."""
-
 CERTIFICATE_SECONDS = 30.0
 """Longest time for each answer about the kind of a solution."""
 
@@ -63,7 +60,7 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         tolerance=solver.tolerance,
         sigma_start=solver.sigma_start,
         sigma_factor=solver.sigma_factor,
-        velocity_level_ratio=_velocity_level_ratio(task),
+        velocity_level_ratio=solver.velocity_level_ratio,
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
         relaxation=solver.relaxation,
@@ -74,12 +71,6 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         polish=solver.polish,
         loose_iterations=solver.loose_iterations,
     )
-
-
-def _velocity_level_ratio(task: Task) -> float:
-    """Return the task's own ratio, or that with which impulses are found more often."""
-    given = "velocity_level_ratio" in task.solver.model_fields_set
-    return IMPULSES_RATIO if task.method.contact == "impulses" and not given else task.solver.velocity_level_ratio
 
 
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:

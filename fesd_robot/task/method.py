@@ -9,6 +9,9 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fesd_robot.task.fields import Count, NonNegative, Positive, Section, conflict, expected, is_number
 
+IMPULSES_RATIO = 5.0
+"""Default of `Solver.velocity_level_ratio` with impulses, with which motions are found more often."""
+
 MAX_STAGES = 9
 """Most stages of a scheme that a task can ask for."""
 
@@ -206,7 +209,7 @@ class Solver(Section):
         default=30.0,
         description="How much larger the relaxation of complementarities on the velocity level is than that of those "
         "on the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
-        "before what happens there.",
+        "before what happens there. With method.contact impulses the default is 5.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     polish: bool = Field(
