@@ -66,7 +66,7 @@ def test_the_clock_never_stops(tmp_path: Path) -> None:
 
 
 def test_the_ratio_has_a_default_of_its_own(tmp_path: Path) -> None:
-    """Impulses relax the velocity level less, unless the task says how much; the task that a plan keeps says so, too."""
+    """Impulses relax the velocity level less, unless the task says how much; the task of a plan says so, too."""
     assert puck(tmp_path, THROWN).solver.velocity_level_ratio == 5.0
     given = THROWN.replace("retries: 0", "retries: 0, velocity_level_ratio: 30.0")
     assert puck(tmp_path, given).solver.velocity_level_ratio == 30.0
