@@ -84,6 +84,7 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
         motion.actuation.numeric,
         in_space=motion.in_space,
         restitution={contact.name: contact.restitution for contact in motion.contacts},
+        impacts_at_once=not motion.contact_system.clock_stops,
     )
 
 

@@ -49,12 +49,13 @@ def finite_elements_of(transcription: Transcription, w: np.ndarray, branch: Bran
         conditions=_names(branch.conditions),
         interval=np.array([element.interval for element in elements]),
         step=np.array([element.step for element in elements]),
-        left=np.concatenate([elements[0].x_left, elements[0].z_left]),
+        left=np.concatenate([elements[0].x_before, elements[0].z_left]),
         states_at=np.concatenate([element.x.ravel() for element in elements]),
         algebraic_at=np.concatenate([element.z.ravel() for element in elements]),
         slopes=np.concatenate([element.slopes.ravel() for element in elements]),
         controls=np.concatenate([element.u for element in elements]),
         active=[one.lower() if without else one for one, without in zip(letters, branch.without_length, strict=True)],
+        lefts=None if system.jump is None else np.concatenate([element.x_left for element in elements]),
     )
 
 
@@ -88,7 +89,8 @@ def known_start(
     if name is None or task.solver.seed or not is_plan(task.folder / name):
         return None
     record = read_plan(task.folder / name).finite_elements
-    known = _known(record, transcription) if record else None
+    continuous = transcription.ocp.system.jump is None
+    known = _known(record, transcription) if record and continuous else None
     if record is None or known is None:
         logger.warning(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name

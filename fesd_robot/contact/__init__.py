@@ -17,7 +17,7 @@ from fesd_robot.contact.geometry import (
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
-from fesd_robot.contact.modes import ContactMode, contact_modes, joint_modes
+from fesd_robot.contact.modes import ContactMode, acting_impulses, contact_modes, joint_modes
 from fesd_robot.contact.points import leaves_plane, point_contact
 from fesd_robot.contact.two_in_space import Facing, axes_about, ball_box_contact, two_balls_contact
 
@@ -40,6 +40,7 @@ __all__ = [
     "Terrain",
     "TwoBodies",
     "Wall",
+    "acting_impulses",
     "axes_about",
     "ball_box_contact",
     "circle_box_contact",

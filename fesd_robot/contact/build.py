@@ -8,6 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from fesd_robot.contact.impulses import impulse_contact_system
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
 from fesd_robot.contact.multipliers import multiplier_contact_system
 from fesd_robot.contact.steps import step_contact_system
@@ -29,8 +30,10 @@ def contact_system(
 
     Raises:
         OptionError: the multiplier form with a gap that is not integrated; dry friction of joints or contact in space
-            in the step form.
+            in the step form or with impulses; a limit of the slip distance with impulses.
     """
+    if options.transcription == "impulses":
+        return _with_gaps_bounded(impulse_contact_system(dynamics, contacts, options, parameters), dynamics)
     if options.form == "steps" and dynamics.dry_friction:
         joints = ", ".join(dynamics.dry_friction)
         raise OptionError(f"dry friction of joints ({joints}) needs the form 'multipliers', found 'steps'")

@@ -1,10 +1,11 @@
-"""Kinds of the vanishing constraints of a contact, and the directions that are their subjects."""
+"""Kinds of the conditions of a contact, and the directions that are their subjects."""
 
-FORCE_AT_A_DISTANCE = "force at a distance"
+from fesd_robot.dcs.lagrangian import BACKWARDS, FORCE_AT_A_DISTANCE, FORWARDS, FRICTION_ALONG_SLIDING, SLIPPING
+
+__all__ = ["BACKWARDS", "FORCE_AT_A_DISTANCE", "FORWARDS", "FRICTION_ALONG_SLIDING", "SLIPPING"]
+
 FORCE_WHILE_PARTING = "force while parting"
 MOTION_DURING_IMPACT = "motion during impact"
-FRICTION_ALONG_SLIDING = "friction along sliding"
-SLIPPING = "slipping"
 
 RESTITUTION = "restitution"
 FRICTION_AFTER_IMPACT = "friction after impact"
@@ -15,7 +16,6 @@ FRICTION_ACROSS_SLIDING = "friction across sliding"
 FRICTION_WITH_SLIDING = "friction with sliding"
 """In space instead of `FRICTION_ALONG_SLIDING`."""
 
-FORWARDS, BACKWARDS = "forwards", "backwards"
 LEFTWARDS, RIGHTWARDS = "leftwards", "rightwards"
 
 DIRECTIONS = ((FORWARDS, BACKWARDS), (LEFTWARDS, RIGHTWARDS))

@@ -114,6 +114,8 @@ class ContactOptions:
     """Which form of the contact logic is built.
 
     Args:
+        transcription: ``freezing``: the clock stands still in impacts; ``impulses``: the velocity jumps between the
+            elements, whatever the form.
         form: ``multipliers``: the Filippov multipliers of the auxiliary fields are the variables; ``steps``:
             set-valued step functions of gap and velocities, as published.
         gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q),
@@ -124,6 +126,7 @@ class ContactOptions:
         auxiliary_force: a_n, N per unit of J_n, force of the auxiliary fields.
     """
 
+    transcription: Literal["freezing", "impulses"] = "freezing"
     form: Literal["multipliers", "steps"] = "multipliers"
     gap: Literal["integrated", "true"] = "integrated"
     baumgarte_gain: float = 30.0
@@ -150,6 +153,8 @@ class ContactSystem:
         gap_lower: lower bound of the p states, m.
         theta_joints: (plus, minus) shares of the clock's rate of each velocity coordinate with dry friction, in the
             order of the coordinates, SX in z; minus F (plus - minus) / theta_ODE is its force.
+        impulses: of each contact at the left boundary of an element, N s, SX in the y of the system's jump; none where
+            impacts take numerical time.
     """
 
     system: ComplementaritySystem
@@ -160,6 +165,12 @@ class ContactSystem:
     integrated_gap: bool
     gap_lower: float
     theta_joints: Sequence[tuple[ca.SX, ca.SX]] = ()
+    impulses: Sequence[AuxiliaryMultipliers] = ()
+
+    @property
+    def clock_stops(self) -> bool:
+        """Whether the clock stands still during impacts, instead of never."""
+        return not self.impulses
 
     @property
     def gap_states(self) -> int:

@@ -18,6 +18,7 @@ from fesd_robot.contact.kinds import (
 )
 from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
 from fesd_robot.dcs import ABOVE, BELOW
+from fesd_robot.dcs.jump import ABOVE_LAW, IMPACT_LAW
 
 Active = Mapping[tuple[str, str], ActiveFactor]
 """(kind, subject) of every condition of a contact -> its active factor, from `Branch.of_contact`."""
@@ -64,6 +65,17 @@ def contact_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
     return {name: _mode(branch.of_contact(element, name)) for name in branch.contacts}
 
 
+def acting_impulses(branch: Branch, element: int) -> dict[str, bool]:
+    """Return name of every contact -> whether an impulse of it acts at the left boundary of a finite element.
+
+    Args:
+        branch: of a trajectory of a contact system.
+        element: number of the element in the trajectory.
+    """
+    above = (IMPACT_LAW, ABOVE_LAW)
+    return {name: branch.of_contact(element, name).get(above) is ActiveFactor.G for name in branch.contacts}
+
+
 def joint_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
     """Return name of every velocity coordinate with dry friction -> stick or a direction of slip in a finite element.
 
@@ -89,10 +101,10 @@ def _mode(active: Active) -> ContactMode:
 
 
 def _by_multipliers(active: Active) -> ContactMode:
-    """Read the vanishing constraints of `multiplier_contact_system`."""
-    if ActiveFactor.H in (active[FORCE_AT_A_DISTANCE, ""], active[FORCE_WHILE_PARTING, ""]):
+    """Read the conditions of `multiplier_contact_system` or `impulse_contact_system`; the latter has fewer kinds."""
+    if ActiveFactor.H in (active[FORCE_AT_A_DISTANCE, ""], active.get((FORCE_WHILE_PARTING, ""))):
         return ContactMode.FLIGHT
-    if active[MOTION_DURING_IMPACT, ""] is ActiveFactor.COMPLEMENT:
+    if active.get((MOTION_DURING_IMPACT, "")) is ActiveFactor.COMPLEMENT:
         return ContactMode.IMPACT
     inside = active.get((SLIDING_INSIDE_CONE, FORWARDS))
     if inside is not None:

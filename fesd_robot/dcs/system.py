@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity
+from fesd_robot.dcs.jump import Impulse, Jump
 from fesd_robot.errors import DimensionError
 
 
@@ -37,7 +38,9 @@ class ComplementaritySystem:
         equations: e, SX: further algebraic equations of the model, none if omitted.
         quadratures: name -> integrand in x, u, z, p that a simulation accumulates.
         lifted: name -> definition of every product that became an algebraic variable, to be looked at.
-        describe: (n_pairs) booleans, where H may be positive -> the regions or step values in words.
+        describe: (n_pairs) booleans, where H may be positive -> the regions or step values in words; behind them, of a
+            system that jumps, whether each impulse acts where the mode begins.
+        jump: what may happen to the state between two finite elements; None if the state is continuous.
         state_names, control_names, algebraic_names: one name an entry.
 
     Raises:
@@ -65,6 +68,7 @@ class ComplementaritySystem:
     lifted: Mapping[str, ca.SX] = field(default_factory=dict)
     describe: Callable[[np.ndarray], str] | None = None
     state_lower: np.ndarray | None = None
+    jump: Jump | None = None
 
     def __post_init__(self) -> None:
         n_x, n_u, n_z = (part.numel() for part in (self.state, self.control, self.algebraic))
@@ -93,6 +97,16 @@ class ComplementaritySystem:
         if self.describe:
             return self.describe(mode)
         return ", ".join(str(pair.label) for pair, active in zip(self.pairs, mode, strict=True) if active)
+
+    @cached_property
+    def switches_in_pairs(self) -> bool:
+        """Whether every switch is one of a pair: no vanishing constraints but those that follow an impulse."""
+        return all(one.left_boundary_only and self.jump is not None for one in self.vanishing)
+
+    @cached_property
+    def impulses(self) -> tuple[Impulse, ...]:
+        """The impulses that make the state jump, none where it is continuous."""
+        return () if self.jump is None else self.jump.impulses
 
     @property
     def arguments(self) -> list[ca.SX]:

@@ -175,9 +175,11 @@ def _controls(motion: MotionProblem) -> list[str]:
         rows.append([name, unit, _interval(lower, upper)])
     speed = motion.task.limits.speed_of_time
     count = len(drive.names)
+    pace = f", and the speed of time in {_interval(speed.lower, speed.upper)}"
+    if not motion.contact_system.clock_stops and not motion.grid.free:
+        pace = ""
     return [
-        f"{count} control{'s' * (count != 1)}, constant on every interval, and the speed of time in "
-        f"{_interval(speed.lower, speed.upper)}:",
+        f"{count} control{'s' * (count != 1)}, constant on every interval{pace}:",
         *_table(rows),
         _driven(motion),
     ]
@@ -227,6 +229,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
             f"{_slipping(contact)}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
+    if not motion.contact_system.clock_stops:
+        return [*lines, "Impacts are impulses between two finite elements."]
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
     force = f"auxiliary force a_n = {motion.auxiliary_force:g} N, {origin}"
     return [*lines, f"Impacts are resolved while the clock stands still ({force})."]

@@ -17,6 +17,9 @@ from fesd_robot.fesd.tableau import Tableau
 DYNAMICS, CONTINUITY = "dynamics", "continuity"
 """Kinds of rows that determine the states of an element; their subjects are names of states."""
 
+JUMP = "jump"
+"""Kind of the rows that determine what happens at the left boundary of an element."""
+
 
 @dataclass(frozen=True)
 class Rows:
@@ -50,16 +53,20 @@ class SystemFunctions:
     residual: ca.Function
     equations: ca.Function
     sides: ca.Function
+    jump: ca.Function
     state_names: Sequence[str]
 
     @classmethod
     def of(cls, system: ComplementaritySystem) -> SystemFunctions:
         """Return the functions of a system."""
+        jump = system.jump
+        jumping = [ca.SX(0, 1), ca.SX(0, 1)] if jump is None else [jump.symbols, jump.residual]
         return cls(
             dynamics=ca.Function("dynamics", system.arguments, [system.mass_matrix, system.right_hand_side]),
             residual=ca.Function("residual", system.arguments, [system.residual]),
             equations=ca.Function("equations", system.arguments, [system.equations]),
             sides=ca.Function("sides", [system.algebraic], [system.G, system.H]),
+            jump=ca.Function("jump", [system.state, jumping[0], system.parameters], [jumping[1]]),
             state_names=system.state_names,
         )
 
@@ -70,11 +77,13 @@ class ElementPoints:
 
     Attributes:
         h: step.
-        left: (x, z) at the left boundary.
+        left: (x, z) at the left boundary, after a jump if there may be one.
         stages: (x, z) at the stages.
         right: (x, z) at the right boundary; its z are those of the last stage if it has none of its own.
         slopes: K_j at the stages, (n_x) each; times h in the integral form, whose K_j are the collocation polynomial's.
         own_right: whether the right boundary has algebraic variables of its own.
+        before: x at the left boundary before the jump; that of `left` if there is none.
+        jump: y of the jump, SX (0) if there is none.
     """
 
     h: ca.SX
@@ -83,6 +92,8 @@ class ElementPoints:
     right: tuple[ca.SX, ca.SX]
     slopes: list[ca.SX]
     own_right: bool
+    before: ca.SX
+    jump: ca.SX
 
     @property
     def points(self) -> list[tuple[ca.SX, ca.SX]]:
@@ -96,7 +107,11 @@ def read_elements(layout: IntervalLayout, tableau: Tableau, left: ca.SX, own: ca
     boundary = (left[:n_x], left[n_x:])
     elements = []
     for n in range(layout.elements):
-        h = own[layout.step(n)]
+        h, before = own[layout.step(n)], boundary[0]
+        if layout.jump_size:
+            after = ca.SX(before)
+            after[list(layout.jump_states)] = own[layout.jumped(n).tolist()]
+            boundary = (after, boundary[1])
         z = [own[layout.algebraic(n, j)] for j in range(layout.stages)]
         if layout.slopes:
             slopes = [own[layout.slope(n, j)] for j in range(layout.stages)]
@@ -107,7 +122,8 @@ def read_elements(layout: IntervalLayout, tableau: Tableau, left: ca.SX, own: ca
         if not layout.slopes:
             slopes = [_combination(row, [boundary[0], *x]) for row in tableau.derivative]
         end = (own[layout.state(n, layout.stages)], own[layout.algebraic(n, layout.stages)])
-        elements.append(ElementPoints(h, boundary, list(zip(x, z, strict=True)), end, slopes, layout.end_algebraic))
+        stages, jump = list(zip(x, z, strict=True)), own[layout.jump(n)]
+        elements.append(ElementPoints(h, boundary, stages, end, slopes, layout.end_algebraic, before, jump))
         boundary = end
     return elements
 
@@ -133,6 +149,8 @@ def element_equations(
     tableau, names = options.tableau, functions.state_names
     x_left = element.left[0]
     rows: list[Rows] = []
+    if layout.jump_size:
+        rows.append(Rows(JUMP, functions.jump(element.before, element.jump, p), place=Place(point=0)))
     for j, (x, z) in enumerate(element.stages):
         where = Place(stage=j + 1)
         if dynamics:

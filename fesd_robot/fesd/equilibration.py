@@ -59,7 +59,11 @@ def indicator(before: Sums, after: Sums) -> ca.SX:
 
 
 def equilibrate(
-    options: FesdOptions, steps: Sequence[ca.SX], sums: Sequence[Sums], mean_step: float, auxiliary: ca.SX
+    options: FesdOptions,
+    steps: Sequence[ca.SX],
+    sums: tuple[Sequence[Sums], Sequence[Sums]],
+    mean_step: float,
+    auxiliary: ca.SX,
 ) -> Equilibration:
     """Return the terms of a mode of step equilibration.
 
@@ -71,7 +75,7 @@ def equilibrate(
 
     Args:
         steps: h_n.
-        sums: of every element.
+        sums: of every element as that before a boundary, and as that after it.
         mean_step: h_mean.
         auxiliary: variables of the ``linear_complementarity`` mode.
 
@@ -91,9 +95,9 @@ def equilibrate(
         difference = steps[n + 1] - steps[n]
         if mode == "linear_complementarity":
             own = auxiliary[n * count : (n + 1) * count]
-            _linear(result, Place(name=f"steps {n} and {n + 1}"), difference, sums[n], sums[n + 1], own)
+            _linear(result, Place(name=f"steps {n} and {n + 1}"), difference, sums[0][n], sums[1][n + 1], own)
             continue
-        eta = indicator(sums[n], sums[n + 1])
+        eta = indicator(sums[0][n], sums[1][n + 1])
         if mode == "direct":
             # eta has no slope at a switch, so that the equation itself would be degenerate there; as two pairs it is
             # relaxed with all others.
@@ -112,7 +116,7 @@ def refuse_vanishing(options: FesdOptions, system: ComplementaritySystem) -> Non
     Raises:
         ModelError: a mode that uses eta, and a system with vanishing constraints.
     """
-    if system.vanishing and options.step_equilibration not in ("mean", "difference", "none"):
+    if not system.switches_in_pairs and options.step_equilibration not in ("mean", "difference", "none"):
         raise ModelError(
             f"step equilibration '{options.step_equilibration}' needs every switch in a complementarity pair; this "
             "system also has vanishing constraints (valid: mean, difference, none)"

@@ -74,9 +74,14 @@ class TrajectoryIndices:
         return int(self.offsets[k]) + self.layout(k).step(n)
 
     def left_state(self, element: int) -> np.ndarray:
-        """Indices of the state at the left boundary of an element, (n_x)."""
+        """Indices of the state that an element starts from, (n_x): at its left boundary, after a jump if it may."""
         k, n = self._at(element)
-        return self.state(k) if n == 0 else self.offsets[k] + self.layout(k).end(n - 1)[: self._sizes[0]]
+        layout = self.layout(k)
+        state = self.state(k) if n == 0 else self.offsets[k] + layout.end(n - 1)[: self._sizes[0]]
+        if layout.jump_size:
+            state = state.copy()
+            state[list(layout.jump_states)] = self.offsets[k] + layout.jumped(n)
+        return state
 
     def element(self, element: int) -> np.ndarray:
         """Indices of all that `layout_of` one element reads: (x, z) at its left boundary, u, and its own variables."""

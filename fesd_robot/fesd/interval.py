@@ -125,6 +125,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     pairs: list[Complementarity] = []
     vanishing: list[Complementarity] = []
     sums: list[tuple[ca.SX, ca.SX]] = []
+    boundary: list[ca.SX] = []
     for n, part in enumerate(parts):
         here = Place(element=n)
         equations = element_equations(part, functions, options, layout, own[: layout.n_u], p, dynamics=within)
@@ -134,11 +135,13 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
         vanishing += _at(here, own_vanishing if within else [])
         sides = [functions.sides(z) for _, z in part.points]
         sums.append((sum((G for G, _ in sides[1:]), sides[0][0]), sum((H for _, H in sides[2:]), sides[1][1])))
+        boundary.append(sides[0][0])
     interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
     rows.append(Rows("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
     rows.append(Rows("end of interval", interval_end(parts[-1].right[0], p), ocp.interval_end_names))
     mean_step = ocp.duration / ocp.intervals / elements
-    equal = equilibrate(options, steps, sums, mean_step, own[layout.auxiliaries])
+    sums_before = _with_jumps(system, sums, boundary)
+    equal = equilibrate(options, steps, (sums_before, sums), mean_step, own[layout.auxiliaries])
     rows += equal.equations
     bounded = _stage_bounds(ocp, layout, [x for part in parts for x, _ in part.stages])
     w, held = ca.vertcat(left, own), sum(one.expression.numel() for one in rows)
@@ -181,7 +184,47 @@ def element_conditions(
     mode = options.cross_complementarity if options.switch_detection else "plain"
     sides = [functions.sides(z) for _, z in part.points]
     G, H = [G for G, _ in sides], [H for _, H in sides[1:]]
-    return cross_pairs(system.pairs, G, H, mode), vanishing_pairs(system, part.points, stages, mode)
+    jump = jump_conditions(system, part)
+    return (
+        [*cross_pairs(system.pairs, G, H, mode), *(one for one in jump if not one.vanishing)],
+        [*vanishing_pairs(system, part.points, stages, mode), *(one for one in jump if one.vanishing)],
+    )
+
+
+def jump_conditions(system: ComplementaritySystem, part: ElementPoints) -> list[Complementarity]:
+    """Return the conditions of the jump at the left boundary of an element."""
+    if system.jump is None:
+        return []
+    conditions = system.jump.complementarities(system.pairs)
+    factors = [ca.vertcat(*[getattr(one, side) for one in conditions]) for side in ("G", "H")]
+    values = ca.Function("jump", [system.state, system.jump.symbols, system.algebraic], factors)
+    G, H = values(part.before, part.jump, part.left[1])
+    after, own = values(part.left[0], part.jump, part.left[1])[0], len(conditions) - len(system.jump.conditions)
+    place = Place(point=0)
+    return [
+        replace(one, label=one.label.at(place), G=(G if i < own else after)[i], H=H[i])
+        for i, one in enumerate(conditions)
+    ]
+
+
+def _with_jumps(
+    system: ComplementaritySystem, sums: Sequence[tuple[ca.SX, ca.SX]], boundary: Sequence[ca.SX]
+) -> list[tuple[ca.SX, ca.SX]]:
+    """Return the sums of every element but the last, as those of the element before a boundary.
+
+    Where an impulse may act, G at the boundary takes the place of its sum, of which it is a part: zero also where an
+    elastic impact lies between two flights.
+
+    Source: Nurkanovic et al., arXiv 2305.17003, the step equilibration.
+    """
+    before = []
+    for (G, H), at_end in zip(sums, boundary[1:], strict=False):
+        if system.impulses:
+            G = ca.SX(G)
+            for impulse in system.impulses:
+                G[impulse.pair] = at_end[impulse.pair]
+        before.append((G, H))
+    return before
 
 
 def _at(place: Place, conditions: list[Complementarity]) -> list[Complementarity]:

@@ -14,7 +14,7 @@ from fesd_robot.fesd.options import FesdOptions
 
 @dataclass(frozen=True)
 class IntervalLayout:
-    """Order of an interval's own variables: u, per element (h, per stage (K, X, z), right end), then auxiliaries.
+    """Order of an interval's own variables: u, per element (h, jump, per stage (K, X, z), right end), then auxiliaries.
 
     Attributes:
         n_x, n_z, n_u: sizes of state, algebraic variables and control.
@@ -24,6 +24,8 @@ class IntervalLayout:
         end_state: the right end has a state of its own, for it is no stage, or the stages have no states.
         end_algebraic: the right end has algebraic variables of its own.
         auxiliary: variables of the step equilibration at the end of the interval.
+        jump_size: variables of a jump at the left boundary of every element; the first are `jump_states` after it.
+        jump_states: numbers of the states that jump.
     """
 
     n_x: int
@@ -36,6 +38,8 @@ class IntervalLayout:
     end_state: bool = False
     end_algebraic: bool = False
     auxiliary: int = 0
+    jump_size: int = 0
+    jump_states: tuple[int, ...] = ()
 
     @property
     def own_end(self) -> bool:
@@ -48,7 +52,16 @@ class IntervalLayout:
 
     @property
     def _element_size(self) -> int:
-        return 1 + self.stages * self._stage_size + self.end_state * self.n_x + self.end_algebraic * self.n_z
+        return (
+            self._first_stage
+            + self.stages * self._stage_size
+            + self.end_state * self.n_x
+            + self.end_algebraic * self.n_z
+        )
+
+    @property
+    def _first_stage(self) -> int:
+        return 1 + self.jump_size
 
     @property
     def size(self) -> int:
@@ -59,9 +72,18 @@ class IntervalLayout:
         """Index of h."""
         return self.n_u + element * self._element_size
 
+    def jump(self, element: int) -> slice:
+        """Indices of the variables y of the jump at the left boundary."""
+        first = self.step(element) + 1
+        return slice(first, first + self.jump_size)
+
+    def jumped(self, element: int) -> np.ndarray:
+        """Indices of the states after the jump at the left boundary, of those that jump."""
+        return self.step(element) + 1 + np.arange(len(self.jump_states))
+
     def slope(self, element: int, stage: int) -> slice:
         """Indices of K_j."""
-        first = self.step(element) + 1 + stage * self._stage_size
+        first = self.step(element) + self._first_stage + stage * self._stage_size
         return slice(first, first + self.slopes * self.n_x)
 
     def state(self, element: int, stage: int) -> slice:
@@ -69,7 +91,7 @@ class IntervalLayout:
         if stage == self.stages and not self.end_state:
             stage -= 1
         if stage == self.stages:
-            first = self.step(element) + 1 + self.stages * self._stage_size
+            first = self.step(element) + self._first_stage + self.stages * self._stage_size
             return slice(first, first + self.n_x)
         first = self.slope(element, stage).stop
         return slice(first, first + self.stage_states * self.n_x)
@@ -79,9 +101,9 @@ class IntervalLayout:
         if point == self.stages and not self.end_algebraic:
             point -= 1
         if point == self.stages:
-            first = self.step(element) + 1 + self.stages * self._stage_size + self.end_state * self.n_x
+            first = self.step(element) + self._first_stage + self.stages * self._stage_size + self.end_state * self.n_x
         else:
-            first = self.step(element) + 1 + (point + 1) * self._stage_size - self.n_z
+            first = self.step(element) + self._first_stage + (point + 1) * self._stage_size - self.n_z
         return slice(first, first + self.n_z)
 
     def end(self, element: int) -> np.ndarray:
@@ -99,6 +121,9 @@ class IntervalLayout:
         put(slice(0, self.n_u), "control", system.control_names, NOWHERE)
         for n in range(self.elements):
             labels[self.step(n)] = Label("step", place=Place(element=n))
+            if system.jump is not None:
+                names = [system.state_names[i] for i in system.jump.states]
+                put(self.jump(n), "jump", [*names, *system.jump.algebraic_names], Place(element=n))
             for j in range(self.stages + self.own_end):
                 at_end = j == self.stages
                 place = Place(element=n, name="right end") if at_end else Place(element=n, stage=j + 1)
@@ -132,4 +157,6 @@ def layout_of(system: ComplementaritySystem, options: FesdOptions, elements: int
         end_state=not tableau.ends_at_stage or options.form == "differential",
         end_algebraic=not tableau.ends_at_stage and options.switch_detection,
         auxiliary=(elements - 1) * (4 * pairs + 1) if lcc else 0,
+        jump_size=0 if system.jump is None else system.jump.size,
+        jump_states=() if system.jump is None else system.jump.states,
     )

@@ -18,13 +18,15 @@ from scipy.sparse.linalg import splu
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import SolverError
 from fesd_robot.fesd.element import ElementPoints, SystemFunctions, element_equations, read_elements
+from fesd_robot.fesd.impulse_functions import impulse_function, jump_function
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.schemes import lagrange
 
 Modes = np.ndarray
 """(elements, n_pairs) booleans, or (elements * n_s, n_pairs) without switch detection: True where H_i may be positive
-and G_i is zero, False where it is the other way round."""
+and G_i is zero, False where it is the other way round. Behind those of the pairs, of a system that jumps, is one for
+every impulse: whether it acts at the left boundary of the element."""
 
 LARGEST_DENSE = 400
 """Up to this number of unknowns a step is solved with dense matrices."""
@@ -55,6 +57,7 @@ class ModeEquations:
     either G_i = 0 or H_i = 0 at its points; sum_n h_n = length; and at each inner boundary, if the modes of both sides
     are the same ``h_{n+1} = h_n``, if pairs become active ``sum G_i = 0`` over those, at the boundary, and if pairs
     only leave ``sum H_i = 0`` over those, extrapolated to the boundary. (Signs make each term of a sum vanish.)
+    Where an impulse acts, its law is zero, else the impulse is, and G of its pair counts as one that becomes active.
     Without switch detection the steps are fixed instead and every stage has a mode of its own.
 
     Args:
@@ -132,16 +135,31 @@ class ModeEquations:
     def _rows(self) -> ca.SX:
         """All rows that modes choose from: scheme, steps, G, H by point, H at the right ends."""
         _, own, p, parts = self._symbols
-        functions = SystemFunctions.of(self.system)
+        functions, jump = SystemFunctions.of(self.system), self._jump
         u = own[: self.layout.n_u]
-        scheme, G, H, ends = [], [], [], []
+        scheme, G, H, ends, sizes, laws = [], [], [], [], [], []
         for part in parts:
             scheme += [rows.expression for rows in element_equations(part, functions, self.options, self.layout, u, p)]
             sides = [functions.sides(z) for _, z in part.points[1:]]
             G += [G_j for G_j, _ in sides]
             H += [H_j for _, H_j in sides]
             ends.append(sum((w * sides[j][1] for j, w in enumerate(self.to_right) if w), ca.SX.zeros(self.pairs)))
-        return ca.vertcat(*scheme, *[part.h for part in parts], *G, *H, *ends)
+            size, law = jump(part.before, part.jump)
+            sizes.append(size)
+            laws.append(law)
+        return ca.vertcat(*scheme, *[part.h for part in parts], *G, *H, *ends, *sizes, *laws)
+
+    @cached_property
+    def _jump(self) -> ca.Function:
+        return jump_function(self.system)
+
+    @cached_property
+    def _impulses(self) -> ca.Function:
+        return impulse_function(self.system, *self._symbols)
+
+    def impulses(self, own: np.ndarray, left: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the values of `impulse_function` at the elements' left boundaries, (elements, n) each."""
+        return tuple(np.asarray(part.full()).T for part in self._impulses(left, own, p))
 
     @cached_property
     def _evaluate(self) -> ca.Function:
@@ -171,12 +189,15 @@ class ModeEquations:
         """Index of the first row of each kind."""
         side = self.elements * self.points * self.pairs
         total = int(self._rows.numel())
-        ends = total - self.elements * self.pairs
+        impulses = self.elements * len(self.system.impulses)
+        ends = total - 2 * impulses - self.elements * self.pairs
         return {
             "steps": ends - 2 * side - self.elements,
             "G": ends - 2 * side,
             "H": ends - side,
             "end": ends,
+            "impulse": total - 2 * impulses,
+            "law": total - impulses,
             "all": total,
         }
 
@@ -193,7 +214,20 @@ class ModeEquations:
             G, H = G.sum(axis=1), H[:, : self.layout.stages].sum(axis=1)
         else:
             G, H = G.reshape(self.cells, -1), H.reshape(self.cells, -1)
-        return H > G
+        if not self.system.impulses:
+            return H > G
+        sizes, laws, *_ = self.impulses(own, left, p)
+        return np.hstack([H > G, sizes > np.abs(laws)])
+
+    @cached_property
+    def impulse_pairs(self) -> np.ndarray:
+        """Number of the pair of every impulse, (n_impulses)."""
+        return np.array([impulse.pair for impulse in self.system.impulses], dtype=int)
+
+    def goes_on(self, modes: Modes) -> np.ndarray:
+        """Return for every cell but the first whether the mode of the cell before goes on in it, without an impulse."""
+        pairs, acts = modes[:, : self.pairs], modes[:, self.pairs :]
+        return np.asarray((pairs[1:] == pairs[:-1]).all(axis=1) & ~acts[1:].any(axis=1))
 
     def active_rows(self, modes: Modes, length: float) -> tuple[sparse.csr_matrix, np.ndarray]:
         """Return (C, d): the equations of these modes are C rows - d = 0."""
@@ -211,6 +245,7 @@ class ModeEquations:
         """(C, d) for a length of 1."""
         first, n_pairs = self._first, self.pairs
         scheme = first["steps"]
+        modes, acts = modes[:, :n_pairs], modes[:, n_pairs:]
         per_point = np.repeat(modes, self.points, axis=0) if self.options.switch_detection else modes
         zero = np.where(per_point.ravel(), first["G"], first["H"]) + np.arange(per_point.size)
         count = scheme + per_point.size
@@ -225,6 +260,9 @@ class ModeEquations:
             target.append(to)
             count += 1
 
+        for n, acting in np.ndenumerate(acts):
+            at = n[0] * acts.shape[1] + n[1]
+            add([first["law" if acting else "impulse"] + at], [1.0])
         steps = list(range(scheme, scheme + self.elements))
         if not self.options.switch_detection:
             for step in steps:
@@ -232,7 +270,7 @@ class ModeEquations:
         else:
             add(steps, [1.0] * self.elements, 1.0)
             for n in range(self.elements - 1):
-                entering = np.flatnonzero(modes[n + 1] & ~modes[n])
+                entering = np.flatnonzero(self.hit(np.append(modes[n + 1], acts[n + 1])) & ~modes[n])
                 leaving = np.flatnonzero(modes[n] & ~modes[n + 1])
                 if entering.size:
                     at = first["G"] + ((n + 1) * self.points - 1) * n_pairs
@@ -243,6 +281,12 @@ class ModeEquations:
                     add([steps[n], steps[n + 1]], [-1.0, 1.0])
         matrix = sparse.csr_matrix((value, (row, column)), shape=(count, first["all"]))
         return matrix, np.array(target)
+
+    def hit(self, mode: np.ndarray) -> np.ndarray:
+        """Pairs that are active in an element or whose impulse acts at its left boundary, (n_pairs) booleans."""
+        hit = np.array(mode[: self.pairs])
+        hit[self.impulse_pairs[mode[self.pairs :]]] = True
+        return hit
 
     def _jacobian(self, nonzeros: list[float]) -> np.ndarray | sparse.csc_matrix:
         """The derivative of all rows by the own variables, a full matrix where that is small."""
@@ -282,6 +326,8 @@ class ModeEquations:
         for iterations in range(max_iterations + 1):
             rows, jacobian = self._evaluate(left, own, p)
             value = matrix @ np.asarray(rows).ravel() - target
+            if self.system.jump is not None and iterations == 0:
+                tolerance = max(tolerance, self._round_off(jacobian, own))
             size = float(np.abs(value).max())
             if not np.isfinite(size):
                 break
@@ -299,6 +345,11 @@ class ModeEquations:
             own = own.copy()
             own[n_u:] -= step
         return NewtonResult(best, residual, iterations, residual <= tolerance)
+
+    def _round_off(self, jacobian: ca.DM, own: np.ndarray) -> float:
+        """What stiff forces leave of the residuals where every term is known to the last bit."""
+        terms = ca.fabs(jacobian) @ ca.fabs(ca.DM(own))
+        return float(8.0 * np.finfo(float).eps * np.asarray(terms).max())
 
     def sensitivity(
         self, own: np.ndarray, modes: Modes, left: np.ndarray, p: np.ndarray, length: float

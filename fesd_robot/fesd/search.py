@@ -10,6 +10,7 @@ import numpy as np
 
 from fesd_robot.fesd.element import states_function
 from fesd_robot.fesd.groups import PairGroups
+from fesd_robot.fesd.impulse_modes import impulses_are_right, modes_with_impulses
 from fesd_robot.fesd.mode_sequence import FoundModes, ModeSequence, StepInput, Violation
 from fesd_robot.fesd.modes import ModeEquations, Modes
 from fesd_robot.fesd.point import PointFunctions
@@ -79,28 +80,36 @@ class ModeSearch:
     def check(self, step: StepInput, own: np.ndarray, modes: Modes) -> FoundModes | None:
         """Return a point solved exactly in given modes, or None if that has a wrong sign."""
         result = self.equations.newton(own, modes, step.x, step.p, step.length)
-        right = result.converged and self._first_violation(step, result.own, modes) is None
+        right = result.converged and self._impulses_right(step, result.own, modes)
+        right = right and self._first_violation(step, result.own, modes) is None
         if not right or not self._admissible(step, result.own):
             return None
         return FoundModes(result.own, modes, result.residual, 1, result.iterations)
 
     def _starts(self, step: StepInput, likely: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-        yield from likely
+        for mode in likely:
+            yield np.append(mode[: self.equations.pairs], np.zeros(len(self._of_impulse), dtype=bool))
         closed = np.asarray(self.point.sides(step.z)[0]).ravel() <= ACTIVE_G
-        every = range(len(self.groups.groups))
+        every, no_impulse = range(len(self.groups.groups)), np.zeros(len(self._of_impulse), dtype=bool)
+        closed = np.append(closed, no_impulse)
         yield from self.groups.combined(closed & False, [(g, self.groups.subsets(g, closed)) for g in every])
+
+    @property
+    def _of_impulse(self) -> np.ndarray:
+        """Number of the pair of every impulse."""
+        return self.equations.impulse_pairs
 
     def _descend(self, step: StepInput, sequence: ModeSequence, guess: np.ndarray) -> FoundModes | None:
         modes = self._allocate(sequence)
         if modes is None or self._trials >= self._limit or modes.tobytes() in self._seen:
             return None
-        if self.switching and (self._left_G(step)[modes[0]] > ACTIVE_G).any():
+        if self.switching and (self._left_G(step)[self.equations.hit(modes[0])] > ACTIVE_G).any():
             return None  # a pair cannot be active where its G at the left boundary is not zero
         self._seen.add(modes.tobytes())
         self._trials += 1
         result = self.equations.newton(guess, modes, step.x, step.p, step.length)
         self._iterations += result.iterations
-        if not result.converged:
+        if not result.converged or not self._impulses_right(step, result.own, modes):
             return None
         violation = self._first_violation(step, result.own, modes)
         if violation is None:
@@ -112,12 +121,17 @@ class ModeSearch:
             if self._doubtful is None:
                 self._doubtful, self._limit = found, min(self._trials + DOUBTED_TRIALS, MAX_TRIALS)
             return None
-        kept = int((modes[1 : violation.cell + 1] != modes[: violation.cell]).any(axis=1).sum())
+        kept = int((~self.equations.goes_on(modes)[: violation.cell]).sum())
         for candidate in self._candidates(sequence, kept, modes[violation.cell], violation):
             solved = self._descend(step, candidate, self._guess(step, result.own, candidate))
             if solved is not None:
                 return solved
         return None
+
+    def _impulses_right(self, step: StepInput, own: np.ndarray, modes: Modes) -> bool:
+        if not self._of_impulse.size:
+            return True
+        return impulses_are_right(self.equations, step, own, self._left_G(step), modes, self.tolerance)
 
     def _is_doubtful(self, step: StepInput, own: np.ndarray, modes: Modes) -> bool:
         """Whether signs may be right only because no stage sees where they are wrong.
@@ -128,10 +142,10 @@ class ModeSearch:
         if not self.switching:
             return False
         h, fractions = self._grid(own)[1], self.equations.fractions
-        changed = (modes[1:] != modes[:-1]).any(axis=1)
+        changed = ~self.equations.goes_on(modes)
         if changed.any() and (h[np.append(changed, False) | np.append(False, changed)] < 1e-9 * step.length).any():
             return True
-        closed = ~modes[0] & (self._left_G(step) <= ACTIVE_G)
+        closed = ~modes[0][: self.equations.pairs] & (self._left_G(step) <= ACTIVE_G)
         if not closed.any() or fractions.min() <= 0.0:
             return False
         G_at = self.equations.values(own, step.x, step.p)[0][0][:, closed]
@@ -154,7 +168,7 @@ class ModeSearch:
             # The last mode was wrong from its beginning: another one from there on.
             first, ends = sequence.modes[:kept], sequence.ends[:kept]
             for mode in self._modes(base, before, violation):
-                if not kept or (mode != before).any():
+                if not kept or (mode != before).any() or mode[self.equations.pairs :].any():
                     yield ModeSequence((*first, tuple(mode.tolist())), (*ends, 1.0))
             if kept:
                 return
@@ -171,6 +185,9 @@ class ModeSearch:
 
     def _modes(self, base: np.ndarray, before: np.ndarray, violation: Violation) -> Iterator[np.ndarray]:
         """Modes that differ from `base` in the groups with a wrong sign, those with few active pairs first."""
+        if self._of_impulse.size:
+            yield from modes_with_impulses(self.equations, base, before, violation)
+            return
         options = []
         for number in self.groups.touched(np.concatenate([violation.entering, violation.leaving])):
             own = self.groups.groups[number]
@@ -188,12 +205,21 @@ class ModeSearch:
             changes, size = (lambda m, own=own: int((m[own] != base[own]).sum())), (lambda m: int(m.sum()))
             modes.sort(key=lambda m: (size(m), changes(m)) if self.switching else (changes(m), size(m)))
             options.append((number, modes))
-        return self.groups.combined(base, options)
+        yield from self.groups.combined(base, options)
 
     def _allocate(self, sequence: ModeSequence) -> Modes | None:
         """Distribute the cells over a sequence, elements so that the steps are as equal as the switches allow."""
         numbers = self._numbers(sequence)
-        return None if numbers is None else np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
+        return None if numbers is None else self._repeated(sequence, numbers)
+
+    def _repeated(self, sequence: ModeSequence, numbers: np.ndarray) -> Modes:
+        """The modes of all cells; an impulse acts at the beginning of a mode only."""
+        modes = np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
+        if self._of_impulse.size:
+            repeats = np.ones(len(modes), dtype=bool)
+            repeats[np.cumsum([0, *numbers[:-1]])] = False
+            modes[repeats, self.equations.pairs :] = False
+        return modes
 
     def _numbers(self, sequence: ModeSequence) -> np.ndarray | None:
         """Number of cells of every mode, None if there are more modes than cells."""
@@ -224,7 +250,7 @@ class ModeSearch:
         layout, numbers = self.equations.layout, self._numbers(sequence)
         if numbers is None:
             return own
-        modes = np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
+        modes = self._repeated(sequence, numbers)
         steps = np.full(layout.elements, step.length / layout.elements)
         if self.switching:
             steps = np.repeat(np.diff([0.0, *sequence.ends]) * step.length / numbers, numbers)
@@ -250,6 +276,9 @@ class ModeSearch:
         begin = 0.0
         for n, h in enumerate(steps):
             own[layout.step(n)] = h
+            if layout.jump_size:
+                states_there = np.array([np.interp(begin, times, row) for row in states.T])
+                own[layout.jumped(n)] = states_there[list(layout.jump_states)]
             for j in range(layout.stages + layout.own_end):
                 fraction = 1.0 if j == layout.stages else c[j]
                 x = np.array([np.interp(begin + fraction * h, times, row) for row in states.T])
@@ -328,7 +357,8 @@ class ModeSearch:
 
     def _first_of_mode(self, modes: Modes, n: int) -> int:
         """The element in which the mode of element n begins; without switch detection H is continued from the first."""
-        while self.switching and n and (modes[n] == modes[n - 1]).all():
+        goes_on = self.equations.goes_on(modes)
+        while self.switching and n and goes_on[n - 1]:
             n -= 1
         return n if self.switching else 0
 

@@ -51,7 +51,7 @@ def end_sensitivity(transcription: Transcription, w: np.ndarray) -> Sensitivity:
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.5, Theorem 19.
     """
     system = transcription.ocp.system
-    if system.vanishing:
+    if not system.switches_in_pairs:
         raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
     n_x, length = system.state.numel(), transcription.ocp.duration / transcription.ocp.intervals
     equations = {count: ModeEquations(system, transcription.options, count) for count in set(transcription.elements)}

@@ -114,12 +114,12 @@ def _equal_steps(
     settings: SimulationSettings,
     progress: Callable[[StepReport], None] | None,
 ) -> Simulation:
-    options = (options or FesdOptions(elements=2)).with_form("integral" if system.vanishing else "differential")
+    options = (options or FesdOptions(elements=2)).with_form("differential" if system.switches_in_pairs else "integral")
     if not isinstance(options.elements, int):
         raise DimensionError(f"a simulation needs one number of elements for all steps, found {options.elements}")
     if options.step_freedom is None:
         options = replace(options, step_freedom=max(options.elements - 1.0, 1.0))
-    if settings.sensitivities and system.vanishing:
+    if settings.sensitivities and not system.switches_in_pairs:
         raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")
     stepper = Stepper(system, options, duration / controls.shape[1], settings)
     steps = controls.shape[1]
@@ -162,7 +162,7 @@ def _equal_steps(
         end = solved.own[stepper.equations.layout.end(stepper.equations.elements - 1)]
         x, z = end[: len(x)], end[len(x) :]
         states.append(x)
-        switches = int((np.diff(np.array(modes[-len(new) - 1 :]), axis=0) != 0).any(axis=1).sum())
+        switches = int((~stepper.equations.goes_on(np.array(modes[-len(new) - 1 :]))).sum())
         how = (solved.method, solved.trials, solved.iterations, solved.residual)
         reports.append(StepReport(k, steps, float(times[k + 1]), *how, switches))
         if progress:

@@ -57,7 +57,7 @@ class Phase:
 
     Attributes:
         start, end: numerical time.
-        mode: (n_pairs) booleans, where H may be positive.
+        mode: (n_pairs) booleans, where H may be positive; behind them, whether each impulse acts at the start.
         regions: the mode in words.
     """
 
@@ -89,7 +89,8 @@ class Simulation:
     Attributes:
         system, tableau: what was simulated and by which scheme.
         elements: finite elements in time order.
-        modes: the mode of every element, (n_pairs) each; without switch detection that of its last stage.
+        modes: the mode of every element, (n_pairs + n_impulses) each, whose last entries say which impulses act at its
+            left boundary; without switch detection that of its last stage.
         times, states: start, ends of the steps, and the states there, (steps + 1), (steps + 1, n_x).
         quadratures: name -> integral from the start to `times`, (steps + 1).
         reports: how every step was solved.
@@ -117,8 +118,9 @@ class Simulation:
     def phases(self) -> list[Phase]:
         """The time spans between the switches."""
         phases: list[Phase] = []
+        pairs = len(self.system.pairs)
         for element, mode in zip(self.elements, self.modes, strict=True):
-            if phases and (mode == phases[-1].mode).all():
+            if phases and (mode[:pairs] == phases[-1].mode[:pairs]).all() and not mode[pairs:].any():
                 phases[-1] = replace(phases[-1], end=element.end)
             elif element.step > 0:
                 phases.append(Phase(element.start, element.end, mode, self.system.in_words(mode)))

@@ -116,7 +116,10 @@ class Stepper:
     def direct(self) -> bool:
         """Whether steps of equal length between switches are what the options ask for, and pairs are all there is."""
         alike = self.options.step_equilibration != "difference" or self.equations.elements <= 2
-        return not self.system.vanishing and (alike or not self.options.switch_detection)
+        jump = self.system.jump
+        possible = self.options.switch_detection and jump.is_square if jump is not None else True
+        known = self.system.switches_in_pairs and possible
+        return known and (alike or not self.options.switch_detection)
 
     def _leavable(self, step: StepInput, found: FoundModes) -> bool:
         """Whether the modes of a solved step are not the only ones where they begin."""
@@ -134,7 +137,7 @@ class Stepper:
             modes: theirs, behind that of the element before if there is one.
             p: parameters.
         """
-        if not self.direct or not self.options.switch_detection:
+        if not self.direct or not self.options.switch_detection or self.system.jump is not None:
             return []
         before = modes[-len(elements) - 1] if len(modes) > len(elements) else None
         notes = []

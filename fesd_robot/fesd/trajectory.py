@@ -19,11 +19,14 @@ class Element:
     Attributes:
         interval: control interval, or simulation step, it belongs to.
         start, step: numerical time of its left end and its length.
-        x_left, z_left: state and algebraic variables at the left boundary (continuous from the element before).
+        x_left, z_left: state and algebraic variables at the left boundary (continuous from the element before, but for
+            states that jump there).
         x: states at the stages, and at the right end if it is not a stage, (points, n_x).
         z: algebraic variables at the stages, and at the right end if it has its own, (points, n_z).
         u: control, (n_u).
         slopes: dx/dt at the stages, (n_s, n_x); zero in the integral form if the step is.
+        jump: y of the jump at the left boundary, (n_y); empty where the state is continuous.
+        before_jump: state before it, (n_x); None where the state is continuous.
     """
 
     interval: int
@@ -35,6 +38,13 @@ class Element:
     z: np.ndarray
     u: np.ndarray
     slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    jump: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    before_jump: np.ndarray | None = None
+
+    @property
+    def x_before(self) -> np.ndarray:
+        """State that the element before ends with, (n_x)."""
+        return self.x_left if self.before_jump is None else self.before_jump
 
     @property
     def end(self) -> float:
@@ -68,19 +78,24 @@ def interval_elements(
     values, slopes = (np.asarray(part).T for part in states(left[:n_x], own))
     points = len(values) // layout.elements
     for n in range(layout.elements):
-        step = float(own[layout.step(n)])
+        step, x_left, before = float(own[layout.step(n)]), left[:n_x], None
+        if layout.jump_size:
+            before, x_left = x_left, x_left.copy()
+            x_left[list(layout.jump_states)] = own[layout.jumped(n)]
         scale = 1.0 if layout.slopes else (1.0 / step if step > 0 else 0.0)  # the integral form gives h K_j
         elements.append(
             Element(
                 interval=interval,
                 start=start,
                 step=step,
-                x_left=left[:n_x],
+                x_left=x_left,
                 z_left=left[n_x:],
                 x=values[n * points : (n + 1) * points],
                 z=np.array([own[layout.algebraic(n, j)] for j in range(layout.stages + layout.end_algebraic)]),
                 u=own[: layout.n_u],
                 slopes=slopes[n * layout.stages : (n + 1) * layout.stages] * scale,
+                jump=own[layout.jump(n)],
+                before_jump=before,
             )
         )
         start += step

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Label, Place
+from fesd_robot.dcs import Jump
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
 from fesd_robot.fesd.apart import conditions_block, is_large, stages_block
@@ -172,10 +173,20 @@ class Transcription:
             state_upper = np.minimum(state_upper, ocp.last_state_upper)
         low, high, start = np.full(layout.size, -np.inf), np.full(layout.size, np.inf), np.zeros(layout.size)
         low[: layout.n_u], high[: layout.n_u], start[: layout.n_u] = ocp.control_lower, ocp.control_upper, u
+
+        def put_jump(jump: Jump, n: int) -> None:
+            states, where = list(jump.states), layout.jump(n)
+            infinite = np.full(len(jump.algebraic_lower), np.inf)
+            low[where] = np.concatenate([ocp.state_lower[states], jump.algebraic_lower])
+            high[where] = np.concatenate([state_upper[states], infinite])
+            start[layout.jumped(n)] = ocp.state_guess(k * length + n * step)[states]
+
         for n in range(count):
             at = layout.step(n)
             low[at], high[at] = step_bounds(ocp, self.options, count)
             start[at] = step
+            if system.jump is not None:
+                put_jump(system.jump, n)
             for j in range(layout.stages + layout.own_end):
                 fraction = 1.0 if j == layout.stages else tableau.c[j]
                 x = ocp.state_guess(k * length + (n + fraction) * step)
@@ -222,7 +233,7 @@ class Transcription:
             raise DimensionError(f"{len(elements)} elements for a problem with {sum(self.elements)}")
         first = elements[0]
         w = self.problem.start.copy()
-        w[self.indices.point(0)] = np.concatenate([first.x_left, first.z_left])
+        w[self.indices.point(0)] = np.concatenate([first.x_before, first.z_left])
         remaining = iter(elements)
         for k, count in enumerate(self.elements):
             own, _ = self.interval_variables(w, k)  # a view
@@ -246,6 +257,8 @@ class Transcription:
             DimensionError: an element with another number of stages.
         """
         own[: layout.n_u], own[layout.step(n)] = element.u, element.step
+        own[layout.jump(n)] = element.jump
+        own[layout.jumped(n)] = element.x_left[list(layout.jump_states)]
         if len(element.slopes) != layout.stages:
             raise DimensionError(f"an element with {len(element.slopes)} stages for a scheme with {layout.stages}")
         for j in range(layout.stages):

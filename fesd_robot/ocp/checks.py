@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Contact
+from fesd_robot.contact import Contact, MultibodyDynamics
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.targets import waypoint_ends
 from fesd_robot.ocp.timing import TimeGrid
@@ -137,3 +137,24 @@ def _hard_targets(task: Task, grid: TimeGrid) -> Iterator[_HardTarget]:
             if name in waypoint.configuration:
                 key, time = ("waypoints", str(i), "configuration", name), grid.upper * end / grid.intervals
                 yield _HardTarget(key, name, waypoint.configuration[name], width, time)
+
+
+def check_impulses(task: Task, dynamics: MultibodyDynamics, contacts: Sequence[Contact]) -> None:
+    """Raise if the task asks for impulses where only a clock that stops knows what happens.
+
+    Raises:
+        TaskError: at the transcription of contact.
+    """
+    if task.method.contact != "impulses":
+        return
+    in_space = [contact.name for contact in contacts if contact.in_space]
+    limited = [contact.name for contact in contacts if contact.limits_slip]
+    for what, names in (
+        ("dry friction in joints", list(dynamics.dry_friction)),
+        ("contact in space", in_space),
+        ("a limit of the slip distance", limited),
+    ):
+        if names:
+            raise task.error(
+                "method.contact", f"found 'impulses' for a robot with {what} ({', '.join(names)}), expected 'freezing'"
+            )

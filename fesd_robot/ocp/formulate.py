@@ -22,7 +22,14 @@ from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven
-from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_forces, check_inertia, check_pace
+from fesd_robot.ocp.checks import (
+    check_contacts_move,
+    check_dry_friction,
+    check_forces,
+    check_impulses,
+    check_inertia,
+    check_pace,
+)
 from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
 from fesd_robot.ocp.guess import guess_of
@@ -110,6 +117,7 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
     dynamics = _multibody_dynamics(robot, actuation)
     contacts = _contacts(task, robot, dynamics.configuration, scene)
     check_contacts_move(task, contacts, dynamics.configuration)
+    check_impulses(task, dynamics, contacts)
     task = with_configurations(task, robot, contacts, dynamics.configuration)
     limits = limits_of(task, robot)
     task = with_promises(task, robot, limits)
@@ -133,6 +141,7 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
         dynamics,
         contacts,
         ContactOptions(
+            transcription=task.method.contact,
             form=formulation.type,
             gap=formulation.gap,
             baumgarte_gain=formulation.baumgarte_gain,

@@ -21,8 +21,9 @@ START_DRIFT = 1e-6
 def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     """Return the optimal control problem.
 
-    Every interval ends when the clock says kT/N. Of a free duration T only the bounds are known: the clock at the end
-    lies between them, and the intervals are equal, ``t_k = k / (k + 1) t_{k+1}``.
+    Every interval ends when the clock says kT/N; where it never stops its speed is 1 instead. Of a free duration T
+    only the bounds are known: the clock at the end lies between them, and the intervals are equal,
+    ``t_k = k / (k + 1) t_{k+1}``.
     """
     grid, limits, actuation = parts.grid, parts.limits, parts.actuation
     contact_system, reference = parts.contact_system, parts.reference
@@ -39,6 +40,8 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     free_gaps, slip_limits = np.full(parts.gap_states, np.inf), parts.slip_limits
     free_slip = np.full_like(slip_limits, np.inf)
     costs = running_costs(parts)
+    pace = (speed.lower, speed.upper) if contact_system.clock_stops or grid.free else (1.0, 1.0)
+    on_grid = grid.free or not contact_system.clock_stops
     return OptimalControlProblem(
         system=contact_system.system,
         duration=grid.nominal,
@@ -55,15 +58,15 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         ),
         terminal_lower=np.concatenate([goal_lower, [last_clock[0]], -free_gaps, -free_slip]),
         terminal_upper=np.concatenate([goal_upper, [last_clock[1]], free_gaps, slip_limits]),
-        control_lower=np.append(actuation.lower, speed.lower),
-        control_upper=np.append(actuation.upper, speed.upper),
+        control_lower=np.append(actuation.lower, pace[0]),
+        control_upper=np.append(actuation.upper, pace[1]),
         state_guess=guess,
         control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
         running_cost=costs,
         relaxed_costs=relaxed_costs(parts),
         terminal_cost=terminal_costs(parts),
-        interval_end=ca.SX(0, 1) if grid.free else parts.clock - parts.parameters[n_q],
-        interval_end_names=() if grid.free else ("clock",),
+        interval_end=ca.SX(0, 1) if on_grid else parts.clock - parts.parameters[n_q],
+        interval_end_names=() if on_grid else ("clock",),
         constraints=_constraints(parts),
     )
 

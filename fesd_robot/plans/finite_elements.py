@@ -23,6 +23,8 @@ class FiniteElements(Record):
         controls: by element, the speed of time last, (E n_u,).
         active: of every element, the letters of the factors that are zero: G, H, or C for the complement; small ones
             for an element without length.
+        lefts: state that every element starts from, (E n_x,), where impulses act between them; None where each starts
+            from the end of the one before.
     """
 
     scheme: Literal["radau_iia", "gauss_legendre"]
@@ -37,3 +39,4 @@ class FiniteElements(Record):
     slopes: Array
     controls: Array
     active: list[str]
+    lefts: Array | None = None

@@ -88,10 +88,12 @@ def _contacts(plan: Plan) -> str:
         for name, contact in plan.contacts.items()
     ]
     text += "\n" + markdown_table(["contact", "highest clearance [m]", "largest normal force [N]"], highest)
+    laws = ["the integrated one (friction acts along the impact)", "Newton's with an impulse cone"]
+    if plan.task["method"].get("contact") == "impulses":
+        laws.reverse()
     return text + (
         "\nImpacts are inelastic, or bounce with the coefficient of restitution that the task gives. Where normal and "
-        "tangential directions couple through the mass matrix, the impact law is the integrated one (friction acts "
-        "along the impact), not one with an impulse cone.\n"
+        f"tangential directions couple through the mass matrix, the impact law is {laws[0]}, not {laws[1]}.\n"
     )
 
 

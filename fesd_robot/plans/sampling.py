@@ -94,11 +94,13 @@ class PlannedMotion:
         count, n_x = len(elements.step), len(elements.states)
         points = elements.states_at.reshape(count, -1, n_x)
         lefts = np.vstack([elements.left[None, :n_x], points[:-1, -1]])
+        if elements.lefts is not None:
+            lefts = elements.lefts.reshape(count, n_x)
         running, first = self._rows_of_elements(points)
         nodes = np.concatenate([lefts[running, None], points[running, : elements.stages]], axis=1)
         rows = first[:, None] + np.arange(elements.stages)
         self._rows, self._interval = first, np.rint(elements.interval[running]).astype(int)
-        self._start, self._end = lefts[0], points[-1, -1]
+        self._start, self._end = elements.left[:n_x], points[-1, -1]
         self.polynomials = self._polynomials(elements.scheme, elements.stages, nodes, rows)
 
     @property

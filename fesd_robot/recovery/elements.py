@@ -9,7 +9,15 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import Contact, ContactMode, ContactSystem, MultibodyDynamics, contact_modes, joint_modes
+from fesd_robot.contact import (
+    Contact,
+    ContactMode,
+    ContactSystem,
+    MultibodyDynamics,
+    acting_impulses,
+    contact_modes,
+    joint_modes,
+)
 from fesd_robot.fesd import Element, Tableau
 from fesd_robot.orientations import with_unit_quaternions
 from fesd_robot.recovery.between import FRACTIONS, DenseElement
@@ -35,7 +43,7 @@ class ElementPhysics:
     Attributes:
         frozen: the clock stands still.
         force: normal and tangential force of every contact at the points, N, (points, n_c, rows).
-        impulse: their integral over a frozen element, N s, (n_c, rows).
+        impulse: their integral over a frozen element, or impulses at the left boundary, N s, (n_c, rows).
         rate: theta_ODE s = dt/dtau at the points, (points,).
         modes: that every contact shows, `SLIP_VELOCITY`; empty if frozen.
         branch_modes: of the branch, also where a contact that could slip does not; empty if frozen.
@@ -100,6 +108,14 @@ class ElementReader:
             [contact_system.system.algebraic],
             [contact_system.theta_ode, multipliers, contact_system.theta_error, shares],
         )
+        jump, impulses = contact_system.system.jump, contact_system.impulses
+        self._jump = None
+        if jump is not None:
+            pushes = [
+                ca.horzcat(own.normal, c.friction * own.tangential[0])
+                for own, c in zip(impulses, contacts, strict=True)
+            ]
+            self._jump = ca.Function("impulses", [jump.symbols], [ca.densify(ca.vertcat(*pushes))])
         self._tangential_velocities = ca.Function(
             "tangential_velocities",
             [dynamics.configuration, dynamics.velocity],
@@ -146,7 +162,7 @@ class ElementReader:
         return ElementPhysics(
             frozen=frozen,
             force=push / np.maximum(rate, 1e-300)[:, None, None],
-            impulse=element.step * np.tensordot(self.tableau.b, push[:stages], axes=1),
+            impulse=self._impulse(number, element, push[:stages]),
             rate=rate,
             modes=modes,
             branch_modes=branch_modes,
@@ -155,6 +171,13 @@ class ElementReader:
             joint_modes=joint_modes,
             joint_branch_modes=joint_branch_modes,
         )
+
+    def _impulse(self, number: int, element: Element, push: np.ndarray) -> np.ndarray:
+        """Return the impulse of every contact, (n_c, rows): where the velocity jumps, of those that act."""
+        if self._jump is None:
+            return np.asarray(element.step * np.tensordot(self.tableau.b, push, axes=1))
+        acting = acting_impulses(self._branch, number)
+        return np.where([[acting[name]] for name in self._names], np.asarray(self._jump(element.jump)), 0.0)
 
     def between(self, element: Element, physics: ElementPhysics) -> DenseElement:
         """Return the states of an element at `FRACTIONS` of it, from its collocation polynomial."""

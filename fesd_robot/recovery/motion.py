@@ -144,6 +144,8 @@ def recover(
         if physics.frozen:
             samples.add_impulse(element, physics.impulse)
         else:
+            if element.jump.size and physics.impulse.any():
+                samples.add_impulse(element, physics.impulse)
             samples.add_motion(element, physics)
         if number + 1 == len(elements) or elements[number + 1].interval != element.interval:
             clock.append(reader.clock(element.x[-1]))

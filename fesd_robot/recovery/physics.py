@@ -25,6 +25,7 @@ class NumericPhysics:
         control_matrix: q -> B, (n_v, n_u).
         in_space: whether contacts have two tangents; a circle is a ball then.
         restitution: name of a contact -> its coefficient of restitution, 0 to 1; 0 of those that are left out.
+        impacts_at_once: whether friction in an impact follows the velocity after it, instead of acting along it.
 
     Attributes:
         scene: surfaces, and what touches what.
@@ -45,8 +46,10 @@ class NumericPhysics:
         *,
         in_space: bool = False,
         restitution: Mapping[str, float] = MappingProxyType({}),
+        impacts_at_once: bool = False,
     ) -> None:
         self.scene = scene
+        self.impacts_at_once = impacts_at_once
         self.rows = 3 if in_space else 2
         self._model = robot.model
         self._data = robot.model.createData()

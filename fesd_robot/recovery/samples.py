@@ -48,10 +48,10 @@ class Samples:
         self.joint_phases: list[ContactPhase] = []
 
     def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
-        """An element in which the clock stands still."""
+        """An element in which the clock stands still, or before which impulses act."""
         if not self._rows:
             n_c, self._provisional = self._reader.n_c, True
-            self._append(element.x_left, element, np.zeros((n_c, self._reader.rows)), [ContactMode.FLIGHT] * n_c)
+            self._append(element.x_before, element, np.zeros((n_c, self._reader.rows)), [ContactMode.FLIGHT] * n_c)
         self._pending += impulse
 
     def add_motion(self, element: Element, physics: ElementPhysics) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from fesd_robot.recovery.contact_rows import by_contact, normal_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess, ImpactState
+from fesd_robot.replay.impulse_cone import impact_at_once
 
 LEAST_REBOUND = 1e-3
 """m/s; a contact that would part more slowly has no restitution, so that ever smaller bounces come to an end: one of
@@ -70,9 +71,13 @@ def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.n
         q, v: configuration (n_q) and velocity before (n_v).
         touching: contacts whose gap is closed, (n_c) of bool.
 
+    Where the physics has its impacts happen at once, `impulse_cone.impact_at_once` is the law instead.
+
     Source: Nurkanovic et al., arXiv 2111.06759, section 3: the auxiliary dynamics of time freezing, as an impact law;
     Stronge, Impact Mechanics (2000), chapter 3, for restitution by the work of the normal force.
     """
+    if physics.impacts_at_once:
+        return Impact(*impact_at_once(physics, q, v, touching))
     jacobian = physics.contact_jacobian(q)
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)

@@ -41,6 +41,13 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             for time in constraint.times:
                 yield from _time(task, ("constraints", name, "times"), time)
     yield from _costs(task)
+    free = isinstance(task.horizon.duration, FreeDuration)
+    if task.method.contact == "impulses" and not free and "speed_of_time" in task.limits.model_fields_set:
+        yield conflict(
+            ("limits", "speed_of_time"),
+            "found limits of the speed of time, which is 1 with a fixed horizon.duration and method.contact: impulses; "
+            "expected no such key",
+        )
 
 
 def _costs(task: Task) -> Iterator[PydanticCustomError]:

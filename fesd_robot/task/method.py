@@ -9,6 +9,9 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fesd_robot.task.fields import Count, NonNegative, Positive, Section, conflict, expected, is_number
 
+IMPULSES_RATIO = 5.0
+"""Default of `Solver.velocity_level_ratio` with impulses, with which motions are found more often."""
+
 MAX_STAGES = 9
 """Most stages of a scheme that a task can ask for."""
 
@@ -112,6 +115,12 @@ class Method(Section):
     elements: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
         default=3, description="Number of finite elements per control interval; an impact needs 3."
     )
+    contact: Literal["freezing", "impulses"] = Field(
+        default="freezing",
+        description="How impacts are transcribed: in elements in which physical time stands still (freezing), or as "
+        "impulses between two elements (impulses; in the plane, without dry friction of joints and without a number "
+        "for slipping).",
+    )
     formulation: Formulation = Field(
         default_factory=Formulation, description="How contact becomes switching functions."
     )
@@ -158,6 +167,24 @@ class Method(Section):
     )
 
     @model_validator(mode="after")
+    def _used(self) -> Method:
+        if self.contact == "impulses":
+            found = self.auxiliary_force
+            if self.formulation.type != "multipliers":
+                raise conflict(
+                    ("formulation", "type"),
+                    "found steps, which has no effect with contact: impulses, expected no such key or contact: "
+                    "freezing",
+                )
+            if found != "auto":
+                raise conflict(
+                    ("auxiliary_force",),
+                    f"found {found:g}, which has no effect with contact: impulses, expected no such key or contact: "
+                    "freezing",
+                )
+        return self
+
+    @model_validator(mode="after")
     def _aggregation_fits(self) -> Method:
         if self.formulation.type == "multipliers" and self.cross_complementarity in ("lambda_sum", "sum_sum"):
             raise conflict(
@@ -182,7 +209,7 @@ class Solver(Section):
         default=30.0,
         description="How much larger the relaxation of complementarities on the velocity level is than that of those "
         "on the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
-        "before what happens there.",
+        "before what happens there. With method.contact impulses the default is 5.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     polish: bool = Field(

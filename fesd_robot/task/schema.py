@@ -20,7 +20,7 @@ from fesd_robot.task.fields import Name, Section, Values, conflict
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, Plane
 from fesd_robot.task.limits import Limits
-from fesd_robot.task.method import Method, Output, Solver
+from fesd_robot.task.method import IMPULSES_RATIO, Method, Output, Solver
 from fesd_robot.task.origins import KeyPath, Origins
 from fesd_robot.task.reference import Line, Reference
 from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX, Robot
@@ -86,6 +86,13 @@ class Task(Section):
     def _consistent(self) -> Task:
         for error in consistency_errors(self):
             raise error
+        return self
+
+    @model_validator(mode="after")
+    def _ratio_of_impulses(self) -> Task:
+        if self.method.contact == "impulses" and "velocity_level_ratio" not in self.solver.model_fields_set:
+            solver = self.solver.model_copy(update={"velocity_level_ratio": IMPULSES_RATIO})
+            object.__setattr__(self, "solver", solver)  # a default that depends on another section
         return self
 
     @model_validator(mode="after")

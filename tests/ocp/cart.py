@@ -68,11 +68,11 @@ PUCK = """\
 """One kilogram that slides on the ground without friction, pushed and lifted with up to 30 N."""
 
 
-def puck(folder: Path, text: str) -> Task:
+def puck(folder: Path, text: str, *, friction: float = 0.0) -> Task:
     """The task of a puck with these further keys."""
     (folder / "puck.urdf").write_text(PUCK, encoding="utf-8")
     path = folder / "task.yaml"
-    head = "name: puck\nrobot: {model: puck.urdf}\ncontacts: {foot: {frame: puck, friction: 0}}\n"
+    head = f"name: puck\nrobot: {{model: puck.urdf}}\ncontacts: {{foot: {{frame: puck, friction: {friction:g}}}}}\n"
     path.write_text(head + text, encoding="utf-8")
     return load_task(path)
 

@@ -160,6 +160,7 @@ class _Chain:
     """Three masses on a line; contacts between neighbours, without friction."""
 
     rows = 2
+    impacts_at_once = False
 
     def __init__(self, restitution: float) -> None:
         self.friction, self.restitution = np.zeros(2), np.full(2, restitution)

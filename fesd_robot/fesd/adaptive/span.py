@@ -137,6 +137,8 @@ def simulate_span(
         ModelError: a system with vanishing constraints.
         SimulationError: the motion cannot be continued, or passes a bound.
     """
+    if system.jump is not None:
+        raise ModelError("a span of time needs a state that is continuous, this system's jumps; give a number of steps")
     if system.vanishing:
         raise ModelError(
             "a span of time needs pairs 0 <= G _|_ H >= 0 only, this system has vanishing constraints; give a number "

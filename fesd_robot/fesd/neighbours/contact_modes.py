@@ -34,8 +34,9 @@ class ContactModes:
     @classmethod
     def of(cls, conditions: ElementConditions, branch: Branch) -> list[ContactModes]:
         """Return the modes of every contact that has a condition of the position level, and of every joint."""
+        own = branch.conditions[: len(conditions.members)]
         found = [
-            cls(name, conditions, tuple(i for i, label in enumerate(branch.conditions) if label.contact == name))
+            cls(name, conditions, tuple(i for i, label in enumerate(own) if label.contact == name))
             for name in branch.contacts
         ]
         joints = [cls(name, conditions, tuple(group), is_joint=True) for name, group in conditions.shares.items()]
@@ -85,6 +86,8 @@ class ContactModes:
             contact: the mode after the impact.
             state, algebraic: before the impact, (n_x) and (n_z).
         """
+        if self.conditions.jumps:
+            return []  # an impact is an impulse where the contact begins
         values = np.asarray(self.conditions.values(state, algebraic)).ravel()
         own = [self.conditions.members[i] for i in self.members]
         parts = self.parts

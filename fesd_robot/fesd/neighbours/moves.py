@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, pairwise
 
@@ -14,7 +14,7 @@ from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, Run, intervals_of, pattern_of, runs_of
 from fesd_robot.fesd.neighbours.placing import Placing
 from fesd_robot.fesd.neighbours.switches import EARLIER, LATER, Switch, switches_of
-from fesd_robot.fesd.polishing import ElementConditions
+from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
 from fesd_robot.fesd.transcription import Transcription
 
 SHORT_RUN = 3
@@ -102,6 +102,7 @@ def moves(
         branch: on which it lies.
         joints: whether those of joints with dry friction are among them; they follow the contacts.
     """
+    branch = without_impulses(conditions, branch)
     placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
     changes: list[_Change] = []
     switches: list[list[Switch]] = []
@@ -116,7 +117,8 @@ def moves(
     together = _shifted_together(switches)
     for change in (*together, *changes) if len(switches) > PAIR else (*changes, *together):
         for neighbour in placing.placed(change.steps):
-            yield Move(change.key, change.what, change.intervals, neighbour)
+            impacts = with_impulses(conditions, neighbour.branch)
+            yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts))
 
 
 def _shifted(switches: Sequence[Switch]) -> Iterator[_Change]:

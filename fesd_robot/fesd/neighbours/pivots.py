@@ -11,7 +11,7 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
 from fesd_robot.fesd.neighbours.patterns import Factors, with_mode
-from fesd_robot.fesd.polishing import ElementConditions
+from fesd_robot.fesd.polishing import ElementConditions, with_impulses
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
@@ -64,7 +64,7 @@ class Pivots:
 
     def _with(self, changed: dict[int, Factors]) -> Branch:
         factors = [changed.get(e, own) for e, own in enumerate(self.branch.factors)]
-        return replace(self.branch, factors=tuple(factors))
+        return with_impulses(self.conditions, replace(self.branch, factors=tuple(factors)))
 
     @cached_property
     def _contacts(self) -> list[ContactModes]:
@@ -91,7 +91,7 @@ class Pivots:
     def _rate(self, e: int) -> float:
         """Return the largest rate of a factor that an element holds at zero."""
         rates, held = self._rates(e), self.branch.factors[e]
-        at = [member.quantity(factor) for member, factor in zip(self.conditions.members, held, strict=True)]
+        at = [member.quantity(factor) for member, factor in zip(self.conditions.members, held, strict=False)]
         return float(np.abs(rates[at]).max(initial=0.0))
 
     def _completed(self, e: int) -> Factors | None:

@@ -2,6 +2,7 @@
 
 from fesd_robot.fesd.polishing.around import problem_around
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions, conditions_of
+from fesd_robot.fesd.polishing.jumps import with_impulses, without_impulses
 from fesd_robot.fesd.polishing.reading import read_branch
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 
@@ -12,4 +13,6 @@ __all__ = [
     "conditions_of",
     "problem_around",
     "read_branch",
+    "with_impulses",
+    "without_impulses",
 ]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -32,11 +33,13 @@ class PointIndices(NamedTuple):
     Attributes:
         state, algebraic: index of its first state and algebraic variable among the variables.
         row: index of its first row.
+        after_jump: number of a state that may jump at this point -> its index afterwards; empty where none did.
     """
 
     state: int
     algebraic: int
     row: int
+    after_jump: Mapping[int, int] = MappingProxyType({})
 
 
 class ElementIndices(NamedTuple):
@@ -47,11 +50,15 @@ class ElementIndices(NamedTuple):
         points: its points, without the left boundary.
         first_row: index of the first of its `ElementRows`.
         state_rows: index of a state -> the rows that are its dynamics.
+        jump: index of the first variable of the jump at its left boundary.
+        jumped: number of a state that may jump -> its index after that.
         step_difference: index of the row that is the length of the next element of the interval minus its own; that of
             the last element is no such row.
     """
 
     step: int
+    jump: int
+    jumped: Mapping[int, int]
     points: list[PointIndices]
     first_row: int
     state_rows: dict[int, list[int]]
@@ -68,7 +75,8 @@ class BoundsBuilder:
         self._problem = branch_transcription.problem
         self._equally_long, self._resting_ends = branch_transcription.equally_long, branch_transcription.resting_ends
         self._rows = branch_transcription.element_rows
-        self._patterns = branch_transcription.row_patterns if self._conditions.have_companions else []
+        self._idle_rows = self._conditions.have_companions or bool(self._conditions.jumps)
+        self._patterns = branch_transcription.row_patterns if self._idle_rows else []
         self._stages = transcription.options.tableau.stages
         self._start_state = transcription.ocp.initial_lower
         self._start_is_free = bool((transcription.ocp.initial_lower < transcription.ocp.initial_upper).any())
@@ -92,10 +100,11 @@ class BoundsBuilder:
                 self._remove(e, factors if before is None else before)
                 continue
             frozen = ActiveFactor.COMPLEMENT in factors
-            for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
+            left = self._hold_jump(e, left, factors)
+            for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
                 if frozen and member.condition.share:
                     self._vanish(e, i)
-                elif self._conditions.met(i, factors):
+                elif self._conditions.met(i, factors) or self._follows(i, factors, before):
                     continue
                 elif member.condition.met_by and factor is ActiveFactor.G:
                     self._hold_while_moving(e, i, before)
@@ -106,7 +115,7 @@ class BoundsBuilder:
             if frozen:
                 self._make_room(e)
             left, before = self._elements[e].points[-1], factors
-        if self._conditions.have_companions:
+        if self._idle_rows:
             self._leave_out_idle_rows()
         return BranchBounds(self._lower, self._upper, self._g_lower, self._g_upper)
 
@@ -122,7 +131,7 @@ class BoundsBuilder:
         if member.condition.right_boundary_only:
             self._clamp(quantity, self._elements[e].points[-1], member.direction, one_side=True)
             return
-        held_here = left is not self._start or self._start_is_free or not vanishing
+        held_here = left is not self._start or bool(left.after_jump) or self._start_is_free or not vanishing
         begins = [left] if held_here and not member.condition.stages_only else []
         if member.invariant_state is None:
             for point in [*begins, *self._elements[e].points]:
@@ -144,6 +153,38 @@ class BoundsBuilder:
             self._limit(first + rows.since_left(point, (member.G, member.condition.recall)), member.direction)
         if not last_only and (left is not self._start or self._start_is_free):
             self._clamp(self._conditions.quantities[member.G], left, member.direction, one_side=True)
+
+    def _hold_jump(self, e: int, left: PointIndices, factors: tuple[ActiveFactor, ...]) -> PointIndices:
+        """Hold the active factors of the jump at the left boundary of an element; return the boundary after it."""
+        indices, count = self._elements[e], len(self._conditions.members)
+        if not self._conditions.jumping(factors):
+            self._no_impulse(e)
+            return left
+        row = indices.first_row + self._rows.after_jump()
+        after = left._replace(row=row, after_jump=indices.jumped)
+        for jump, factor in zip(self._conditions.jumps, factors[count:], strict=True):
+            if factor is ActiveFactor.H:
+                for i in jump.variables:
+                    self._fix(indices.jump + i)
+            elif jump.law is not None:
+                row = indices.first_row + self._rows.law(jump.law)
+                self._g_lower[row] = self._g_upper[row] = 0.0
+            else:
+                assert jump.G is not None, jump.condition.label
+                quantity, vanishing = self._conditions.quantities[jump.G], jump.condition.vanishing
+                self._clamp(quantity, after, jump.direction, one_side=vanishing)
+        return after
+
+    def _no_impulse(self, e: int) -> None:
+        for jump in self._conditions.jumps:
+            for i in jump.variables:
+                self._fix(self._elements[e].jump + i)
+
+    def _follows(self, i: int, factors: tuple[ActiveFactor, ...], before: tuple[ActiveFactor, ...] | None) -> bool:
+        """Return whether an impulse, or contact before, has seen to a condition for the left boundary alone."""
+        alone = self._conditions.members[i].condition.left_boundary_only and bool(self._conditions.jumps)
+        went_on = before is None or before[i] is ActiveFactor.G or self._conditions.jumping(factors)
+        return alone and factors[i] is ActiveFactor.G and went_on
 
     def _hold_while_moving(self, e: int, i: int, before: tuple[ActiveFactor, ...] | None) -> None:
         """Hold G of a condition that rest meets: at all points, between them, and by its slope where rest begins.
@@ -223,7 +264,8 @@ class BoundsBuilder:
         """No length, no multipliers, and the states of the left boundary, whose bounds need not be repeated."""
         at = self._elements[e].step
         self._lower[at] = self._upper[at] = 0.0
-        for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=True)):
+        self._no_impulse(e)
+        for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
             if i not in self._conditions.rests and (member.condition.vanishing or factor is ActiveFactor.H):
                 for point in self._with_H(e, member):
                     self._clamp(self._conditions.quantities[member.H], point, 1, one_side=False)
@@ -242,7 +284,7 @@ class BoundsBuilder:
                 self._limit(point.row + quantity.row, side)
             return
         for i in quantity.variables:
-            at = point.state + i if i < self._n_x else point.algebraic + i - self._n_x
+            at = point.after_jump.get(i, point.state + i) if i < self._n_x else point.algebraic + i - self._n_x
             zero = -quantity.offset * quantity.sign
             if direction * quantity.sign > 0 or not one_side:
                 self._upper[at] = min(self._upper[at], zero)
@@ -272,6 +314,8 @@ def _element_indices(branch_transcription: BranchTranscription) -> list[ElementI
                 elements.append(
                     ElementIndices(
                         step=offset + layout.step(n),
+                        jump=offset + layout.jump(n).start,
+                        jumped=dict(zip(layout.jump_states, (offset + layout.jumped(n)).tolist(), strict=True)),
                         points=[
                             PointIndices(
                                 offset + layout.state(n, j).start,

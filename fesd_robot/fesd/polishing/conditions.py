@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Complementarity, Label
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.dcs.jump import ABOVE_LAW, IMPACT_LAW
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,27 @@ class ConditionFactors:
 
 
 @dataclass(frozen=True)
+class JumpFactors:
+    """A condition of the jump at the left boundary of an element.
+
+    Attributes:
+        condition: of the system's jump.
+        G: index of a quantity, at the left boundary after the jump; None if it is a law.
+        direction: G of the condition is `direction`, +1 or -1, times its quantity, or its law.
+        law: number of the impulse whose law it is; None if it is none.
+        variables: those whose sum is H, as indices into y.
+        impulse: number of the impulse that it belongs to.
+    """
+
+    condition: Complementarity
+    G: int | None
+    direction: int
+    law: int | None
+    variables: tuple[int, ...]
+    impulse: int
+
+
+@dataclass(frozen=True)
 class ElementConditions:
     """All complementarity conditions of a system and the quantities they are made of.
 
@@ -68,6 +90,8 @@ class ElementConditions:
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
         recalled: (quantity, e) of the conditions that recall their G, each once.
+        jumps: conditions of the jump at the left boundary, if there may be one.
+        jump_values: (x, y) -> the laws of its impulses, `laws` of them, and then every H of `jumps`.
     """
 
     members: tuple[ConditionFactors, ...]
@@ -76,11 +100,24 @@ class ElementConditions:
     rows: ca.Function
     row_count: int
     recalled: tuple[tuple[int, float], ...]
+    jumps: tuple[JumpFactors, ...] = ()
+    jump_values: ca.Function | None = None
+    laws: int = 0
 
     @cached_property
     def labels(self) -> tuple[Label, ...]:
-        """One a member."""
-        return tuple(member.condition.label for member in self.members)
+        """One a member, and one a condition of the jump."""
+        own = tuple(member.condition.label for member in self.members)
+        return own + tuple(jump.condition.label for jump in self.jumps)
+
+    def goes_on(self, before: Sequence[ActiveFactor], factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether an element has the mode of the one before it, and no impulse acts between them."""
+        count = len(self.members)
+        return tuple(before[:count]) == tuple(factors[:count]) and not self.jumping(factors)
+
+    def jumping(self, factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether an impulse acts at the left boundary of an element."""
+        return any(factor is ActiveFactor.G for factor in factors[len(self.members) :])
 
     @cached_property
     def shares(self) -> dict[str, list[int]]:
@@ -197,6 +234,7 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
         )
     x_z = [system.state, system.algebraic]
     recalled = [(member.G, member.condition.recall) for member in members if member.condition.recall]
+    jumps = _jump_factors(system, quantities)
     return ElementConditions(
         recalled=tuple(dict.fromkeys(recalled)),
         members=tuple(members),
@@ -204,7 +242,38 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
         values=ca.Function("quantities", x_z, [ca.vertcat(*[one.expression for one in quantities.known])]),
         rows=ca.Function("rows", x_z, [ca.densify(ca.vertcat(ca.SX(0, 1), *quantities.rows))]),
         row_count=len(quantities.rows),
+        jumps=jumps,
+        jump_values=_jump_values(system, jumps),
+        laws=len(system.impulses),
     )
+
+
+def _jump_factors(system: ComplementaritySystem, quantities: _Quantities) -> tuple[JumpFactors, ...]:
+    """Return the conditions of the system's jump, in its order."""
+    jump, factors = system.jump, []
+    if jump is None:
+        return ()
+    contacts = [impulse.contact for impulse in jump.impulses]
+    nonnegative = np.concatenate([np.zeros(len(jump.states), bool), jump.algebraic_lower >= 0])
+    for condition in jump.complementarities(system.pairs):
+        impulse = contacts.index(str(condition.label.contact))
+        is_law, direction = condition.label.kind == IMPACT_LAW, 1
+        index: int | None = None
+        if is_law:
+            direction = 1 if condition.label.subject == ABOVE_LAW else -1
+        else:
+            index, direction = quantities.index(condition.G, either_sign=condition.vanishing)
+        variables = _affine(condition.H, jump.symbols, nonnegative)[0]
+        law = impulse if is_law else None
+        factors.append(JumpFactors(condition, index, direction, law, variables, impulse))
+    return tuple(factors)
+
+
+def _jump_values(system: ComplementaritySystem, jumps: Sequence[JumpFactors]) -> ca.Function | None:
+    if system.jump is None:
+        return None
+    values = [*(impulse.law for impulse in system.impulses), *(one.condition.H for one in jumps)]
+    return ca.Function("jump", [system.state, system.jump.symbols], [ca.densify(ca.vertcat(*values))])
 
 
 class _Quantities:

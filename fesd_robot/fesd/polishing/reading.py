@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions
+from fesd_robot.fesd.polishing.jumps import jump_factors
 from fesd_robot.fesd.trajectory import Element
 
 WITHOUT_LENGTH = 0.03
@@ -47,6 +48,9 @@ def read_branch(
                 _close_grazing_flights(position, at, heights, without_length, grazing)
     factors = [_velocity_level(size, own) for size, own in zip(sizes, position, strict=True)]
     _settle_shares(conditions, sizes, factors, without_length)
+    if conditions.jumps:
+        jumps = jump_factors(conditions, elements, factors, without_length)
+        factors = [[*own, *jump] for own, jump in zip(factors, jumps, strict=True)]
     return Branch(conditions.labels, tuple(tuple(own) for own in factors), without_length)
 
 
@@ -63,19 +67,22 @@ def drop_elements(branch: Branch, elements: Sequence[Element], steps: np.ndarray
     return None if without_length == branch.without_length else replace(branch, without_length=without_length)
 
 
-def out_of_elements(branch: Branch, elements: Sequence[Element]) -> list[int]:
+def out_of_elements(conditions: ElementConditions, branch: Branch, elements: Sequence[Element]) -> list[int]:
     """Return the intervals that have no element to spare: each of theirs has a length and differs from its neighbours.
 
     One switch more, and such an interval cannot hold its motion.
 
     Args:
+        conditions: of the system.
         branch: of the elements.
         elements: of the trajectory, in time order.
     """
     intervals = []
     for interval in sorted({element.interval for element in elements}):
         own = [e for e, element in enumerate(elements) if element.interval == interval]
-        switches = all(branch.factors[before] != branch.factors[after] for before, after in pairwise(own))
+        switches = not any(
+            conditions.goes_on(branch.factors[before], branch.factors[after]) for before, after in pairwise(own)
+        )
         if len(own) > 1 and switches and not any(branch.without_length[e] for e in own):
             intervals.append(interval)
     return intervals

@@ -23,7 +23,8 @@ class ElementRows:
     - ``r(x_k) + e r(x_0)`` of those that an impact with restitution recalls, at every point k = 1..n;
     - ``sum_k l_k'(1) r(x_k, z_n)`` of those that are zero where a contact stops, whatever the algebraic variables are:
       their slope at the end, by the derivatives of the Lagrange basis. It takes the place of the value where the
-      element ends with that: friction at the end of a slide is against the velocity just before it.
+      element ends with that: friction at the end of a slide is against the velocity just before it;
+    - where the state may jump, ``r(x_0, z_0)`` at the left boundary after it, and the laws of the impulses.
 
     Attributes:
         conditions: of the element.
@@ -51,7 +52,20 @@ class ElementRows:
         """Rows of an element."""
         between = len(self.pairs) * len(self.conditions.crossed)
         recalled = self.points * len(self.conditions.recalled)
-        return self.points * self.conditions.row_count + between + recalled + len(self.ending)
+        return self.points * self.conditions.row_count + between + recalled + len(self.ending) + self._of_jump
+
+    @property
+    def _of_jump(self) -> int:
+        """Rows of the jump at the left boundary."""
+        return self.conditions.row_count + self.conditions.laws if self.conditions.jumps else 0
+
+    def after_jump(self) -> int:
+        """Index of the first quantity at the left boundary, after the jump."""
+        return self.size - self._of_jump
+
+    def law(self, impulse: int) -> int:
+        """Index of the law of an impulse."""
+        return self.size - self.conditions.laws + impulse
 
     def at(self, point: int, row: int) -> int:
         """Index of a quantity at a point, from 1."""
@@ -70,7 +84,7 @@ class ElementRows:
 
     def at_end(self, row: int) -> int:
         """Index of the slope of one of `ending`."""
-        return self.size - len(self.ending) + self.ending.index(row)
+        return self.size - self._of_jump - len(self.ending) + self.ending.index(row)
 
     def expressions(self, element: ElementPoints) -> ca.SX:
         """Return the rows of an element, (size)."""
@@ -80,13 +94,22 @@ class ElementRows:
         own = [rows(x, z) for x, z in points[1:]]
         between = self.pairs if self.conditions.crossed else []
         crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in between]
-        return ca.vertcat(ca.SX(0, 1), *own, *crossed, *self._recalled(points), self.slopes(points))
+        recalled, slopes = self._recalled(points), self.slopes(points)
+        return ca.vertcat(ca.SX(0, 1), *own, *crossed, *recalled, slopes, *self._jump(element))
 
     def _recalled(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> list[ca.SX]:
         if not self.conditions.recalled:
             return []
         values = [self.conditions.values(x, z) for x, z in points]
         return [own[i] + e * values[0][i] for own in values[1:] for i, e in self.conditions.recalled]
+
+    def _jump(self, element: ElementPoints) -> list[ca.SX]:
+        if self.conditions.jump_values is None:
+            return []
+        return [
+            self.conditions.rows(*element.left),
+            self.conditions.jump_values(element.before, element.jump)[: self.conditions.laws],
+        ]
 
     def slopes(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
         """Return the slopes of `ending`.

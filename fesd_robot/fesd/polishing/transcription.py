@@ -78,7 +78,7 @@ class BranchTranscription:
 
     def out_of_elements(self, w: np.ndarray) -> list[int]:
         """Return the intervals that have no element to spare at w, see `reading.out_of_elements`."""
-        return out_of_elements(self.branch(w), self.transcription.unpack(w))
+        return out_of_elements(self.conditions, self.branch(w), self.transcription.unpack(w))
 
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
         """Return the branch with the elements that have shrunk to nothing at w; None if there are none."""
@@ -96,7 +96,12 @@ class BranchTranscription:
         """
         last = set(np.cumsum(self.transcription.elements) - 1)
         numbers = enumerate(pairwise(zip(branch.factors, branch.without_length, strict=True)))
-        return [e for e, (one, other) in numbers if e not in last and one == other and not one[1]]
+        goes_on = self.conditions.goes_on
+        return [
+            e
+            for e, (one, other) in numbers
+            if e not in last and goes_on(one[0], other[0]) and one[1] == other[1] and not one[1]
+        ]
 
     def resting_ends(self, branch: Branch) -> set[tuple[int, int]]:
         """Return (element, condition) of the conditions whose contact moves in an element and rests in the next one.

@@ -15,6 +15,7 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.element import (
     CONTINUITY,
     DYNAMICS,
+    JUMP,
     ElementPoints,
     SystemFunctions,
     element_equations,
@@ -122,8 +123,9 @@ class _Solved(NamedTuple):
 class _ModeEquations:
     """The equations of one element with one more stage than a transcription has, in a mode that is prescribed.
 
-    Unknowns are the states and algebraic variables at its points. Equations are the scheme's, and the active factor of
-    every condition at the stages; an invariant takes the place of the state that it is.
+    Unknowns are the states and algebraic variables at its points; a jump at its left boundary lies before it. Equations
+    are the scheme's, and the active factor of every condition at the stages; an invariant takes the place of the state
+    that it is.
     """
 
     transcription: Transcription
@@ -167,7 +169,8 @@ class _ModeEquations:
         function, _, _ = self._functions
         layout, own = self._layout, np.zeros(self._layout.size)
         self.transcription.pack_element(own, 0, start, layout)
-        unknown = np.arange(layout.step(0) + 1, layout.size)
+        own[layout.jumped(0)] = start.x_left[list(layout.jump_states)]
+        unknown = np.arange(layout.jump(0).stop, layout.size)
         chosen, p = self._equations(factors), self.transcription.ocp.parameters[:, start.interval]
         for _ in range(NEWTON_ITERATIONS):
             values, slope = (np.asarray(part) for part in function(start.x_left, own, p))
@@ -185,7 +188,9 @@ class _ModeEquations:
             _, names, width = self._functions
             held, replaced = self._held(key)
             scheme = [
-                i for i, (kind, name) in enumerate(names) if kind not in (DYNAMICS, CONTINUITY) or name not in replaced
+                i
+                for i, (kind, name) in enumerate(names)
+                if kind != JUMP and (kind not in (DYNAMICS, CONTINUITY) or name not in replaced)
             ]
             stages = range(self.options.tableau.stages)
             self._known[key] = np.array([*scheme, *(len(names) + j * width + i for j in stages for i in sorted(held))])
@@ -202,7 +207,9 @@ class _ModeEquations:
         n_x, held, replaced = system.state.numel(), set(), set()
         sides: set[tuple[int, int]] = set()
         frozen = ActiveFactor.COMPLEMENT in factors
-        for i, (member, own) in enumerate(zip(conditions.members, factors, strict=True)):
+        for i, (member, own) in enumerate(zip(conditions.members, factors, strict=False)):
+            if member.condition.left_boundary_only and conditions.jumps:
+                continue
             if own is ActiveFactor.G and (member.condition.right_boundary_only or conditions.recalls(i, factors)):
                 continue
             factor = ActiveFactor.H if frozen and member.condition.share else own

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fesd_robot.complementarity import Branch
+from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
@@ -49,10 +49,29 @@ def with_parts(
         refined.pack(elements),
         replace(
             branch,
-            factors=tuple(branch.factors[e] for e in repeated),
+            factors=_without_repeated_jumps([branch.factors[e] for e in repeated], repeated, refined),
             without_length=tuple(branch.without_length[e] for e in repeated),
         ),
     )
+
+
+def _without_repeated_jumps(
+    factors: list[tuple[ActiveFactor, ...]], sources: np.ndarray, refined: Transcription
+) -> tuple[tuple[ActiveFactor, ...], ...]:
+    """Return the factors of all parts; impulses act at the left boundary of the first part of an element only.
+
+    Args:
+        factors: of the elements that the parts belong to.
+        sources: numbers of these, one a part.
+        refined: the transcription with the parts.
+    """
+    jump, system = refined.ocp.system.jump, refined.ocp.system
+    if jump is None:
+        return tuple(factors)
+    own = len(system.pairs) + len(system.vanishing)
+    first = np.append(True, sources[1:] != sources[:-1])
+    none = (ActiveFactor.H,) * len(jump.complementarities(system.pairs))
+    return tuple(one if begins else (*one[:own], *none) for one, begins in zip(factors, first, strict=True))
 
 
 def element_in_parts(element: Element, count: int, tableau: Tableau) -> list[Element]:
@@ -74,16 +93,20 @@ def element_in_parts(element: Element, count: int, tableau: Tableau) -> list[Ele
         z = at_stages @ element.z[: tableau.stages]
         if len(element.z) > tableau.stages:
             z = np.vstack([z, lagrange(tableau.c, ends[1:]) @ element.z[: tableau.stages]])
+        x_left = tableau.interpolate(values, ends[:1])[0]
+        inside = i > 0 and element.before_jump is not None
         parts.append(
             replace(
                 element,
                 start=element.start + ends[0] * element.step,
                 step=element.step / count,
-                x_left=tableau.interpolate(values, ends[:1])[0],
+                x_left=x_left,
                 z_left=z_left,
                 x=tableau.interpolate(values, points),
                 z=z,
                 slopes=at_stages @ element.slopes,
+                jump=np.zeros_like(element.jump) if inside else element.jump,
+                before_jump=x_left if inside else element.before_jump,
             )
         )
         z_left = z[-1]
