@@ -8,9 +8,10 @@ components of the rotation vector log(R_ref^T R) about the body's x, y and z.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 QUATERNION = (".qx", ".qy", ".qz", ".qw")
 ANGLES = (".roll", ".pitch", ".yaw")
@@ -83,6 +84,8 @@ def with_unit_quaternions(names: Sequence[str], q: np.ndarray) -> np.ndarray:
     own = quaternion_entries(names)
     if not own:
         return q
+    import numpy as np
+
     found = np.array(q, dtype=float)
     for at in own.values():
         x, y, z, w = np.moveaxis(found[..., at], -1, 0)  # summed in one order, whatever the shape
@@ -95,6 +98,8 @@ def roll_pitch_yaw(quaternion: np.ndarray) -> np.ndarray:
 
     Pitch and roll are those of Rz(yaw)^T R, so that the three give R also at a pitch of a right angle.
     """
+    import numpy as np
+
     x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
     length = x * x + y * y + z * z + w * w
     r00, r10, r20 = length - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
@@ -109,6 +114,8 @@ def roll_pitch_yaw(quaternion: np.ndarray) -> np.ndarray:
 
 def with_angles(values: Mapping[str, float]) -> dict[str, float]:
     """Return values by name with roll, pitch and yaw, rad, in the place of every quaternion."""
+    import numpy as np
+
     found = dict(values)
     for joint in orientations_of(values):
         quaternion = np.array([values[entry] for entry in quaternion_of(joint)])
@@ -118,6 +125,8 @@ def with_angles(values: Mapping[str, float]) -> dict[str, float]:
 
 def columns_with_angles(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return a motion by name, (n) each, with roll, pitch and yaw in the place of quaternions; no jumps by 2 pi."""
+    import numpy as np
+
     found = dict(columns)
     for joint in orientations_of(columns):
         rows = np.column_stack([columns[entry] for entry in quaternion_of(joint)])

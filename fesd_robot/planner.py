@@ -218,7 +218,8 @@ class _Chain:
         if promised and task.goal.soft:
             motion = with_promised_goal(motion)
         solved = SolvedMotion.of(motion, first.polisher, first.solution)
-        if task.solver.local_search and first.search:
+        wanted = task.solver.local_search
+        if first.search if wanted == "auto" else wanted:
             self.reached(Station.IMPROVING)
             searches = searched(
                 solved,
@@ -286,9 +287,8 @@ class _First(NamedTuple):
 
     Attributes:
         polisher, solution: the motion.
-        search: whether they are; what was searched in the plane is not searched again in space.
-        detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little, and with
-            several feet in space a trial takes seconds.
+        search: whether they are if the task leaves it open; with several feet in space a trial takes seconds.
+        detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little.
     """
 
     polisher: BranchTranscription

@@ -184,15 +184,30 @@ def outcome_cells(outcome: Outcome | None) -> list[str]:
     return [*misses, flight_words(contacts), f"{max(slides):.3g} m" if slides else "none"]
 
 
-def page(all_entries: Sequence[Entry], command: str) -> str:
-    """Return the table as a page."""
-    rows = [row(entry) for entry in all_entries]
+def earlier_rows(text: str) -> dict[str, list[str]]:
+    """Return name of a task -> its cells in a page."""
+    lines = re.findall(r"^\| (\[(\w+)\].*) \|$", text, flags=re.MULTILINE)
+    return {name: [cell.strip() for cell in line.split(" | ")] for line, name in lines}
+
+
+def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
+    """Return the table as a page.
+
+    Args:
+        all_entries: all tasks.
+        command: with which it is made.
+        before: the page as it was; a task that has no plan keeps its row of it.
+    """
+    known, anew = earlier_rows(before), {entry.name: entry.plan() is not None for entry in all_entries}
+    older = [name for name, planned in anew.items() if not planned and name in known]
+    rows = [known[entry.name] if entry.name in older else row(entry) for entry in all_entries]
     solved = sum(cells[-1].startswith("solved") for cells in rows)
     return "\n".join(
         [
             "# All tasks",
             "",
-            f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}.",
+            f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}."
+            + (f" Of an earlier run, with an older program, are the rows of {', '.join(older)}." if older else ""),
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
@@ -308,7 +323,8 @@ def main(words: Sequence[str] | None = None) -> int:
     for entry in every:
         draw(entry)
     command = " ".join(["scripts/gallery", *(sys.argv[1:] if words is None else words)])
-    PAGE.write_text(page(every, command), encoding="utf-8")
+    before = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
+    PAGE.write_text(page(every, command, before), encoding="utf-8")
     README.write_text(with_list(README.read_text(encoding="utf-8"), readme_list(every)), encoding="utf-8")
     return 1 if any(codes) else 0
 

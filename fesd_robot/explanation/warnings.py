@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.adapters import numeric_physics
+from fesd_robot.contact import TwoBodies
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import TOUCHING
 from fesd_robot.ocp.standing import posture_of, touching_configuration
@@ -103,10 +104,17 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
     ]
     for name in never:
         yield f"Contact '{name}' can never touch: no joint changes its distance from what it may touch."
-    if len(never) < len(gaps) and gaps.min() > NEAR:
+    # What two bodies do to each other may well happen on the way, as where a bat hits a ball.
+    on_surfaces = {
+        contact.name: float(gap)
+        for contact, gap in zip(motion.contacts, gaps, strict=True)
+        if not isinstance(motion.scene.geometries[contact.name], TwoBodies)
+    }
+    if set(on_surfaces) - set(never) and gaps.min() > NEAR:
+        nearest = min(on_surfaces, key=lambda name: on_surfaces[name])
         yield (
             "Neither at the start nor at the goal is any contact near what it may touch; the nearest is "
-            f"'{motion.contacts[int(np.argmin(gaps))].name}', {gaps.min():.4g} m away."
+            f"'{nearest}', {on_surfaces[nearest]:.4g} m away."
         )
 
 

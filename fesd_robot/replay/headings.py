@@ -47,12 +47,13 @@ def beginning_headings(
 
         e_i x a_i(e) = 0  and  e_i . a_i(e) >= 0,   e_i = (cos phi_i, sin phi_i)
 
-    is solved for the angles phi, at first from the directions in which the forces that would hold the contacts fail to.
+    is solved for the angles phi, at first from the directions that are given, and where there are none from those in
+    which the forces that would hold the contacts fail to.
 
     Args:
         drift: directions of all contacts -> their tangential accelerations under friction against them, (n_c, 2).
         pulls: directions to begin with, of any length, (n_c, 2).
-        headings: of the contacts that slide already, (n_c, 2).
+        headings: of the contacts that slide already, and of those that have begun to shortly before, (n_c, 2).
         starting: contacts that begin to slide.
 
     Returns:
@@ -77,7 +78,9 @@ def beginning_headings(
         e, a = accelerations(angles)
         return np.asarray(e[:, 0] * a[:, 1] - e[:, 1] * a[:, 0])
 
-    first = np.arctan2(pulls[chosen, 1], pulls[chosen, 0])
+    # From one moment to the next a direction hardly turns.
+    near = np.where(headings[chosen].any(axis=1, keepdims=True), headings[chosen], pulls[chosen])
+    first = np.arctan2(near[:, 1], near[:, 0])
     size = float(np.abs(drift(known)[chosen]).max()) + 1e-300
     for turn in range(_TURNS):
         found = root(across, first + 2 * np.pi * turn / _TURNS, tol=1e-14)

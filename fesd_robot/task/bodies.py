@@ -89,10 +89,6 @@ class _Body(Section):
         "'false' leaves all of it out.",
     )
 
-    def in_words(self) -> str:
-        """Return what the body is."""
-        raise NotImplementedError
-
     @model_validator(mode="after")
     def _placed(self) -> _Body:
         for axis in self.position:

@@ -223,12 +223,13 @@ class Solver(Section):
         description="Largest number of iterations of each relaxed problem of the loose homotopy; fewer are faster, "
         "more find cheaper motions more often.",
     )
-    local_search: bool = Field(
-        default=True,
+    local_search: bool | Literal["auto"] = Field(
+        default="auto",
         description="Whether, once an exact motion is found, its contacts are changed one by one as long as that "
         "lowers the cost: touchdowns and take-offs an interval earlier or later, inside an interval or on its "
         "boundary, with an impact or without; a short flight or contact left out; stick and slip swapped; and "
-        "whatever a direction of descent leaves that the certificate finds.",
+        "whatever a direction of descent leaves that the certificate finds. auto: yes, but with several feet in space, "
+        "where a change takes seconds to try, only what a direction of descent leaves.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
