@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -271,14 +271,16 @@ class _Chain:
             Repair(transcription, options, deadline, searching, iterating),
             BranchTranscription(transcription),
         )
+        # What other starts took is gone.
+        options = replace(options, time_limit=None if deadline.remaining() is None else max(deadline.left, 0.01))
         solution = solve(
             transcription.problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair
         )
         return _First(*repair.repaired(polisher, solution))
 
     def _twin(self, task: Task) -> SolvedMotion:
-        """Return the motion of another task, within the time of this one."""
-        motion = formulate(task)
+        """Return the motion of a task in the plane, searched but not refined, within the time of this one."""
+        motion = formulate(with_overrides(task, {"method.accuracy": "none"}))
         return self.solved(motion, Transcription(motion.ocp, motion.fesd))
 
 

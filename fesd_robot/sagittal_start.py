@@ -46,13 +46,13 @@ def sagittal_start(
 ) -> tuple[BranchTranscription, MpccSolution] | None:
     """Return the exact motion in space that does what the motion of a task's twin in the plane does.
 
-    The plane's motion is searched and refined, which takes a fraction of the time there: a quadruped has half of the
-    joints and half of the contacts. In space every foot has its part of the force, and the branch NLP is solved from
-    there; its costs and constraints are those of the task in space.
+    The plane's motion is searched, which takes a fraction of the time there: a quadruped has half of the joints and
+    half of the contacts. In space every foot has its part of the force, and the branch NLP is solved from there; its
+    costs and constraints are those of the task in space.
 
     Args:
         motion: the formulated task, in space.
-        planned: a task -> its motion, searched and refined.
+        planned: a task -> its motion, searched and not refined.
         options: of the homotopy.
         deadline: of the task.
         progress: called after every NLP.
