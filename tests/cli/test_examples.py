@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+ROOT = Path(__file__).parents[2]
+
 
 def test_the_list_fits_a_terminal(run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Every task and model is in it, no line is wider than 80 columns, and what needs the robots says so."""
@@ -17,7 +19,10 @@ def test_the_list_fits_a_terminal(run: Callable[..., Any], monkeypatch: pytest.M
     assert (outcome.code, outcome.err) == (0, "") and all(len(line) < 80 for line in lines)
     for name in ("hopper_one_jump", "solo12_jump", "monoped"):
         assert f"  {name}" in lines
-    assert " ".join(outcome.out.split()).count("(needs pip install 'fesd-robot[robots]')") == 2
+    needing = [
+        file for file in (ROOT / "tasks").glob("*.yaml") if "model: example-robot-data:" in file.read_text("utf-8")
+    ]
+    assert " ".join(outcome.out.split()).count("(needs pip install 'fesd-robot[robots]')") == len(needing) > 0
 
 
 def test_a_copy_can_be_checked(run: Callable[..., Any]) -> None:
