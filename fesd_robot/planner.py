@@ -289,8 +289,9 @@ class _First(NamedTuple):
 
     Attributes:
         polisher, solution: the motion.
-        search: whether they are if the task leaves it open; with several feet in space a trial takes seconds.
-        detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little.
+        search: whether they are if the task leaves it open; what was searched in the plane is not searched in space again.
+        detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little, and
+            with several feet in space a trial takes seconds.
     """
 
     polisher: BranchTranscription

@@ -228,8 +228,8 @@ class Solver(Section):
         description="Whether, once an exact motion is found, its contacts are changed one by one as long as that "
         "lowers the cost: touchdowns and take-offs an interval earlier or later, inside an interval or on its "
         "boundary, with an impact or without; a short flight or contact left out; stick and slip swapped; and "
-        "whatever a direction of descent leaves that the certificate finds. auto: yes, but with several feet in space, "
-        "where a change takes seconds to try, only what a direction of descent leaves.",
+        "whatever a direction of descent leaves that the certificate finds. auto: yes, but a motion in space that "
+        "was searched in the x-z plane first is not searched again, only what a direction of descent leaves.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
