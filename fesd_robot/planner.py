@@ -142,7 +142,7 @@ def attempt(
     reached(Station.BUILDING)
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
-    build_seconds = chain.built(transcription)
+    problem, build_seconds = transcription.problem, deadline.spent
     options = homotopy_options(task)
     solved = chain.solved(motion, transcription, promised=promised)
     motion = solved.motion
@@ -199,11 +199,6 @@ class _Chain:
         self.reports.append(nlp)
         if self.progress:
             self.progress(nlp)
-
-    def built(self, transcription: Transcription) -> float:
-        """Build the problem of a transcription, and return the seconds that are spent then."""
-        assert transcription.problem.size
-        return self.deadline.spent
 
     def solved(self, motion: MotionProblem, transcription: Transcription, *, promised: bool = False) -> SolvedMotion:
         """Return the motion of a task: the first one, the cheapest nearby, and that refined.
@@ -267,10 +262,8 @@ class _Chain:
                 return _First(*found, search=False)
             if found := guessed_start(motion, transcription, options, deadline, searching, iterating):
                 return _First(*found, detours=False)
-        repair, polisher = (
-            Repair(transcription, options, deadline, searching, iterating),
-            BranchTranscription(transcription),
-        )
+        repair = Repair(transcription, options, deadline, searching, iterating)
+        polisher = BranchTranscription(transcription)
         # What other starts took is gone.
         options = replace(options, time_limit=None if deadline.remaining() is None else max(deadline.left, 0.01))
         solution = solve(
@@ -289,7 +282,8 @@ class _First(NamedTuple):
 
     Attributes:
         polisher, solution: the motion.
-        search: whether they are if the task leaves it open; what was searched in the plane is not searched in space again.
+        search: whether they are if the task leaves it open; what was searched in the plane is not searched
+            in space again.
         detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little, and
             with several feet in space a trial takes seconds.
     """
