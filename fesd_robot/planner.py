@@ -207,6 +207,10 @@ class _Chain:
             motion, transcription: the formulated task.
             promised: as in `attempt`.
         """
+        return self._before_and_after(motion, transcription, promised).after
+
+    def _before_and_after(self, motion: MotionProblem, transcription: Transcription, promised: bool) -> _Refined:
+        """Return the motion of a task before and after its refinement; args as in `solved`."""
         task = motion.task
         options, stop = homotopy_options(task), self.stop
         first = self._first(motion, transcription)
@@ -228,14 +232,16 @@ class _Chain:
             )
         else:
             searches = iter([solved])
+        found = _Refined(solved, solved)
         for candidate in searches:  # the cheaper ones first; the first that is true is taken
-            solved = candidate
+            found = _Refined(candidate, candidate)
             if task.method.accuracy != "none":
                 self.reached(Station.REFINING)
-                solved = refined(candidate, options, task.method.accuracy, self.deadline, self.report, stop)
-            if not solved.audit.violations:
+                finer = refined(candidate, options, task.method.accuracy, self.deadline, self.report, stop)
+                found = _Refined(candidate, finer)
+            if found.after.passes:
                 break
-        return solved
+        return found
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> _First:
         """Return the motion of an earlier plan, of one that is let go or in the plane, on the guess's contacts, or of a
@@ -272,9 +278,19 @@ class _Chain:
         return _First(*repair.repaired(polisher, solution))
 
     def _twin(self, task: Task) -> SolvedMotion:
-        """Return the motion of a task in the plane, searched but not refined, within the time of this one."""
-        motion = formulate(with_overrides(task, {"method.accuracy": "none"}))
-        return self.solved(motion, Transcription(motion.ocp, motion.fesd))
+        """Return the motion of a task in the plane, within the time of this one: one that is true once it is refined.
+
+        As it is before that: in space a motion is refined in its own elements.
+        """
+        motion = formulate(task)
+        return self._before_and_after(motion, Transcription(motion.ocp, motion.fesd), promised=False).before
+
+
+class _Refined(NamedTuple):
+    """A motion before and after its refinement."""
+
+    before: SolvedMotion
+    after: SolvedMotion
 
 
 class _First(NamedTuple):

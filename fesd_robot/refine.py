@@ -188,12 +188,12 @@ def _to_accuracy(
 
 def _last_that_passes(motions: Sequence[SolvedMotion]) -> SolvedMotion:
     """Return the last motion whose audit has no violations, the very last if none has."""
-    return next((one for one in reversed(motions) if not one.audit.violations), motions[-1])
+    return next((one for one in reversed(motions) if one.passes), motions[-1])
 
 
 def _improves(solved: SolvedMotion, earlier: SolvedMotion) -> bool:
     """Whether a motion has an audit that fails, or its worst entry is much smaller than an earlier motion's."""
-    return bool(solved.audit.violations) or solved.audit.worst[0] <= IMPROVED * earlier.audit.worst[0]
+    return not solved.passes or solved.audit.worst[0] <= IMPROVED * earlier.audit.worst[0]
 
 
 def _is_no_motion(solved: SolvedMotion) -> bool:

@@ -86,6 +86,13 @@ class SolvedMotion:
         """What the audit says."""
         return motion_audit(self.motion, self.physical, self.physics, self.replay)
 
+    @property
+    def passes(self) -> bool:
+        """Whether the audit finds no violation; where there is one without the replay, nothing is driven again."""
+        if "audit" in self.__dict__:
+            return not self.audit.violations
+        return not motion_audit(self.motion, self.physical, self.physics, None).violations and not self.audit.violations
+
     @cached_property
     def replay(self) -> MotionReplay:
         """The motion driven again, interval by interval."""

@@ -22,6 +22,10 @@ from fesd_robot.contact.slip_distance import limit_slip_distances
 from fesd_robot.contact.velocities import velocity_conditions
 from fesd_robot.dcs import ComplementaritySystem
 
+STICKING_MARGIN = 1e-3
+"""Of its friction cone, in space: what a contact that may not slip leaves unused while the clock runs. On the edge of
+the cone mechanics does not say whether it slips, nor where to, and a replay follows every digit that is missing."""
+
 
 def multiplier_contact_system(
     dynamics: MultibodyDynamics,
@@ -154,11 +158,12 @@ def _auxiliary_fields(i: int, contact: Contact) -> _AuxiliaryFields:
         beta=beta,
         complement=complement,
     )
-    return _in_space(planar, i, contact.name) if contact.in_space else planar
+    return _in_space(planar, i, contact) if contact.in_space else planar
 
 
-def _in_space(planar: _AuxiliaryFields, i: int, name: str) -> _AuxiliaryFields:
+def _in_space(planar: _AuxiliaryFields, i: int, contact: Contact) -> _AuxiliaryFields:
     """Return the variables of a contact with a second pair of multipliers across the first, and the cone."""
+    name, kept = contact.name, 2 * STICKING_MARGIN * (1 - planar.beta) if contact.slip_distance == 0 else 0
     left, right, unused = (ca.SX.sym(f"{what}{i}") for what in ("theta_left", "theta_right", "unused"))
     multipliers = AuxiliaryMultipliers((*planar.multipliers.sides, (left, right)))
     along, across = multipliers.tangential
@@ -170,7 +175,7 @@ def _in_space(planar: _AuxiliaryFields, i: int, name: str) -> _AuxiliaryFields:
         lifted=[
             *planar.lifted,
             (f"theta_right[{name}]", right, planar.beta - left),
-            (f"unused friction[{name}]", unused, planar.beta**2 - along**2 - across**2),
+            (f"unused friction[{name}]", unused, (1 - kept) * planar.beta**2 - along**2 - across**2),
         ],
         lifted_in_flight=[*planar.lifted_in_flight, 0.0, 0.0],
         multipliers=multipliers,

@@ -95,6 +95,7 @@ class BoundsBuilder:
             self._g_lower[row] = self._g_upper[row] = 0.0
         left: PointIndices = self._start
         before: tuple[ActiveFactor, ...] | None = None
+        standing_still: list[tuple[int, PointIndices]] = []
         for e, (factors, without_length) in enumerate(zip(branch.factors, branch.without_length, strict=True)):
             if without_length:
                 self._remove(e, factors if before is None else before)
@@ -114,7 +115,10 @@ class BoundsBuilder:
                     self._hold(e, member, factor, left, None if before is None else before[i])
             if frozen:
                 self._make_room(e)
+                standing_still.append((e, left))
             left, before = self._elements[e].points[-1], factors
+        for e, left in reversed(standing_still):
+            self._leave_out_repeated_gaps(e, left)
         if self._idle_rows:
             self._leave_out_idle_rows()
         return BranchBounds(self._lower, self._upper, self._g_lower, self._g_upper)
@@ -231,6 +235,25 @@ class BoundsBuilder:
                 rows = first + np.flatnonzero(idle[:, copy])
                 self._g_lower[rows], self._g_upper[rows] = -np.inf, np.inf
                 first += len(block.lower)
+
+    def _leave_out_repeated_gaps(self, e: int, left: PointIndices) -> None:
+        """Free the bounds of invariants where the clock stands still: they stay what they are at the left boundary.
+
+        One that is held at the right boundary, where contact begins, is zero at the left one, too: its bound there
+        would leave an interior-point method no interior.
+        """
+        *inner, last = self._elements[e].points
+        for member in self._conditions.members:
+            if member.invariant_state is None:
+                continue
+            held = self._is_held(last.state + member.invariant_state)
+            for point in [left, *inner] if held else [*inner, last]:
+                at = point.state + member.invariant_state
+                if not self._is_held(at):
+                    self._lower[at] = -np.inf
+
+    def _is_held(self, variable: int) -> bool:
+        return bool(self._lower[variable] == self._upper[variable])
 
     def _make_room(self, e: int) -> None:
         """Give multipliers that may be positive some room below zero where the clock stands still."""

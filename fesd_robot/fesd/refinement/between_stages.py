@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.added_rows import BoundBetween
 from fesd_robot.fesd.path_between import PLACES, PathBetween
 from fesd_robot.fesd.polishing import ElementConditions
@@ -76,6 +77,7 @@ def violated_between_stages(
     n_x = ocp.system.state.numel()
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
     gaps = {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
+    products = _products_among(multipliers, ocp.system)
     elements = transcription.unpack(w)
     paths = [
         _Path(transcription, i)
@@ -92,6 +94,7 @@ def violated_between_stages(
             found += _violated((e, i), x[1:, i], (-np.inf if i in gaps else lower, upper), VIOLATION)
         for i in multipliers:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_MULTIPLIERS)
+        found += _products(products, e, x, z, ocp.parameters[:, elements[e].interval], n_x)
         for path in paths:
             path.look(elements[e], e, x, z)
     found += [one for path in paths for one in path.found()]
@@ -159,6 +162,51 @@ class _Path:
             return 0.0
         room = self._room[e] if own > VIOLATION else 0.0
         return max(self._held[e], room) + (AGAIN_STRICTER if self._held[e] > 0 else STRICTER) * worst
+
+
+class _Product(NamedTuple):
+    """A multiplier that is a product of other algebraic variables, by a row of the system: what is unused of a cone.
+
+    Attributes:
+        variable: its index among (x, z).
+        missing: (x, z, p) -> the multiplier less that product.
+    """
+
+    variable: int
+    missing: ca.Function
+
+
+def _products_among(multipliers: Sequence[int], system: ComplementaritySystem) -> list[_Product]:
+    """Return the multipliers that are products."""
+    n_x, found = system.state.numel(), []
+    symbols = [system.state, system.algebraic, system.parameters]
+    for i in multipliers:
+        slopes = ca.jacobian(system.residual, system.algebraic[i - n_x])
+        for row in range(system.residual.numel()):
+            own = system.residual[row]
+            if slopes[row].is_one() and any(ca.which_depends(own, system.algebraic, 2)):
+                found.append(_Product(i, ca.Function("missing", symbols, [own])))
+    return found
+
+
+def _products(
+    products: Sequence[_Product], e: int, x: np.ndarray, z: np.ndarray, p: np.ndarray, n_x: int
+) -> Iterator[Violated]:
+    """Yield the multipliers whose product is negative where their own polynomial is not, and a bound that is as much
+    stricter.
+
+    Args:
+        e: number of the element.
+        x, z: at equal distances, (n, n_x) and (n, n_z).
+        p: parameters of its interval.
+    """
+    for one in products:
+        own = z[:, one.variable - n_x]
+        missing = np.asarray(one.missing(x.T, z.T, np.tile(p[:, None], len(x))).full()).ravel()
+        at = int((own - missing).argmin())
+        if missing[at] > 0 and missing[at] - own[at] > VIOLATION_OF_MULTIPLIERS:
+            bound = BoundBetween(e, one.variable, -1, STRICTER * float(missing[at]))
+            yield Violated(float(missing[at] - own[at]), bound)
 
 
 def _gaps(
