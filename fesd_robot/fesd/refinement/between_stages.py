@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.fesd.added_rows import BoundBetween
+from fesd_robot.fesd.added_rows import SLACK, BoundBetween
 from fesd_robot.fesd.path_between import PLACES, PathBetween
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.schemes import lagrange
@@ -78,6 +78,7 @@ def violated_between_stages(
     multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
     gaps = {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
     products = _products_among(multipliers, ocp.system)
+    simple = [i for i in multipliers if all(i != one.variable for one in products)]
     elements = transcription.unpack(w)
     paths = [
         _Path(transcription, i)
@@ -92,7 +93,7 @@ def violated_between_stages(
         z = of_stages @ elements[e].z[: tableau.stages]
         for i, (lower, upper) in enumerate(zip(ocp.state_lower, ocp.state_upper, strict=True)):
             found += _violated((e, i), x[1:, i], (-np.inf if i in gaps else lower, upper), VIOLATION)
-        for i in multipliers:
+        for i in simple:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_MULTIPLIERS)
         found += _products(products, e, x, z, ocp.parameters[:, elements[e].interval], n_x)
         for path in paths:
@@ -192,8 +193,9 @@ def _products_among(multipliers: Sequence[int], system: ComplementaritySystem) -
 def _products(
     products: Sequence[_Product], e: int, x: np.ndarray, z: np.ndarray, p: np.ndarray, n_x: int
 ) -> Iterator[Violated]:
-    """Yield the multipliers whose product is negative where their own polynomial is not, and a bound that is as much
-    stricter.
+    """Yield by how much multipliers that are products are negative, and bounds of their own polynomials that cure it.
+
+    These do not multiply, and their bounds have some slack: both is added to the bound.
 
     Args:
         e: number of the element.
@@ -203,10 +205,10 @@ def _products(
     for one in products:
         own = z[:, one.variable - n_x]
         missing = np.asarray(one.missing(x.T, z.T, np.tile(p[:, None], len(x))).full()).ravel()
-        at = int((own - missing).argmin())
-        if missing[at] > 0 and missing[at] - own[at] > VIOLATION_OF_MULTIPLIERS:
-            bound = BoundBetween(e, one.variable, -1, STRICTER * float(missing[at]))
-            yield Violated(float(missing[at] - own[at]), bound)
+        violation = float((missing - own).max())
+        if violation > VIOLATION_OF_MULTIPLIERS:
+            limit = STRICTER * max(float(missing[int((missing - own).argmax())]), 0.0) + SLACK
+            yield Violated(violation, BoundBetween(e, one.variable, -1, limit))
 
 
 def _gaps(
