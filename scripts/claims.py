@@ -113,6 +113,7 @@ CLAIMS: dict[str, Claim] = {
     "pusher_slider": Claim({"sole": ContactClaim(slides=(0.39, 0.41)), "push": ContactClaim((2, 2))}),
     "solo12_bound": Claim({name: ContactClaim((1, 2), longest=0.05, highest=0.015) for name in ("front", "hind")}),
     "solo12_jump": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in ("front", "hind")}),
+    "solo12_jump_in_space": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in FEET}),
     "solo12_sideways": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.03) for name in FEET}),
     "solo12_turn": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.02) for name in FEET}),
     "wheel_hills": Claim({"rim": ContactClaim(slides=(0.0, 0.01))}),

@@ -76,9 +76,28 @@ def test_only_elements_of_the_same_mode_are_divided_together(coarse: tuple[Solve
 
 def test_the_last_motion_that_passes_is_kept() -> None:
     """A later motion that fails the audit does not take its place; if none passes the last one is returned."""
-    motions = [cast(Any, SimpleNamespace(audit=SimpleNamespace(violations=one))) for one in ([], ["gap"], [], ["gap"])]
+    motions = [cast(Any, SimpleNamespace(passes=one)) for one in (True, False, True, False)]
     assert _last_that_passes(motions) is motions[2]
     assert _last_that_passes(motions[1:2] + motions[3:]) is motions[3]
+
+
+@pytest.mark.parametrize("violations", [[], ["min_gap"]])
+def test_a_motion_that_fails_without_its_replay_is_not_driven_again(
+    violations: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A replay may take minutes; only a motion whose audit finds nothing without one is driven again."""
+    replayed: list[Any] = []
+
+    def audited(*given: Any) -> Any:
+        return SimpleNamespace(violations=violations)
+
+    monkeypatch.setattr("fesd_robot.solved_motion.motion_audit", audited)
+    monkeypatch.setattr("fesd_robot.solved_motion.replay_intervals", lambda *given: replayed.append(given))
+    nothing = cast(Any, None)
+    one = SolvedMotion(nothing, nothing, nothing, nothing)
+    one.__dict__.update(physical=None, physics=None)
+    assert one.passes is not bool(violations)
+    assert len(replayed) == (not violations)
 
 
 @pytest.mark.parametrize(("errors", "none"), [([0.2, 1e-9], True), ([0.09, np.inf], False)])

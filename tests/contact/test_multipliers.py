@@ -186,3 +186,22 @@ def test_multipliers_need_the_integrated_gap() -> None:
     """Only the step functions can switch on the true gap."""
     with pytest.raises(OptionError, match="'multipliers' needs gap='integrated', found gap='true'"):
         contact_system(*point_mass(), replace(FORMS["multipliers"], gap="true"))
+
+
+def test_a_foot_that_may_not_slip_keeps_a_margin_while_the_clock_runs() -> None:
+    """Of its cone it uses 1 - 1e-3 where the clock runs, all of it in an impact; one that may slip uses all of it."""
+    dynamics, contacts = point_mass()
+    across = ca.SX.zeros(contacts[0].normal.shape)
+    for slip_distance, running in ((0.0, 1 - 1e-3), (np.inf, 1.0)):
+        one = replace(contacts[0], tangents=ca.horzcat(contacts[0].tangents, across), slip_distance=slip_distance)
+        system = contact_system(dynamics, [one], ContactOptions(form="multipliers")).system
+        names = list(system.algebraic_names)
+        residual = ca.Function("residual", system.arguments, [system.residual])
+        x, u, p = (np.zeros(part.numel()) for part in (system.state, system.control, system.parameters))
+        for beta, used in ((1e-3, running), (1.0, 1.0)):
+            z = np.zeros(len(names))
+            z[names.index("theta_-[foot]")] = beta * (1 + used) / 2
+            z[names.index("theta_+[foot]")] = beta * (1 - used) / 2
+            z[names.index("theta_left[foot]")] = z[names.index("theta_right[foot]")] = beta / 2
+            unused = -float(np.asarray(residual(x, u, z, p)).ravel()[-1])
+            assert unused / beta**2 == pytest.approx(0, abs=5e-6)

@@ -218,3 +218,35 @@ def test_an_impact_that_leaves_another_contact_alone_has_bounded_multipliers() -
     assert result.converged
     assert transcription.problem.residuals(result.point.x).constraint_violation <= 1e-9
     assert np.abs(result.point.lam_g).max() < 1e4, "without room for the ground's multiplier they reach 1e8"
+
+
+def test_what_touches_after_an_impact_elsewhere_has_no_bound_at_its_beginning() -> None:
+    """A gap keeps its value in an impact: held at the end, it has no bound inside the impact nor where that begins.
+
+    A bound that equations make active leaves an interior-point method no interior. A contact that goes on flying has
+    the bound where the impact begins, and nowhere else in it.
+    """
+    motion = formulate(load_task(TASK.with_name("solo12_jump.yaml")))
+    transcription = Transcription(motion.ocp, motion.fesd)
+    polisher = BranchTranscription(transcription)
+    members, names = polisher.conditions.members, [contact.name for contact in motion.contacts]
+    g, h, c = ActiveFactor.G, ActiveFactor.H, ActiveFactor.COMPLEMENT
+
+    def factors(**modes: str) -> tuple[ActiveFactor, ...]:
+        kinds = {"flight": lambda _: h, "stick": lambda _: g, "impact": lambda one: g if one.complement is None else c}
+        return tuple(kinds[modes[str(m.condition.label.contact)]](m.condition) for m in members)
+
+    front, hind = names
+    flight = factors(**{front: "flight", hind: "flight"})
+    hit = factors(**{front: "impact", hind: "flight"})
+    for follows, bounded in (("stick", [False, False, False]), ("flight", [True, False, False])):
+        after = factors(**{front: "stick", hind: follows})
+        own = [flight] * 30 + [hit] + [after] * (sum(transcription.elements) - 31)
+        bounds = polisher.bounds(Branch(polisher.conditions.labels, tuple(own), (False,) * len(own)))
+        gap = next(m.invariant_state for m in members if m.condition.label.contact == hind and m.condition.invariant)
+        assert gap is not None
+        inner = [int(transcription.indices.stage(30, j)[gap]) for j in range(motion.fesd.tableau.stages)]
+        at = [int(transcription.indices.left_state(30)[gap]), *inner]
+        free = bounds.lower[at] < bounds.upper[at]
+        assert [bool(low == 0) for low in bounds.lower[at][free]] == np.array(bounded)[free].tolist()
+        assert free.tolist() == [True, True, follows == "flight"]

@@ -10,12 +10,13 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.added_rows import BoundBetween
+from fesd_robot.fesd.added_rows import SLACK, BoundBetween
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages
-from fesd_robot.fesd.refinement.between_stages import CLEARANCE, PENETRATION
+from fesd_robot.fesd.refinement.between_stages import CLEARANCE, PENETRATION, STRICTER
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
+from tests.bodies_in_space import MASS, written
 
 TASKS = Path(__file__).parents[2] / "tasks"
 
@@ -47,3 +48,37 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
     found = [one.bound for one in violated]
     bounds = [one for one in found if isinstance(one, BoundBetween) and one.variable == gap and one.element == 4]
     assert bounds == ([] if held is None else [BoundBetween(4, gap, -1, held, of_mode=held > 0)])
+
+
+def test_a_force_leaves_its_cone_between_the_stages_although_what_is_unused_does_not(tmp_path: Path) -> None:
+    """What is unused of a cone is a product: at the left end of an element that of the forces there counts.
+
+    The forces (0.4, 0.4) and (-0.6, -0.6) of the two stages, in units of mu f_n, are 0.9 (1, 1) there, outside of the
+    cone by 0.62 of its square, while the unused parts 0.68 and 0.28 are 0.88. The bound makes up for the difference.
+    """
+    task = written(
+        tmp_path,
+        MASS,
+        "robot: {model: model.urdf, root: fixed}\nground: {type: plane, friction: 0.5}\n"
+        "contacts: {foot: {frame: mass}}\nhorizon: {duration: 1, intervals: 8}\n"
+        "initial: {configuration: {x: 0, y: 0, z: 0}}\ngoal: {configuration: {x: 0.5, y: 0.3, z: 0}}\n",
+    )
+    motion = formulate(load_task(task))
+    transcription = Transcription(motion.ocp, motion.fesd)
+    conditions, system = BranchTranscription(transcription).conditions, motion.ocp.system
+    names, beta, n_x = list(system.algebraic_names), 1e-3, system.state.numel()
+    z = np.zeros((2, len(names)))
+    for row, share, unused in zip(z, (0.4, -0.6), (0.68, 0.28), strict=True):
+        for side, sign in (("theta_+", -1), ("theta_-", 1), ("theta_right", -1), ("theta_left", 1)):
+            row[names.index(f"{side}[foot]")] = beta * (1 + sign * share) / 2
+        row[names.index("1 - beta[foot]")] = 1 - beta
+        row[names.index("unused friction[foot]")] = unused * beta**2
+    elements = transcription.unpack(transcription.problem.start)
+    elements[4] = replace(elements[4], z=z)
+    factors = ((ActiveFactor.G,) * len(conditions.members),) * len(elements)
+    branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
+    violated = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
+    variable = n_x + names.index("unused friction[foot]")
+    (found,) = [one for one in violated if isinstance(one.bound, BoundBetween) and one.bound.variable == variable]
+    assert found.bound.element == 4 and found.violation == pytest.approx(0.62e-6, rel=1e-6)
+    assert found.bound.limit == pytest.approx(STRICTER * (0.88 + 0.62) * 1e-6 + SLACK, rel=1e-6)
