@@ -37,6 +37,7 @@ CASES = [
     *(("published_hopper_five_jumps", [f"horizon.intervals={count}"]) for count in (50, 100, 200, 400)),
     ("monoped_two_jumps", []),
     ("solo12_jump", []),
+    ("solo12_jump_in_space", []),
 ]
 """Tasks and what is changed in them."""
 
