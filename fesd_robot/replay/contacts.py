@@ -12,8 +12,8 @@ from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact, impact
-from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, Modes
-from fesd_robot.replay.modes import ModeMotion, rated_modes, slips_are_proper
+from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, ModeMotion, Modes
+from fesd_robot.replay.modes import rated_modes, slips_are_proper
 
 CLOSED_GAP = 1e-5
 """Gap, m, up to which a contact that hardly moves is closed when a replay begins."""
@@ -169,8 +169,7 @@ class ContactLaw:
         if not contacts.closed.any() and not contacts.joints:
             return replace(contacts, modes=(Mode.FLIGHT,) * len(contacts.modes)), v
         v = self._settled(contacts.closed, q, v)
-        choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed)
-        choices = [choice for choice in choices if choice.modes != left] or choices
+        choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed, left)
         self._judge(choices)
         stays = (c for c in choices if c.modes == contacts.modes and c.admissible and c.proper)
         chosen = next(stays, choices[0])
@@ -213,6 +212,8 @@ class ContactLaw:
             return
         if not best.proper:
             self.notes.add(Note.IMPROPER)
+        if best.shared_otherwise:
+            self.notes.add(Note.NOT_UNIQUE)
         size = _SAME * (1.0 + np.abs(best.acceleration).max())
         if any(o.admissible and np.abs(o.acceleration - best.acceleration).max() > size for o in others):
             self.notes.add(Note.NOT_UNIQUE)

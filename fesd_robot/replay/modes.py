@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
@@ -12,45 +12,21 @@ from fesd_robot.recovery.contact_rows import by_contact, cone_facets, normal_row
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import beginning_headings
 from fesd_robot.replay.joints import joints_in_motion
-from fesd_robot.replay.mode import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, Modes, scale_of
+from fesd_robot.replay.mode import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, scale_of
+from fesd_robot.replay.pivoting import pivoted
 from fesd_robot.replay.splits import widest_split
 
 _SINGULAR = 1e-10
 """Ratio of singular values, or normalised determinant, that counts as zero."""
 
+_SOFT = 1e4
+"""Compliance of contacts along their tangents, as a ratio of the one along their normals, where they are redundant."""
 
-@dataclass(frozen=True)
-class ModeMotion:
-    """The motion that a choice of modes means, and how well it obeys Coulomb's law.
+_PLANES = 30
+"""At most, that are added to a friction cone."""
 
-    Attributes:
-        modes: of every contact, (n_c).
-        acceleration: a, (n_v).
-        force: normal and tangential, N, (n_c, rows).
-        margin: smallest distance to a bound of the forces, as a ratio of the largest force; negative where a contact
-            pulls or leaves the friction cone.
-        motion_margin: the same for accelerations: open contacts must part, slip must begin in its direction, and the
-            constraints must hold.
-        joints: modes of the joints with dry friction, (n_f), as the friction law chooses them in these modes.
-        proper: whether the normal accelerations of the closed contacts grow with their normal forces: the matrix
-            between them, W_nn - mu s W_nt with sticking tangents eliminated, is a P-matrix. In a mode that is not,
-            forces act in the wrong sense (Painleve).
-        headings: direction in which every contact slides that slides forwards, (n_c, n_t).
-    """
-
-    modes: Modes
-    acceleration: np.ndarray
-    force: np.ndarray
-    margin: float
-    motion_margin: float
-    proper: bool
-    joints: JointModes
-    headings: np.ndarray
-
-    @property
-    def admissible(self) -> bool:
-        """Whether Coulomb's law and unilateral contact allow the modes."""
-        return min(self.margin, self.motion_margin) >= -ADMISSIBLE
+_MOVED = 1e-6
+"""Acceleration by forces that hold nothing, as a ratio of that by others, from which they move anything."""
 
 
 def motion_in_modes(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
@@ -75,7 +51,7 @@ def motion_in_modes(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray
 def acceleration_in_modes(dynamics: ContactDynamics, modes: Modes) -> np.ndarray:
     """Return the acceleration in prescribed modes, (n_v), as `motion_in_modes` does, without dividing the forces."""
     rows, spread = _constraints(dynamics, modes)
-    solution = np.linalg.lstsq((dynamics.compliance @ spread)[rows], -dynamics.free[rows], rcond=_SINGULAR)[0]
+    solution, _ = _held(dynamics, rows, (dynamics.compliance @ spread)[rows])
     return np.asarray(dynamics.acceleration + dynamics.response @ (spread @ solution))
 
 
@@ -84,52 +60,29 @@ def force_margin(dynamics: ContactDynamics, modes: Modes) -> float:
     return _forces(dynamics, modes)[1]
 
 
-def rated_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotion]:
+def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, left: Modes | None = None) -> list[ModeMotion]:
     """Return every choice of modes for the closed contacts: admissible ones first, then proper ones.
 
     Of them those with the fewest slips come first, then those that keep farthest from a bound. A contact with a
-    tangential velocity can only slip along it or part; contacts that are not closed are in flight.
+    tangential velocity can only slip along it or part; contacts that are not closed are in flight. In space, where all
+    slides are proper, only the choice that pivoting finds is returned.
 
     Args:
         dynamics: of the state, without dry friction of joints.
         closed: contacts that touch and have no normal velocity, (n_c) of bool.
+        left: modes that have just ceased to be possible, which are left out; they may be admissible still, by less
+            than `ADMISSIBLE`.
     """
     if dynamics.rows > 2 and slips_are_proper(dynamics, closed):
-        found = _pivoted(dynamics, closed)
+        stays = tuple(options[0] for options in _options(dynamics, closed))
+        found = pivoted(
+            dynamics, closed, stays, left, lambda with_headings, modes: _rated(with_headings, modes, closed)
+        )
         if found is not None:
             return [found]
-    choices = [_rated(dynamics, modes, closed) for modes in product(*_options(dynamics, closed))]
+    options = list(product(*_options(dynamics, closed)))
+    choices = [_rated(dynamics, modes, closed) for modes in options if modes != left or len(options) == 1]
     return sorted(choices, key=_plausibility)
-
-
-def _pivoted(dynamics: ContactDynamics, closed: np.ndarray) -> ModeMotion | None:
-    """Return admissible modes of contacts in space, found by pivoting; None if that leads nowhere.
-
-    From the modes in which all closed contacts stay, every one that violates the law changes to the mode that the
-    violation points to: one that pulls parts, one outside its friction cone slides, one that approaches stays. Where
-    all slides are proper the motion in such modes is the only one, and it need not be compared with others.
-    """
-    stays = [options[0] for options in _options(dynamics, closed)]
-    modes, seen = list(stays), set[Modes]()
-    while tuple(modes) not in seen:
-        seen.add(tuple(modes))
-        motion = _rated(dynamics, tuple(modes), closed)
-        if motion.admissible:
-            return motion
-        parting = normal_rows(dynamics.jacobian @ motion.acceleration + _drift(dynamics), dynamics.rows)
-        for i in np.flatnonzero(closed).tolist():
-            push, friction = motion.force[i, 0], float(np.linalg.norm(motion.force[i, 1:]))
-            if modes[i] is Mode.FLIGHT:
-                modes[i] = stays[i] if parting[i] < 0 else Mode.FLIGHT
-            elif push < 0:
-                modes[i] = Mode.FLIGHT
-            elif modes[i] is Mode.STICK and friction > dynamics.friction[i] * push:
-                modes[i] = Mode.SLIP_FORWARDS
-    return None
-
-
-def _drift(dynamics: ContactDynamics) -> np.ndarray:
-    return np.asarray(dynamics.free - dynamics.jacobian @ dynamics.acceleration)
 
 
 def admissible_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotion]:
@@ -199,14 +152,40 @@ def _forces(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, float,
     rows, spread = _constraints(dynamics, modes)
     if not rows.size:
         return np.zeros(len(dynamics.free)), np.inf, 0.0
-    matrix, wanted = (dynamics.compliance @ spread)[rows], -dynamics.free[rows]
-    solution, _, rank, _ = np.linalg.lstsq(matrix, wanted, rcond=_SINGULAR)
+    matrix = (dynamics.compliance @ spread)[rows]
+    solution, rank = _held(dynamics, rows, matrix)
     if rank < len(rows):
-        bounds = _bounds(dynamics, modes, spread)
-        solution = widest_split(solution, dynamics.jacobian.T @ spread, bounds, np.zeros(len(bounds)))
-    unmet = float(np.abs(matrix @ solution - wanted).max()) / scale_of(dynamics.free)
+        solution = _divided(dynamics, modes, spread, solution)
+    unmet = float(np.abs(matrix @ solution + dynamics.free[rows]).max()) / scale_of(dynamics.free)
     forces = spread @ solution
     return forces, _least_room(dynamics, modes, forces) / scale_of(solution), unmet
+
+
+def _held(dynamics: ContactDynamics, rows: np.ndarray, matrix: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the forces, (m), that hold rows of J, (m), and the rank.
+
+    Redundant ones have least norm in the plane. In space, where with friction even the acceleration may depend on how
+    they share a load, they share it like springs of vanishing compliance eps C, softer along the tangents,
+
+        (A + eps C) f = -free  for eps -> 0:   A f = -free,  U^T C f = 0,  U^T A = 0
+
+    so that the pressure on the corners of a box is linear over its base, and none of it hangs on friction at its side.
+
+    Args:
+        matrix: A, acceleration of the rows by these forces, (m, m).
+    """
+    wanted = -dynamics.free[rows]
+    if dynamics.rows == 2:
+        solution, _, rank, _ = np.linalg.lstsq(matrix, wanted, rcond=_SINGULAR)
+        return solution, int(rank)
+    left, sizes, right = np.linalg.svd(matrix)
+    rank = int(np.count_nonzero(sizes > _SINGULAR * sizes[0]))
+    solution = right[:rank].T @ ((wanted @ left[:, :rank]) / sizes[:rank])
+    if rank < len(rows):
+        stretched = left[:, rank:].T * np.where(rows % dynamics.rows == 0, 1.0, _SOFT)
+        free = right[rank:].T
+        solution = solution - free @ np.linalg.lstsq(stretched @ free, stretched @ solution, rcond=_SINGULAR)[0]
+    return solution, rank
 
 
 def _least_room(dynamics: ContactDynamics, modes: Modes, forces: np.ndarray) -> float:
@@ -220,17 +199,48 @@ def _least_room(dynamics: ContactDynamics, modes: Modes, forces: np.ndarray) -> 
     return least
 
 
+def _divided(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray, solution: np.ndarray) -> np.ndarray:
+    """Return forces, (m), with the resultant of others that keep to the friction cones if any do.
+
+    In space every cone is bounded by planes, and by one more through the force that leaves it, until none does or no
+    division is inside all planes.
+    """
+    directions, bounds = dynamics.jacobian.T @ spread, _bounds(dynamics, modes, spread)
+    if dynamics.rows == 2:
+        return widest_split(solution, directions, bounds, np.zeros(len(bounds)))
+    for _ in range(_PLANES):
+        forces = spread @ solution
+        if _least_room(dynamics, modes, forces) >= 0:
+            break
+        bounds = np.vstack([bounds, *_touching(dynamics, modes, spread, forces)])
+        solution = widest_split(solution, directions, bounds, np.zeros(len(bounds)))
+        if (bounds @ solution).min() < 0:
+            break
+    return solution
+
+
 def _bounds(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray) -> np.ndarray:
-    """Rows of what must not be negative: f_n of closed contacts, and the facets of the cones of sticking ones."""
+    """Rows of what must not be negative: f_n of closed contacts, and planes that touch the cones of sticking ones."""
     rows: list[np.ndarray] = []
     facets = cone_facets(dynamics.rows - 1)
     for i, mode in enumerate(modes):
         own = spread[dynamics.rows * i : dynamics.rows * (i + 1)]
         if mode is Mode.STICK:
-            rows += [dynamics.friction[i] * own[0] - facet @ own[1:] for facet in facets]
+            rows += [dynamics.friction[i] * own[0] - facet @ own[1:] / np.linalg.norm(facet) for facet in facets]
         if mode is not Mode.FLIGHT:
             rows.append(own[0])
     return np.array(rows)
+
+
+def _touching(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray, forces: np.ndarray) -> list[np.ndarray]:
+    """Rows of planes that touch the cones of sticking contacts beside their forces."""
+    rows = list[np.ndarray]()
+    for i, force in enumerate(by_contact(forces, dynamics.rows)):
+        size = float(np.linalg.norm(force[1:]))
+        if modes[i] is Mode.STICK and size > 0:
+            own = spread[dynamics.rows * i : dynamics.rows * (i + 1)]
+            rows.append(dynamics.friction[i] * own[0] - (force[1:] / size) @ own[1:])
+    return rows
 
 
 def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMotion:
@@ -260,7 +270,18 @@ def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMo
         proper=is_proper(dynamics, modes),
         joints=chosen.modes,
         headings=dynamics.headings,
+        shared_otherwise=margin > ADMISSIBLE and _loads_move(dynamics, modes),
     )
+
+
+def _loads_move(dynamics: ContactDynamics, modes: Modes) -> bool:
+    """Return whether forces that hold nothing accelerate anything: in space, where contacts are redundant and slide."""
+    if dynamics.rows == 2 or not any(mode.direction for mode in modes):
+        return False
+    rows, spread = _constraints(dynamics, modes)
+    _, sizes, right = np.linalg.svd((dynamics.compliance @ spread)[rows])
+    free = spread @ right[np.count_nonzero(sizes > _SINGULAR * sizes[0]) :].T
+    return bool(np.abs(dynamics.response @ free).max(initial=0.0) > _MOVED * sizes[0])
 
 
 def _beginning(dynamics: ContactDynamics, contact: int, mode: Mode, acceleration: np.ndarray) -> float:

@@ -1,0 +1,125 @@
+"""Modes of contacts in space, found from forces that obey Coulomb's law nearly and by pivoting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
+from fesd_robot.replay.cone_problem import forces_by_projection
+from fesd_robot.replay.dynamics import ContactDynamics
+from fesd_robot.replay.headings import slip_headings
+from fesd_robot.replay.mode import ADMISSIBLE, Mode, ModeMotion, Modes, scale_of
+
+Rated = Callable[[ContactDynamics, Modes], ModeMotion]
+
+_SHOWN = 1e-5
+"""Acceleration or force, as a ratio of the largest, from which forces found by projection show a motion or a push."""
+
+_NEAR = 1e-5
+"""By how much modes next to those just left may violate a condition, as `ADMISSIBLE`: by what a state has drifted."""
+
+
+def pivoted(
+    dynamics: ContactDynamics, closed: np.ndarray, stays: Modes, left: Modes | None, rated: Rated
+) -> ModeMotion | None:
+    """Return admissible modes of contacts in space, found by pivoting; None if that leads nowhere.
+
+    Where not all closed contacts may stay, they start from the modes that `forces_by_projection` shows. Every contact
+    that violates the law changes to the mode that the violation points to, or only the first of them where that leads
+    round in a circle. Where all slides are proper the motion in such modes is the only one unless contacts are
+    redundant, and it need not be compared with others.
+
+    Args:
+        dynamics, closed, left: as in `rated_modes`.
+        stays: mode of every contact in which it neither parts nor begins to slide, (n_c).
+        rated: dynamics with directions of slides, and modes -> their motion.
+    """
+    if stays != left:
+        motion = rated(dynamics, stays)
+        if motion.admissible:
+            return motion
+    dynamics, shown = _shown(dynamics, closed, stays)
+    for at_once in (True, False):
+        modes, seen = shown, set[Modes]()
+        while modes not in seen:
+            seen.add(modes)
+            motion = rated(dynamics, modes)
+            if motion.admissible and modes == left:
+                nearest = replace(rated(dynamics, _without_room(dynamics, motion)), tolerance=_NEAR)
+                if nearest.admissible:
+                    return nearest
+            pivots = _pivots(dynamics, motion, closed, stays)
+            if motion.admissible and modes != left:
+                idle = {i: mode for i, mode in pivots.items() if mode is Mode.STICK and motion.modes[i].direction}
+                steady = rated(dynamics, _changed(modes, idle)) if idle else motion
+                return steady if steady.admissible and steady.modes != left else motion
+            changed = pivots if at_once else dict(list(pivots.items())[:1])
+            modes = _changed(modes, changed)
+    return None
+
+
+def _shown(dynamics: ContactDynamics, closed: np.ndarray, stays: Modes) -> tuple[ContactDynamics, Modes]:
+    """Return the modes that forces point to which obey the law nearly, and the directions in which they slide.
+
+    Contacts that rest get the directions in which they accelerate, from which that of a beginning slide is solved for.
+    """
+    resting = np.array([mode is Mode.STICK for mode in stays])
+    forces = forces_by_projection(dynamics, closed, resting)
+    after = dynamics.free + dynamics.compliance @ forces.ravel()
+    parting, drifting = normal_rows(after, dynamics.rows), tangential_rows(after, dynamics.rows)
+    moves, pushes = _SHOWN * scale_of(dynamics.free), _SHOWN * scale_of(forces)
+    flies = closed & (forces[:, 0] <= pushes) & (parting > moves)
+    slides = resting & ~flies & (np.linalg.norm(drifting, axis=1) > moves)
+    modes = [
+        Mode.FLIGHT if f else Mode.SLIP_FORWARDS if s else stay for f, s, stay in zip(flies, slides, stays, strict=True)
+    ]
+    begins = slip_headings(drifting, dynamics.headings, slow=moves)
+    return replace(dynamics, headings=np.where(resting[:, None], begins, dynamics.headings)), tuple(modes)
+
+
+def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> Modes:
+    """Return modes that have just been left in which the contact that is nearest to a bound has crossed it.
+
+    Where the state has drifted by a round-off since, they may be admissible still.
+    """
+    rooms = list[tuple[float, int, Mode]]()
+    for i, mode in enumerate(motion.modes):
+        push = float(motion.force[i, 0])
+        if mode is Mode.STICK:
+            unused = dynamics.friction[i] * push - float(np.linalg.norm(motion.force[i, 1:]))
+            rooms.append((unused, i, Mode.SLIP_FORWARDS))
+        if mode is not Mode.FLIGHT:
+            rooms.append((push, i, Mode.FLIGHT))
+    _, contact, becomes = min(rooms, key=lambda room: room[0])
+    return _changed(motion.modes, {contact: becomes})
+
+
+def _changed(modes: Modes, changes: Mapping[int, Mode]) -> Modes:
+    return tuple(changes.get(i, mode) for i, mode in enumerate(modes))
+
+
+def _pivots(dynamics: ContactDynamics, motion: ModeMotion, closed: np.ndarray, stays: Modes) -> dict[int, Mode]:
+    """Return the contacts that violate the law -> the modes that their violations point to.
+
+    One that pulls parts, one outside its friction cone slides, one that approaches stays, and one that would begin to
+    slide but does not move along its friction sticks.
+    """
+    drift = dynamics.free - dynamics.jacobian @ dynamics.acceleration
+    following = dynamics.jacobian @ motion.acceleration + drift
+    parting, drifting = normal_rows(following, dynamics.rows), tangential_rows(following, dynamics.rows)
+    found, still = dict[int, Mode](), ADMISSIBLE * scale_of(dynamics.free)
+    for i in np.flatnonzero(closed).tolist():
+        mode, push, friction = motion.modes[i], motion.force[i, 0], float(np.linalg.norm(motion.force[i, 1:]))
+        if mode is Mode.FLIGHT:
+            if parting[i] < 0:
+                found[i] = stays[i]
+        elif push < 0:
+            found[i] = Mode.FLIGHT
+        elif mode is Mode.STICK and friction > dynamics.friction[i] * push:
+            found[i] = Mode.SLIP_FORWARDS
+        elif mode.direction and stays[i] is Mode.STICK and motion.headings[i] @ drifting[i] <= still:
+            found[i] = Mode.STICK
+    return found
