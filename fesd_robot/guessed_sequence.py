@@ -1,4 +1,4 @@
-"""A start on the contact sequence of the initial guess: contacts that touch there stick, the others fly."""
+"""A start on the contact sequence of the initial guess: contacts that touch there stick or slide, the others fly."""
 
 from __future__ import annotations
 
@@ -30,7 +30,11 @@ LOW = 2e-3
 LEAST_FORCE, LARGEST_FORCE = 0.02, 3.0
 """Of the weight: normal force of a contact that touches in the guess."""
 
-_MODES = {True: ContactMode.STICK, False: ContactMode.FLIGHT}
+SLIDING = 10 * LOW
+"""m, path of a contact that touches all along the guess, from which it slides."""
+
+CREEPING = 1e-3
+"""Of that path, in an interval, up to which it sticks there."""
 
 
 def needs_guessed_start(motion: MotionProblem) -> bool:
@@ -49,8 +53,8 @@ def guessed_start(
     """Return the exact motion with the contact sequence of the initial guess.
 
     A contact sticks in the control intervals in which the guess has it on the ground, and flies in the others; it lands
-    softly, so that no interval needs an impact. The forces are those of least size that move the robot as the guess
-    does. The branch NLP is solved from there; where it does not converge its neighbours are tried, as in `repair`. The
+    softly, so that no interval needs an impact. One that never leaves the ground there, and yet moves on it, slides
+    while it does. The forces are those of least size that move the robot as the guess does. The branch NLP is solved from there; where it does not converge its neighbours are tried, as in `repair`. The
     sequence is a start, no more: the local search changes it wherever that pays, and adds impacts.
 
     A homotopy instead has a pair for every contact at every stage: with four feet in space it has not found a motion in
@@ -111,6 +115,21 @@ class _Guess:
         gaps = np.array([self._evaluated(configuration(time))[4].ravel() for time in middles])
         return gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0))
 
+    @cached_property
+    def sliding(self) -> np.ndarray:
+        """Which contacts slide in which interval: those that touch all along, where they move, (N, n_c) of bool."""
+        contacts, n_q = self.motion.contacts, len(self.motion.robot.configuration_names)
+        n_v, paths = len(self.motion.robot.velocity_names), np.zeros(self.touching.shape)
+        for path, begin, end in zip(paths, self._ends[:-1], self._ends[1:], strict=True):
+            x = self.transcription.ocp.state_guess((begin + end) / 2)
+            velocities = (self._evaluated(x)[3].T @ x[n_q : n_q + n_v]).reshape(len(contacts), -1)
+            path[:] = (end - begin) * np.linalg.norm(velocities[:, 1:], axis=1)
+        moves = paths > CREEPING * paths.sum(axis=0)
+        slides = np.array(
+            [c.friction > 0 and self.motion.task.contacts[c.name].slipping == "allowed" for c in contacts]
+        )
+        return np.asarray(moves & slides & self.touching.all(axis=0) & (paths.sum(axis=0) > SLIDING))
+
     def point(self) -> tuple[np.ndarray, Branch]:
         """Return the guess as a point of the transcription, and its branch."""
         ocp, tableau = self.transcription.ocp, self.transcription.options.tableau
@@ -130,8 +149,13 @@ class _Guess:
         w = self.transcription.pack(elements)
         names = [contact.name for contact in self.motion.contacts]
         modes = [
-            {name: _MODES[bool(touches)] for name, touches in zip(names, own, strict=True)}
-            for own in np.repeat(self.touching, self.transcription.elements, axis=0)
+            {
+                name: (ContactMode.SLIP if slides else ContactMode.STICK) if touches else ContactMode.FLIGHT
+                for name, touches, slides in zip(names, own, sliding, strict=True)
+            }
+            for own, sliding in np.repeat(
+                np.stack([self.touching, self.sliding], 1), self.transcription.elements, axis=0
+            )
         ]
         return w, branch_in_modes(BranchTranscription(self.transcription), w, modes)
 
