@@ -54,8 +54,9 @@ def guessed_start(
 
     A contact sticks in the control intervals in which the guess has it on the ground, and flies in the others; it lands
     softly, so that no interval needs an impact. One that never leaves the ground there, and yet moves on it, slides
-    while it does. The forces are those of least size that move the robot as the guess does. The branch NLP is solved from there; where it does not converge its neighbours are tried, as in `repair`. The
-    sequence is a start, no more: the local search changes it wherever that pays, and adds impacts.
+    while it does. The forces are those of least size that move the robot as the guess does. The branch NLP is solved
+    from there; where it does not converge its neighbours are tried, as in `repair`. The sequence is a start, no more:
+    the local search changes it wherever that pays, and adds impacts.
 
     A homotopy instead has a pair for every contact at every stage: with four feet in space it has not found a motion in
     ten minutes where this takes seconds.

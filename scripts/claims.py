@@ -116,6 +116,12 @@ CLAIMS: dict[str, Claim] = {
     "solo12_jump_in_space": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in FEET}),
     "solo12_sideways": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.03) for name in FEET}),
     "solo12_turn": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.02) for name in FEET}),
+    "table_push": Claim(
+        {
+            **{name: ContactClaim(slides=(0.09, 0.11)) for name in ("rear_left", "rear_right", "front")},
+            "tip": ContactClaim((0, 1), slides=(0.0, 0.05)),
+        }
+    ),
     "wheel_hills": Claim({"rim": ContactClaim(slides=(0.0, 0.01))}),
 }
 """Name of a task -> what it says."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -12,6 +14,7 @@ from fesd_robot.mpcc import NlpReport
 from fesd_robot.ocp import formulate
 from fesd_robot.task import Task
 
+TASKS = Path(__file__).parents[1] / "tasks"
 LEGS = ("FL", "FR", "HL", "HR")
 TURN = np.pi / 8
 
@@ -83,3 +86,37 @@ def test_all_feet_leave_the_ground_and_come_back(planned: tuple[Plan, list[NlpRe
     """Every foot is on the ground at first, flies, and stands again at the end."""
     for contact in planned[0].contacts.values():
         assert contact.mode[1] == "stick" and contact.mode[-1] == "stick" and "flight" in contact.mode
+
+
+@pytest.fixture(scope="module")
+def push() -> tuple[Plan, list[NlpReport]]:
+    """An arm that slides a box on three feet, on a coarse grid, and the NLPs of its plan."""
+    reports: list[NlpReport] = []
+    quick = ["method.accuracy=none", "solver.starts=1", "solver.retries=0", "solver.local_search=false"]
+    return plan(load_task(TASKS / "table_push.yaml", quick), progress=reports.append), reports
+
+
+def test_what_moves_on_the_ground_all_along_the_guess_slides(push: tuple[Plan, list[NlpReport]]) -> None:
+    """No NLP relaxes complementarity; the three feet slide 0.1 m without leaving the table."""
+    result, reports = push
+    assert result.status.exact and result.status.audit_passed
+    assert all(report.sigma == 0 for report in reports)
+    assert result.outcome is not None
+    for foot in ("rear_left", "rear_right", "front"):
+        assert set(result.contacts[foot].mode) <= {"slip"}
+        assert result.outcome.contacts[foot].slide_distance == pytest.approx(0.1, abs=3e-3)
+
+
+def test_a_box_that_is_pushed_on_three_feet_obeys_statics_and_newton(push: tuple[Plan, list[NlpReport]]) -> None:
+    """Friction at the height h below its middle loads the front foot by mu m g h more than the rear ones carry.
+
+    With feet 2 b apart, F_front = m g (1 + mu h / b) / 2, here h = b = 0.04 m; along the push m v = int N - mu m g t.
+    """
+    motion, mass, friction, gravity = push[0], 0.3, 0.3, 9.81
+    weight = mass * gravity
+    front, tip = (motion.contacts[name].normal_force for name in ("front", "tip"))
+    np.testing.assert_allclose(front[1:], weight * (1 + friction) / 2, rtol=1e-4)
+    time, velocity = motion.trajectory.time, motion.trajectory.velocity["box.root_joint.vx"]
+    pushed = np.cumsum(np.diff(time, prepend=0.0) * tip)
+    momentum = mass * velocity
+    np.testing.assert_allclose(momentum, pushed - friction * weight * time, atol=0.03 * momentum.max())
