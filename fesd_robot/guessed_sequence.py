@@ -1,7 +1,8 @@
-"""A start on the contact sequence of the initial guess: contacts that touch there stick or slide, the others fly."""
+"""Starts on a guessed contact sequence: that of the initial guess, or one on which feet step in turn."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,9 +16,10 @@ from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Element, Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.force_variables import ForceVariables
-from fesd_robot.known_sequence import exact_start
+from fesd_robot.known_sequence import cheaper_start, exact_start
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.stepping import gap_function, steppings
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
@@ -35,6 +37,8 @@ SLIDING = 10 * LOW
 
 CREEPING = 1e-3
 """Of that path, in an interval, up to which it sticks there."""
+
+logger = logging.getLogger(__name__)
 
 
 def needs_guessed_start(motion: MotionProblem) -> bool:
@@ -71,17 +75,71 @@ def guessed_start(
     Returns:
         None where the guess has no contact sequence that leads to a motion.
     """
-    guess = _Guess(motion, transcription)
-    w, branch = guess.point()
+    w, branch = _Sequence(motion, transcription, transcription.ocp.state_guess, touching(motion)).point()
     return exact_start(transcription, w, branch, options, deadline, progress, stop)
 
 
+def stepping_start(
+    motion: MotionProblem,
+    transcription: Transcription,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the cheapest exact motion of those on which feet step in turn (`stepping.steppings`).
+
+    They are looked for where the initial guess says that feet stick all the time which end elsewhere, as a straight
+    line does: no motion has that contact sequence.
+
+    Args:
+        motion, transcription, options, deadline, progress, stop: as of `guessed_start`.
+
+    Returns:
+        None where the guess has feet that end elsewhere leave the ground, or where no such motion is found.
+    """
+    cheapest, below, held = None, np.inf, np.all(touching(motion), axis=0)
+    for stepping in steppings(motion):
+        if not all(held[foot.contact] for foot in stepping.feet if foot.steps):
+            return None
+        start = _Sequence(motion, transcription, stepping.state, stepping.touching).point()
+        found = cheaper_start(transcription, start, options, deadline, progress, stop, below)
+        if found:
+            cheapest, below = found, found[1].residuals.objective
+        came = f"cost {below:.6g}" if found else "no motion" if cheapest is None else "none that is cheaper"
+        logger.info("feet step in the order %s: %s", stepping.order, came)
+    return cheapest
+
+
+def touching(motion: MotionProblem) -> np.ndarray:
+    """Return which contacts touch in which interval of the guess, of other starts of the reference, (N, n_c)."""
+    ends, gap = _interval_ends(motion), gap_function(motion)
+    at = motion.reference.configuration if motion.task.solver.seed else motion.ocp.state_guess
+    n_q = len(motion.robot.configuration_names)
+    gaps = np.array([np.asarray(gap(at(time)[:n_q])).ravel() for time in (ends[:-1] + ends[1:]) / 2])
+    highest: np.ndarray = gaps.max(axis=0)
+    return np.less_equal(gaps, np.maximum(LOW, TOUCHING * highest))
+
+
+def _interval_ends(motion: MotionProblem) -> np.ndarray:
+    """Return where control intervals begin and end in the initial guess, s, (N + 1)."""
+    return np.linspace(0.0, motion.ocp.duration, motion.ocp.intervals + 1)
+
+
 @dataclass(frozen=True)
-class _Guess:
-    """The initial guess as finite elements, all of an interval in one mode."""
+class _Sequence:
+    """A guess as finite elements, all of an interval in one mode.
+
+    Attributes:
+        motion, transcription: the task.
+        moving: time, s -> state, of which configuration and velocity, (n_q + n_v), are taken.
+        touching: which contacts touch in which interval, (N, n_c).
+    """
 
     motion: MotionProblem
     transcription: Transcription
+    moving: Callable[[float], np.ndarray]
+    touching: np.ndarray
 
     @cached_property
     def _variables(self) -> ForceVariables:
@@ -89,8 +147,7 @@ class _Guess:
 
     @cached_property
     def _ends(self) -> np.ndarray:
-        ocp = self.transcription.ocp
-        return np.linspace(0.0, ocp.duration, ocp.intervals + 1)
+        return _interval_ends(self.motion)
 
     @cached_property
     def _rigid(self) -> ca.Function:
@@ -109,20 +166,12 @@ class _Guess:
         return [np.asarray(ca.DM(part).full()) for part in self._rigid(x[:n_q], v, u)]
 
     @cached_property
-    def touching(self) -> np.ndarray:
-        """Which contacts touch in which interval, (N, n_c)."""
-        middles, seed = (self._ends[:-1] + self._ends[1:]) / 2, self.motion.task.solver.seed
-        configuration = self.motion.reference.configuration if seed else self.transcription.ocp.state_guess
-        gaps = np.array([self._evaluated(configuration(time))[4].ravel() for time in middles])
-        return gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0))
-
-    @cached_property
     def sliding(self) -> np.ndarray:
         """Which contacts slide in which interval: those that touch all along, where they move, (N, n_c) of bool."""
         contacts, n_q = self.motion.contacts, len(self.motion.robot.configuration_names)
         n_v, paths = len(self.motion.robot.velocity_names), np.zeros(self.touching.shape)
         for path, begin, end in zip(paths, self._ends[:-1], self._ends[1:], strict=True):
-            x = self.transcription.ocp.state_guess((begin + end) / 2)
+            x = self.moving((begin + end) / 2)
             velocities = (self._evaluated(x)[3].T @ x[n_q : n_q + n_v]).reshape(len(contacts), -1)
             path[:] = (end - begin) * np.linalg.norm(velocities[:, 1:], axis=1)
         moves = paths > CREEPING * paths.sum(axis=0)
@@ -163,7 +212,8 @@ class _Guess:
     def _state(self, time: float, interval: int) -> np.ndarray:
         """Return the state of the guess, its gaps zero where a contact touches."""
         x, contacts = self.transcription.ocp.state_guess(time).copy(), len(self.motion.contacts)
-        first = len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names) + 1
+        moving = len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names)
+        x[:moving], first = self.moving(time)[:moving], moving + 1
         x[first : first + contacts] = np.maximum(self._evaluated(x)[4].ravel(), 0.0)
         x[first : first + contacts][self.touching[interval]] = 0.0
         return x
@@ -173,11 +223,11 @@ class _Guess:
 
         Of M a = B u - h + J^T lambda the solution that is nearest to equal shares of the weight.
         """
-        ocp, contacts, robot = self.transcription.ocp, self.motion.contacts, self.motion.robot
+        contacts, robot = self.motion.contacts, self.motion.robot
         n_q, n_v = len(robot.configuration_names), len(robot.velocity_names)
         begin, end = self._ends[interval : interval + 2]
-        velocity = [ocp.state_guess(time)[n_q : n_q + n_v] for time in (begin, end)]
-        mass, force, actuation, directions, _ = self._evaluated(ocp.state_guess((begin + end) / 2))
+        velocity = [self.moving(time)[n_q : n_q + n_v] for time in (begin, end)]
+        mass, force, actuation, directions, _ = self._evaluated(self.moving((begin + end) / 2))
         width, touching = directions.shape[1] // len(contacts), np.flatnonzero(self.touching[interval])
         weight = self.motion.scales.force
         shares = np.zeros((len(contacts), width))

@@ -17,7 +17,7 @@ from fesd_robot.adapters import (
 from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start
+from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import finite_elements_of, known_start
 from fesd_robot.local_search import searched
 from fesd_robot.mpcc import MpccSolution, NlpReport, solve
@@ -264,6 +264,8 @@ class _Chain:
         ):
             return _First(*found)
         if needs_guessed_start(motion):
+            if found := stepping_start(motion, transcription, options, deadline, searching, iterating):
+                return _First(*found, detours=False)
             if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
                 return _First(*found, search=False)
             if found := guessed_start(motion, transcription, options, deadline, searching, iterating):

@@ -261,8 +261,8 @@ class Solver(Section):
     )
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=0,
-        description="Seed of the random perturbation of the initial guess, 0 for none; further starts have the next "
-        "seeds.",
+        description="Seed of the random perturbation of the initial guess, 0 for none; feet that step in turn do so in "
+        "another order for another seed. Further starts have the next seeds.",
     )
     warm_start: Annotated[str, Field(min_length=1)] | None = Field(
         default=None,

@@ -49,5 +49,7 @@ def test_a_claim_can_be_broken(plans: dict[str, Plan]) -> None:
     assert CLAIMS["hopper_five_jumps"].broken(jump)[0] == "foot flies 1 times"
     (found,) = Claim({"rear": ContactClaim()}).broken(push)
     assert found.startswith("rear slips 0.")
+    (found,) = Claim({"foot": ContactClaim((1, 1))}, carried=True).broken(jump)
+    assert found.startswith("nothing touches at 0.")
     unsolved = jump.model_copy(update={"status": jump.status.model_copy(update={"solved": False})})
     assert CLAIMS["hopper_one_jump"].broken(unsolved) == ["it is not solved"]
