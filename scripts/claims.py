@@ -106,7 +106,7 @@ CLAIMS: dict[str, Claim] = {
     "block_slope": Claim({name: ContactClaim() for name in ("rear", "front")}),
     "cart_pole_friction": Claim({"runner": ContactClaim(slides=FREE)}),
     "double_pendulum_wall": Claim({"tip": ContactClaim((1, 3), highest=0.9, slides=(0.0, 0.05))}),
-    "go2_jump": Claim({name: ContactClaim((1, 1), longest=0.3, highest=0.03) for name in ("FL", "FR", "RL", "RR")}),
+    "go2_jump": Claim({name: ContactClaim((1, 2), longest=0.3, highest=0.05) for name in ("FL", "FR", "RL", "RR")}),
     "gripper_lift": Claim(
         {
             **{name: ContactClaim((0, 1)) for name in ("left", "right")},  # one on the way to the box

@@ -22,7 +22,7 @@ def test_every_task_and_model_of_the_repository_is_an_example() -> None:
     assert examples_by_name()["pusher_slider"].kind == "task" and examples_by_name()["hopper"].kind == "model"
     for example in examples:
         assert example.words.endswith(".") and len(example.words) > 10, example.name
-        assert example.needs_robot_data == example.name.startswith("solo12")
+        assert example.needs_robot_data == example.name.startswith(("solo12", "go2"))
 
 
 def test_a_name_is_a_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
