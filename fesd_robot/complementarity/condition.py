@@ -50,8 +50,6 @@ class Complementarity:
             algebraic variables of every stage: its sign does not change inside an element.
         companions: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
             H at zero holds them there, too, and leaves those rows out.
-        spares: algebraic variables that are not negative where H vanishes, whatever their bounds are: a smooth problem
-            that holds H at zero leaves those out, as one of them would repeat it where it is active.
         together: of the conditions of a contact with this H and a G of their own either all G are the active factor or
             all H: parts of a vector that vanishes.
         met_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has that
@@ -81,7 +79,6 @@ class Complementarity:
     stages_only: bool = False
     crossed: bool = False
     companions: tuple[ca.SX, ...] = ()
-    spares: tuple[ca.SX, ...] = ()
     together: bool = False
     met_by: tuple[tuple[str, ActiveFactor], ...] = ()
     share: bool = False

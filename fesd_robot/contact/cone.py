@@ -47,7 +47,6 @@ def cone_conditions(
             unused,
             vanishing=True,
             level="velocity",
-            spares=tuple(side for sides in multipliers.sides for side in sides),
             together=True,
         )
         for velocity, (forwards, backwards) in zip(velocities, DIRECTIONS, strict=True)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.contact.kinds import SLIDING_INSIDE_CONE
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
@@ -251,20 +250,3 @@ def test_what_touches_after_an_impact_elsewhere_has_no_bound_at_its_beginning() 
         free = bounds.lower[at] < bounds.upper[at]
         assert [bool(low == 0) for low in bounds.lower[at][free]] == np.array(bounded)[free].tolist()
         assert free.tolist() == [True, True, follows == "flight"]
-
-
-def test_a_slide_in_space_has_the_cone_and_no_bounds_on_the_sides_of_friction() -> None:
-    """Along a tangent such a bound and the edge of the cone are active with one gradient; sticking feet keep them."""
-    motion = formulate(load_task(TASK.with_name("hopper_in_space.yaml")))
-    transcription = Transcription(motion.ocp, motion.fesd)
-    polisher = BranchTranscription(transcription)
-    names, n_x = list(motion.ocp.system.algebraic_names), motion.ocp.system.state.numel()
-    sides = [n_x + i for i, name in enumerate(names) if name.startswith("theta_") and "ODE" not in name]
-    for inside, least in ((ActiveFactor.G, 0.0), (ActiveFactor.H, -np.inf)):
-        own = tuple(
-            inside if label.kind == SLIDING_INSIDE_CONE else ActiveFactor.G for label in polisher.conditions.labels
-        )
-        count = sum(transcription.elements)
-        bounds = polisher.bounds(Branch(polisher.conditions.labels, (own,) * count, (False,) * count))
-        at = [int(transcription.indices.stage(3, 0)[side]) for side in sides]
-        assert len(at) == 4 and (bounds.lower[at] == least).all() and (bounds.upper[at] > 0).all()

@@ -131,8 +131,6 @@ class BoundsBuilder:
         if factor is not ActiveFactor.G:
             for point in self._with_H(e, member, left):
                 self._clamp(quantity, point, 1, one_side=False)
-                for variable in member.spares if factor is ActiveFactor.H else ():
-                    self._spare(point.algebraic + variable - self._n_x)
             return
         if member.condition.right_boundary_only:
             self._clamp(quantity, self._elements[e].points[-1], member.direction, one_side=True)
@@ -250,7 +248,9 @@ class BoundsBuilder:
                 continue
             held = self._is_held(last.state + member.invariant_state)
             for point in [left, *inner] if held else [*inner, last]:
-                self._spare(point.state + member.invariant_state)
+                at = point.state + member.invariant_state
+                if not self._is_held(at):
+                    self._lower[at] = -np.inf
 
     def _is_held(self, variable: int) -> bool:
         return bool(self._lower[variable] == self._upper[variable])
@@ -296,10 +296,6 @@ class BoundsBuilder:
         for point in points[:-1] if e == len(self._elements) - 1 else points:
             where = slice(point.state, point.state + self._n_x)
             self._lower[where], self._upper[where] = -np.inf, np.inf
-
-    def _spare(self, variable: int) -> None:
-        if not self._is_held(variable):
-            self._lower[variable] = -np.inf
 
     def _fix(self, variable: int) -> None:
         self._lower[variable] = self._upper[variable] = 0.0

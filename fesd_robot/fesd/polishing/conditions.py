@@ -42,7 +42,6 @@ class ConditionFactors:
         G, H: indices of quantities; G is `direction`, +1 or -1, times its quantity.
         complement: index of a quantity; None if there is none.
         invariant_state: index of the state that stays at zero by itself while H is not zero; None if there is none.
-        spares: indices into (x, z) of variables that are not negative where H vanishes, whatever their bounds are.
     """
 
     condition: Complementarity
@@ -51,7 +50,6 @@ class ConditionFactors:
     H: int
     complement: int | None
     invariant_state: int | None
-    spares: tuple[int, ...] = ()
 
     def quantity(self, factor: ActiveFactor) -> int:
         """Return the index of the quantity that a factor is."""
@@ -232,7 +230,6 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
                 H=quantities.index(condition.H, companions=condition.companions)[0],
                 complement=None if condition.complement is None else quantities.index(condition.complement)[0],
                 invariant_state=invariant[0] if invariant else None,
-                spares=quantities.variables(condition.spares),
             )
         )
     x_z = [system.state, system.algebraic]
@@ -300,16 +297,13 @@ class _Quantities:
             if either_sign and (known.expression + expression).is_zero():
                 return i, -1
         variables, sign, offset = _affine(expression, self._arguments, self._nonnegative)
-        variables += self.variables(companions)
+        for one in companions:
+            variables += _affine(one, self._arguments, self._nonnegative)[0]
         row = None if variables else len(self.rows)
         if not variables:
             self.rows.append(expression)
         self.known.append(Quantity(expression, variables, sign, offset, row))
         return len(self.known) - 1, 1
-
-    def variables(self, symbols: Sequence[ca.SX]) -> tuple[int, ...]:
-        """Return the indices of symbols into (x, z)."""
-        return tuple(i for one in symbols for i in _affine(one, self._arguments, self._nonnegative)[0])
 
 
 def _affine(expression: ca.SX, arguments: ca.SX, nonnegative: np.ndarray) -> tuple[tuple[int, ...], float, float]:
