@@ -52,7 +52,7 @@ def sagittal_start(
 
     Args:
         motion: the formulated task, in space.
-        planned: a task -> its motion, searched and not refined.
+        planned: a task -> its motion, searched, as it is before refinement, which has shown that it is true.
         options: of the homotopy.
         deadline: of the task.
         progress: called after every NLP.
