@@ -19,7 +19,8 @@ from fesd_robot.force_variables import ForceVariables
 from fesd_robot.known_sequence import cheaper_start, exact_start
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport
 from fesd_robot.ocp import MotionProblem
-from fesd_robot.stepping import gap_function, steppings
+from fesd_robot.ocp.formulate import gap_function
+from fesd_robot.stepping import steppings
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
@@ -98,10 +99,14 @@ def stepping_start(
     Returns:
         None where the guess has feet that end elsewhere leave the ground, or where no such motion is found.
     """
-    cheapest, below, held = None, np.inf, np.all(touching(motion), axis=0)
-    for stepping in steppings(motion):
-        if not all(held[foot.contact] for foot in stepping.feet if foot.steps):
-            return None
+    orders = steppings(motion)
+    if not orders:
+        return None
+    held = np.all(touching(motion), axis=0)
+    if not all(held[foot.contact] for foot in orders[0].feet if foot.steps):
+        return None
+    cheapest, below = None, np.inf
+    for stepping in orders:
         start = _Sequence(motion, transcription, stepping.state, stepping.touching).point()
         found = cheaper_start(transcription, start, options, deadline, progress, stop, below)
         if found:
@@ -113,7 +118,7 @@ def stepping_start(
 
 def touching(motion: MotionProblem) -> np.ndarray:
     """Return which contacts touch in which interval of the guess, of other starts of the reference, (N, n_c)."""
-    ends, gap = _interval_ends(motion), gap_function(motion)
+    ends, gap = _interval_ends(motion), gap_function(motion.dynamics, motion.contacts)
     at = motion.reference.configuration if motion.task.solver.seed else motion.ocp.state_guess
     n_q = len(motion.robot.configuration_names)
     gaps = np.array([np.asarray(gap(at(time)[:n_q])).ravel() for time in (ends[:-1] + ends[1:]) / 2])

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, PointOnSurface
 from fesd_robot.footfalls import Feet, Groups, footfall_sequences
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.formulate import gap_function
 from fesd_robot.robot.orientations import interpolated
 
 STANDS = 1e-4
@@ -165,12 +165,6 @@ class Stepping:
         return np.array([data.oMf[foot.frame].translation for foot in self.feet]), rows
 
 
-def gap_function(motion: MotionProblem) -> ca.Function:
-    """Return q -> gaps of all contacts, m, (n_c)."""
-    gaps = ca.vertcat(*[contact.gap for contact in motion.contacts])
-    return ca.Function("gaps", [motion.dynamics.configuration], [gaps])
-
-
 def steppings(motion: MotionProblem) -> list[Stepping]:
     """Return motions on which feet step in turn, from where they stand at the start to where they do at the end.
 
@@ -215,7 +209,8 @@ def _feet(motion: MotionProblem) -> list[Foot]:
     if motion.task.goal.periodic is not None:
         return []
     robot, model, found = motion.robot, motion.robot.model, []
-    both, gaps = (motion.endpoints.initial_configuration, motion.endpoints.goal_configuration), gap_function(motion)
+    both = (motion.endpoints.initial_configuration, motion.endpoints.goal_configuration)
+    gaps = gap_function(motion.dynamics, motion.contacts)
     highest, data = np.max([np.asarray(gaps(q)).ravel() for q in both], axis=0), []
     for q in both:
         data.append(model.createData())

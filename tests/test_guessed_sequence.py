@@ -13,21 +13,13 @@ from fesd_robot.guessed_sequence import needs_guessed_start
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.ocp import formulate
 from fesd_robot.task import Task
+from tests.quadruped_in_space import LEGS, standing
 
 TASKS = Path(__file__).parents[1] / "tasks"
-LEGS = ("FL", "FR", "HL", "HR")
 TURN = np.pi / 8
 
 JUMP = (
-    "name: turning\n"
-    "robot: {model: example-robot-data:solo12, root: free_flyer}\n"
-    "ground: {type: plane, friction: 0.7}\n"
-    "contacts:\n" + "".join(f"  {leg}: {{frame: {leg}_FOOT, slipping: forbidden}}\n" for leg in LEGS) + "horizon: "
-    "{duration: 0.5, intervals: 6}\n"
-    "initial:\n"
-    "  configuration: {" + ", ".join(f"{leg}_HFE: 0.7, {leg}_KFE: -1.4" for leg in LEGS) + "}\n"
-    "  stand_on: [FL, FR, HL, HR]\n"
-    f"goal: {{configuration: {{root_joint.yaw: {TURN}}}}}\n"
+    standing("turning", "{duration: 0.5, intervals: 6}") + f"goal: {{configuration: {{root_joint.yaw: {TURN}}}}}\n"
     "reference: {type: jumps, count: 1, apex: {root_joint.z: 0.32}}\n"
     "solver: {starts: 1, retries: 0, local_search: false}\n"
 )

@@ -17,19 +17,11 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.stepping import STANDS, Stepping, steppings
 from fesd_robot.strategies.deadline import Deadline
-
-LEGS = ("FL", "FR", "HL", "HR")
+from tests.quadruped_in_space import LEGS, standing
 
 TROT = (
-    "name: steps\n"
-    "robot: {model: example-robot-data:solo12, root: free_flyer}\n"
-    "ground: {type: plane, friction: 0.7}\n"
-    "contacts:\n" + "".join(f"  {leg}: {{frame: {leg}_FOOT, slipping: forbidden}}\n" for leg in LEGS) + "horizon: "
-    "{duration: 0.8, intervals: 8}\n"
-    "initial:\n"
-    "  configuration: {" + ", ".join(f"{leg}_HFE: 0.7, {leg}_KFE: -1.4" for leg in LEGS) + "}\n"
-    "  stand_on: [FL, FR, HL, HR]\n"
-    "goal: {configuration: {root_joint.x: 0.06, root_joint.y: 0.03}, stand_on: [FL, FR, HL, HR]}\n"
+    standing("steps", "{duration: 0.8, intervals: 8}")
+    + "goal: {configuration: {root_joint.x: 0.06, root_joint.y: 0.03}, stand_on: [FL, FR, HL, HR]}\n"
     "constraints: {swing: {type: swing_clearance, contacts: [FL, FR, HL, HR], height: 0.02}}\n"
 )
 

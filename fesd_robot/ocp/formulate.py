@@ -126,11 +126,11 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
     default_costs = tuple(key for key in COST_TERMS if getattr(task.costs, key) is None)
     task = with_swing_speeds(with_default_costs(task, robot, actuation, scales), scales)
     endpoints = endpoints_of(task, robot)
-    _check_above_ground(task, _gap_function(dynamics, contacts), endpoints)
+    _check_above_ground(task, gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
         endpoints = _touching_at_start(robot, contacts, dynamics, endpoints, limits)
         contacts = _closed_at_start(contacts, dynamics, endpoints)
-    gap = _gap_function(dynamics, contacts)
+    gap = gap_function(dynamics, contacts)
     check_inertia(task, robot, endpoints.initial_configuration)
     check_forces(task, actuation, endpoints.initial_configuration)
     auxiliary_force = _auxiliary_force(task, robot)
@@ -279,7 +279,8 @@ def _restitution(task: Task, name: str) -> float:
     return restitution
 
 
-def _gap_function(dynamics: MultibodyDynamics, contacts: Sequence[Contact]) -> ca.Function:
+def gap_function(dynamics: MultibodyDynamics, contacts: Sequence[Contact]) -> ca.Function:
+    """Return q -> gaps of all contacts, m, (n_c)."""
     return ca.Function("gap", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
 
 
@@ -298,7 +299,7 @@ def _touching_at_start(
     start = endpoints.initial_configuration
     near = [
         contact
-        for contact, gap in zip(contacts, np.asarray(_gap_function(dynamics, contacts)(start)).ravel(), strict=True)
+        for contact, gap in zip(contacts, np.asarray(gap_function(dynamics, contacts)(start)).ravel(), strict=True)
         if abs(gap) <= TOUCHING
     ]
     lengths_and_angles = [name for name in robot.configuration_names if name in robot.velocity_names]
@@ -316,7 +317,7 @@ def _closed_at_start(contacts: Sequence[Contact], dynamics: MultibodyDynamics, e
     A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
     a distance: no point fulfils such a complementarity exactly.
     """
-    gaps = np.asarray(_gap_function(dynamics, contacts)(endpoints.initial_configuration)).ravel()
+    gaps = np.asarray(gap_function(dynamics, contacts)(endpoints.initial_configuration)).ravel()
     return [
         replace(contact, gap=contact.gap - gap) if 0 < abs(gap) <= TOUCHING else contact
         for contact, gap in zip(contacts, gaps, strict=True)

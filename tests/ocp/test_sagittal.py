@@ -12,19 +12,10 @@ import pytest
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.ocp.sagittal import SagittalTwin, sagittal_twin, space_configuration, space_velocity
 from fesd_robot.task import load_task
-
-LEGS = ("FL", "FR", "HL", "HR")
+from tests.quadruped_in_space import LEGS, standing
 
 JUMP = (
-    "name: jump\n"
-    "robot: {model: example-robot-data:solo12, root: free_flyer}\n"
-    "ground: {type: plane, friction: 0.7}\n"
-    "contacts:\n" + "".join(f"  {leg}: {{frame: {leg}_FOOT, slipping: forbidden}}\n" for leg in LEGS) + "horizon: "
-    "{duration: 0.5, intervals: 4}\n"
-    "initial:\n"
-    "  configuration: {" + ", ".join(f"{leg}_HFE: 0.7, {leg}_KFE: -1.4" for leg in LEGS) + "}\n"
-    "  stand_on: [FL, FR, HL, HR]\n"
-    "goal: {configuration: {root_joint.x: 0.2}}\n"
+    standing("jump", "{duration: 0.5, intervals: 4}") + "goal: {configuration: {root_joint.x: 0.2}}\n"
     "reference: {type: jumps, count: 1, apex: {root_joint.z: 0.32}}\n"
 )
 
