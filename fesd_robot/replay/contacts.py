@@ -26,8 +26,9 @@ PARTING = 1e-5
 the other, or whose forces begin at zero, make each other rise and fall in ever smaller hops without an end; one of this
 speed is 5e-12 m high."""
 
-_AT_ONCE = 1e-10
-"""Gap, m, up to which a contact that approaches meets the ground together with another one."""
+_AT_ONCE = 1e-8
+"""Gap, m, up to which a contact that approaches meets the ground together with another one: the integration is hardly
+more accurate, and where two feet land at once it must not decide which of them comes first."""
 
 _SAME = 1e-6
 """Difference of two accelerations relative to the larger up to which two choices of modes are the same motion."""

@@ -101,7 +101,7 @@ def test_check_describes_a_height_map(run: Callable[..., Any], task: Path, tmp_p
     outcome = run("check", task, "--set", f"ground={{type: height_map, file: {path}}}")
     assert outcome.code == 0, outcome.err
     text = " ".join(outcome.out.split())
-    assert f"Height map {path}; friction 0.8" in text
+    assert f"Heightmap{path};friction0.8" in "".join(text.split())  # a long path may be broken anywhere
     assert re.search(r"For x from -1.4 to 3.4 m its heights are -0\.2\d* to -0\.\d+ m; level beyond\.", text)
 
 

@@ -74,6 +74,19 @@ def test_a_point_falls_and_goes_on_along_the_ground(speed: float) -> None:
     assert (event.kind, event.time) == ("touchdown", pytest.approx(landing, abs=1e-9))
 
 
+@pytest.mark.parametrize("tilt", [0.0, 1e-9, -2e-8])
+def test_feet_that_land_at_once_take_one_impact(tilt: float) -> None:
+    """A body with a large inertia about two feet side by side stops dead when both land within 1e-8 m; one after the
+    other, the second would throw the first up again."""
+    physics = body(1.0, 1.0, {"left": (-0.1, 0.0), "right": (0.1, 0.0)}, friction=0.4)
+    result = replay_motion(physics, np.array([0, 0.1, tilt]), np.zeros(3), NOTHING, 0.2)
+    landing = math.sqrt(2 * 0.1 / GRAVITY)
+    assert [event.kind for event in result.events] == ["touchdown", "touchdown"]
+    np.testing.assert_allclose([event.time for event in result.events], landing, atol=1e-8)
+    np.testing.assert_allclose(result.velocity, 0, atol=1e-9)
+    np.testing.assert_allclose(result.configuration, [0, 0, tilt], atol=1e-8)
+
+
 @pytest.mark.parametrize("miss", [-1e-6, -1e-10, 0.0, 1e-10, 1e-6])
 def test_a_touchdown_at_the_very_end_is_before_or_after(miss: float) -> None:
     """Landing at the end of the replay breaks nothing: the velocity is that before or that after the impact."""
