@@ -150,6 +150,11 @@ _NOTES = {
         "rigid bodies have no motion that goes on", "forces grow beyond any bound in the replay", _POSTURE
     ),
     Note.FAILED: _Words("the motion cannot be integrated", "its states or forces are no numbers", _SOLVED),
+    Note.IN_TURN: _Words(
+        "contacts that hit at the same instant do so one after the other",
+        "rigid bodies do not say in which order, and other orders lead elsewhere",
+        _POSTURE,
+    ),
 }
 
 

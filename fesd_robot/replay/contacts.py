@@ -44,6 +44,7 @@ class Note(str, Enum):
     MANY_EVENTS = "too many events"
     MANY_STEPS = "steps become too short"
     FAILED = "the motion cannot be integrated"
+    IN_TURN = "contacts that hit at the same instant do so one after the other"
 
 
 @dataclass(frozen=True)

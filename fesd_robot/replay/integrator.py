@@ -39,6 +39,9 @@ Path = Callable[[float], np.ndarray]
 _BEYOND_SLIP, _BEYOND_MARGIN = 1e-9, 2.0 * ADMISSIBLE
 """How far below zero a velocity along the slip, m/s, and the margin of the forces are at their events."""
 
+AT_THE_END = 1e-6
+"""s; what hits within this time of the end of a replay may as well hit after it."""
+
 
 @dataclass(frozen=True)
 class Replay:
@@ -51,6 +54,7 @@ class Replay:
         notes: what is not as it should be; the state is NaN where it could not be integrated.
         joint_events: changes of joints between sticking and sliding, in time order; their contact is a number of a
             joint with dry friction.
+        arriving: velocity before what hits within `AT_THE_END` of the end, (n_v); that at the end if nothing does.
     """
 
     configuration: np.ndarray
@@ -59,6 +63,7 @@ class Replay:
     drift: Drift
     notes: frozenset[Note]
     joint_events: tuple[SwitchRecord, ...] = ()
+    arriving: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def replay_motion(
@@ -93,12 +98,14 @@ def replay_motion(
     """
     if not all(np.isfinite(part).all() for part in (q, v, u)):
         nowhere = Drift(np.nan, np.nan)
-        return Replay(np.full_like(q, np.nan), np.full_like(v, np.nan), (), nowhere, frozenset({Note.FAILED}))
+        lost = np.full_like(v, np.nan)
+        return Replay(np.full_like(q, np.nan), lost, (), nowhere, frozenset({Note.FAILED}), arriving=lost)
     law = ContactLaw(physics, u)
     segments = Segments(physics, q, u, law)
     begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
     events, joint_events = list[SwitchRecord](), list[SwitchRecord]()
     following = events_along(segments, begin.contacts, begin.velocity, duration)
+    arriving: np.ndarray | None = None
     while True:
         try:
             event = next(following)
@@ -107,7 +114,11 @@ def replay_motion(
             break
         events += event.switches(start)
         joint_events += event.joint_switches(start)
-    return Replay(*segments.state(y), tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events))
+        if arriving is None and event.impact and event.time > duration - AT_THE_END:
+            arriving = event.velocity
+    q, v = segments.state(y)
+    arriving = v if arriving is None else arriving
+    return Replay(q, v, tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events), arriving)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 from fesd_robot.recovery import PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
+from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
 
@@ -18,6 +19,12 @@ SAME_TIME = 1e-9
 
 NEARBY = 0.25
 """Part of a control interval within which an event at the end of an interval is looked for."""
+
+LAWFUL = 1e-3
+"""Largest error of a velocity after an impact, m/s or rad/s, up to which its contacts hit together."""
+
+NEARER = 0.1
+"""How much nearer to the plan than that of all contacts together an impact in turn is that is taken for it."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +85,9 @@ class MotionReplay:
 def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionReplay:
     """Return every control interval of a motion driven again from its own state at the interval's beginning.
 
-    An interval begins after an impact at its left end, which is compared by itself. Where an impact falls on its right
-    end, the nearer of the states before and after counts. A foot that the motion says is in the air is released however
+    An interval begins after an impact at its left end, which is compared by itself; where contacts hit at the same
+    instant, with the nearest of the orders in which they may do so. Where an impact falls on its right end, the nearer
+    of the states before and after counts. A foot that the motion says is in the air is released however
     near the ground it is; if it has to stay, it falls back at once.
 
     Args:
@@ -97,10 +105,10 @@ def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionR
 
 
 def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: int) -> IntervalReplay:
-    impact_error = np.zeros(motion.velocity.shape[1])
+    impact_error, in_turn = np.zeros(motion.velocity.shape[1]), False
     for hit in motion.impacts:
         if hit.before == start and motion.time[hit.after] - motion.time[start] < SAME_TIME:
-            impact_error, start = _impact_error(motion, physics, hit.before, hit.after), hit.after
+            (impact_error, in_turn), start = _impact_error(motion, physics, hit.before, hit.after), hit.after
     begin, finish = float(motion.time[start]), float(motion.time[end])
     control = motion.control[end]
     q, v, flying = motion.configuration[start], motion.velocity[start], motion.mode[min(start + 1, end)] == "flight"
@@ -108,8 +116,8 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
     sides = [end]
     for hit in motion.impacts:
         sides += [hit.after] if hit.before == end else [hit.before] if hit.after == end else []
-    errors = {side: motion.velocity[side] - result.velocity for side in sides}
-    last = min(errors, key=lambda side: float(np.abs(errors[side]).max()))
+    ends = [(side, motion.velocity[side] - v) for side in sides for v in (result.velocity, result.arriving)]
+    last, velocity_error = min(ends, key=lambda one: _size(one[1]))
     of_joints = motion.joints.switches if motion.joints else []
     planned, planned_joints = (
         tuple(s for s in switches if begin - SAME_TIME < s.time < finish + SAME_TIME)
@@ -124,23 +132,37 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         first=start,
         last=last,
         position_error=physics.difference(result.configuration, motion.configuration[end]),
-        velocity_error=errors[last],
+        velocity_error=velocity_error,
         impact_error=impact_error,
         events=result.events,
         planned=planned,
         event_difference=max(difference, joint_difference),
         unmatched=unmatched + unmatched_joints,
         drift=result.drift,
-        notes=result.notes,
+        notes=result.notes | ({Note.IN_TURN} if in_turn else set()),
         joint_events=result.joint_events,
         planned_joint_events=planned_joints,
     )
 
 
-def _impact_error(motion: PhysicalMotion, physics: NumericPhysics, before: int, after: int) -> np.ndarray:
-    q = motion.configuration[before]
-    result = impact(physics, q, motion.velocity[before], physics.gaps(q) <= CLOSED_GAP)
-    return np.asarray(motion.velocity[after] - result.velocity)
+def _impact_error(motion: PhysicalMotion, physics: NumericPhysics, before: int, after: int) -> tuple[np.ndarray, bool]:
+    """Return the velocity after an impact, planned minus that of the law, (n_v), and whether its contacts hit in turn.
+
+    They do where that is `NEARER` to the plan than all of them together, which comes first.
+    """
+    q, v = motion.configuration[before], motion.velocity[before]
+    touching = physics.gaps(q) <= CLOSED_GAP
+    together = motion.velocity[after] - impact(physics, q, v, touching).velocity
+    if _size(together) <= LAWFUL or physics.impacts_at_once:
+        return together, False
+    in_turn = [motion.velocity[after] - other for other in impacts_in_turn(physics, q, v, touching)]
+    nearest = min(in_turn, key=_size, default=together)
+    return (nearest, True) if _size(nearest) < NEARER * _size(together) else (together, False)
+
+
+def _size(error: np.ndarray) -> float:
+    size = float(np.abs(error).max(initial=0.0))
+    return np.inf if np.isnan(size) else size
 
 
 def compare_events(

@@ -1,0 +1,109 @@
+"""Contacts that hit at the same instant: together, or in turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
+from fesd_robot.recovery.between import stacked_elements
+from fesd_robot.replay.contacts import Note
+from fesd_robot.replay.impact_orders import impacts_in_turn
+from fesd_robot.replay.impacts import impact
+from fesd_robot.replay.integrator import replay_motion
+from fesd_robot.replay.intervals import replay_intervals
+
+from .bodies import GRAVITY, body
+
+ARM, OWN, CROSS = 0.1, 1.01, 0.99  # m; response of a foot to an impulse of its own and of the other one, 1 / kg
+FEET = body(1.0, 1.0, {"left": (-ARM, 0.0), "right": (ARM, 0.0)}, friction=0.0)
+BOTH = np.array([True, True])
+
+
+def landing(left: float, right: float) -> np.ndarray:
+    """Velocity of the body whose feet have the given normal velocities; it pitches with its right foot down."""
+    return np.array([0.0, 0.5 * (left + right), 0.5 * (left - right) / ARM])
+
+
+def in_turn(first: float, second: float) -> tuple[float, float]:
+    """Normal velocities of two feet after the first has stopped, and then the second, which throws the first up."""
+    second -= CROSS * first / OWN
+    return -CROSS * second / OWN, 0.0
+
+
+def feet(v: np.ndarray) -> np.ndarray:
+    """Normal velocities of both feet."""
+    return np.asarray((FEET.contact_jacobian(np.zeros(3)) @ v)[::2])
+
+
+def test_the_orders_of_two_feet() -> None:
+    """Left first, or right first, in closed form; neither is what happens where both push at the same rate."""
+    after = [feet(v) for v in impacts_in_turn(FEET, np.zeros(3), landing(-0.5, -2.0), BOTH)]
+    left_first, right_first = in_turn(-0.5, -2.0), (-0.5 + CROSS * 2.0 / OWN, 0.0)
+    np.testing.assert_allclose(after, [left_first, right_first], atol=1e-12)
+    together = feet(impact(FEET, np.zeros(3), landing(-0.5, -2.0), BOTH).velocity)
+    assert min(np.abs(together - one).max() for one in after) > 5e-3
+
+
+def test_nothing_hits_in_turn_alone() -> None:
+    """A foot that hits while the other one rests has no order, and neither have two of which one parts."""
+    for v in (landing(0.0, -1.0), landing(0.3, -1.0)):
+        assert list(impacts_in_turn(FEET, np.zeros(3), v, BOTH)) == []
+
+
+def test_four_feet_have_seventy_four_orders() -> None:
+    """Ordered partitions of four, less all at once; all take energy."""
+    names = {f"f{i}": (0.1 * i - 0.15, 0.0) for i in range(4)}
+    four, v = body(1.0, 0.004, names, friction=0.3), np.array([0.4, -1.0, 0.2])
+    after = list(impacts_in_turn(four, np.zeros(3), v, np.full(4, True)))
+    assert len(after) == 74
+    mass = four.mass_matrix(np.zeros(3))
+    assert max(one @ mass @ one for one in after) < v @ mass @ v
+
+
+def fallen(after: tuple[float, float]) -> PhysicalMotion:
+    """A fall of 0.1 s that ends with both feet on the ground, and a flight of 0.1 s from given velocities of them."""
+    before, step = landing(-0.5, -2.0), 0.1
+    start = before + np.array([0, GRAVITY * step, 0])
+    q = -step * 0.5 * (start + before)
+    high = landing(*after)
+    end_velocity = high - np.array([0, GRAVITY * step, 0])
+    end = 0.5 * step * (high + end_velocity)
+    return PhysicalMotion(
+        time=np.array([0.0, step, step, 2 * step]),
+        configuration=np.array([q, np.zeros(3), np.zeros(3), end]),
+        velocity=np.array([start, before, high, end_velocity]),
+        acceleration=np.full((4, 3), np.nan),
+        weight=np.zeros(4),
+        interval=np.array([0, 0, 1, 1]),
+        control=np.zeros((4, 3)),
+        force=np.zeros((4, 2, 2)),
+        gap_state=np.zeros((4, 0)),
+        mode=np.full((4, 2), "flight", dtype=object),
+        impacts=[ImpactRecord(1, 2, np.ones((2, 2)))],
+        switches=[SwitchRecord(step, i, "touchdown") for i in range(2)],
+        clock=step * np.arange(1, 3),
+        theta_sum_error=0.0,
+        between=stacked_elements([], (3, 3, 3, 2)),
+    )
+
+
+@pytest.mark.parametrize("order", ["left first", "right first", "neither"])
+def test_a_plan_may_take_an_order_and_the_replay_says_so(order: str) -> None:
+    """An impact in turn is one that rigid bodies may have, and a note says that they may have others; one that is none
+    of the orders has an error. The end of the interval before it is compared with the state before it."""
+    after = {"left first": in_turn(-0.5, -2.0), "right first": (-0.5 + CROSS * 2.0 / OWN, 0.0), "neither": (1.0, 0.0)}
+    first, second = replay_intervals(fallen(after[order]), FEET).intervals
+    assert np.abs(first.velocity_error).max() < 1e-4 and np.abs(first.position_error).max() < 1e-9
+    assert (np.abs(second.impact_error).max() > 0.1) == (order == "neither")
+    assert (Note.IN_TURN in second.notes) == (order != "neither") and not first.notes
+
+
+@pytest.mark.parametrize("early", [0.0, 1e-8, 1e-4])
+def test_what_hits_at_the_end_may_as_well_hit_after_it(early: float) -> None:
+    """The velocity before what hits within a microsecond of the end is kept beside that after it."""
+    motion = fallen((0.0, 0.0))
+    q, v = motion.configuration[0], motion.velocity[0]
+    result = replay_motion(FEET, q, v, np.zeros(3), 0.1 + early)
+    arrives = feet(motion.velocity[1]) if early < 1e-6 else feet(result.velocity)
+    np.testing.assert_allclose(feet(result.arriving), arrives, atol=1e-3)
