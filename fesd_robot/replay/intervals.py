@@ -148,15 +148,19 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
 def _impact_error(motion: PhysicalMotion, physics: NumericPhysics, before: int, after: int) -> tuple[np.ndarray, bool]:
     """Return the velocity after an impact, planned minus that of the law, (n_v), and whether its contacts hit in turn.
 
-    They do where that is `NEARER` to the plan than all of them together, which comes first.
+    They do where that is `NEARER` to the plan than all of them together, which comes first; the first order that is as
+    good as the plan is taken.
     """
     q, v = motion.configuration[before], motion.velocity[before]
     touching = physics.gaps(q) <= CLOSED_GAP
     together = motion.velocity[after] - impact(physics, q, v, touching).velocity
     if _size(together) <= LAWFUL or physics.impacts_at_once:
         return together, False
-    in_turn = [motion.velocity[after] - other for other in impacts_in_turn(physics, q, v, touching)]
-    nearest = min(in_turn, key=_size, default=together)
+    nearest = together
+    for other in impacts_in_turn(physics, q, v, touching):
+        nearest = min(nearest, motion.velocity[after] - other, key=_size)
+        if _size(nearest) <= LAWFUL:
+            break
     return (nearest, True) if _size(nearest) < NEARER * _size(together) else (together, False)
 
 

@@ -37,10 +37,10 @@ def feet(v: np.ndarray) -> np.ndarray:
 
 
 def test_the_orders_of_two_feet() -> None:
-    """Left first, or right first, in closed form; neither is what happens where both push at the same rate."""
+    """The faster right first, or left first, in closed form; neither is what happens where both push at the same rate."""
     after = [feet(v) for v in impacts_in_turn(FEET, np.zeros(3), landing(-0.5, -2.0), BOTH)]
     left_first, right_first = in_turn(-0.5, -2.0), (-0.5 + CROSS * 2.0 / OWN, 0.0)
-    np.testing.assert_allclose(after, [left_first, right_first], atol=1e-12)
+    np.testing.assert_allclose(after, [right_first, left_first], atol=1e-12)
     together = feet(impact(FEET, np.zeros(3), landing(-0.5, -2.0), BOTH).velocity)
     assert min(np.abs(together - one).max() for one in after) > 5e-3
 
