@@ -30,6 +30,12 @@ _AT_ONCE = 1e-8
 """Gap, m, up to which a contact that approaches meets the ground together with another one: the integration is hardly
 more accurate, and where two feet land at once it must not decide which of them comes first."""
 
+JAMMED_APPROACH = 1e-9
+"""Normal velocity, m/s, with which a slide begins to be pressed into the ground whose force grows beyond any bound."""
+
+JAMMED_CHANGE = 1e-3
+"""Least change of the velocity of such a slide by what follows, relative to it."""
+
 _SAME = 1e-6
 """Difference of two accelerations relative to the larger up to which two choices of modes are the same motion."""
 
@@ -154,6 +160,28 @@ class ContactLaw:
         closed = touching & (self._normal_velocity(q, result.velocity) <= PARTING)
         ground = np.where(closed & ~contacts.closed, self._physics.gaps(q), contacts.ground)
         return replace(contacts, closed=closed, ground=ground), result
+
+    def jammed(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> tuple[Contacts, Impact] | None:
+        """Return the contacts and the impact without a collision of a slide whose force grows beyond any bound.
+
+        It does where a push along the normal, with friction against the slide, begins to press the contact into the
+        ground: J_n M^-1 (J_n - mu d J_t)^T falls to zero. Impulses then grow until the slide has stopped and the
+        contact does not approach any more. None if that changes nothing: the motion ends for another reason.
+
+        Source: Genot and Brogliato, New results on Painleve paradoxes, European Journal of Mechanics A 18 (1999).
+        """
+        sliding = contacts.closed & np.array([mode.direction != 0 for mode in contacts.modes], dtype=bool)
+        if not sliding.any():
+            return None
+        result = impact(self._physics, q, v, contacts.closed, JAMMED_APPROACH * sliding)
+        jacobian = self._physics.contact_jacobian(q)
+        slides, changes = (tangential_rows(jacobian @ one, self._physics.rows) for one in (v, result.velocity - v))
+        ends = np.linalg.norm(changes, axis=1) > JAMMED_CHANGE * np.linalg.norm(slides, axis=1)
+        if not result.finished or not (ends & sliding).any():
+            return None
+        self.notes.add(Note.NO_MODE)
+        closed = contacts.closed & (self._normal_velocity(q, result.velocity) <= PARTING)
+        return replace(contacts, closed=closed), result
 
     def released(self, contacts: Contacts, q: np.ndarray) -> Contacts:
         """Return the contacts with the ground of open ones no higher than they are: they can come back to it."""

@@ -46,7 +46,9 @@ def rebounds(physics: NumericPhysics, velocity: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(wanted > LEAST_REBOUND, wanted, 0.0))
 
 
-def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray) -> Impact:
+def impact(
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray, approach: np.ndarray | None = None
+) -> Impact:
     """Return velocity and impulses after an impact with restitution and Coulomb friction.
 
     The configuration stands still while impulses P grow, M dv = J^T dP, until no contact is slower than it has to part,
@@ -70,6 +72,8 @@ def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.n
         physics: of the robot and its contacts.
         q, v: configuration (n_q) and velocity before (n_v).
         touching: contacts whose gap is closed, (n_c) of bool.
+        approach: normal velocity, m/s, with which contacts begin besides their own, (n_c); none if omitted. The least
+            one is enough for a contact that slides in paradox, as a push only makes it approach faster.
 
     Where the physics has its impacts happen at once, `impulse_cone.impact_at_once` is the law instead.
 
@@ -82,6 +86,8 @@ def impact(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.n
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
+    if approach is not None:
+        normal_rows(before, physics.rows)[:] -= approach
     state = ImpactState.of(before, np.where(touching, rebounds(physics, before), 0.0), physics.rows)
     zero = ZERO if physics.rows == 2 else 10 * SETTLED
     small, finished = zero * max(1.0, float(np.abs(before).max(initial=0.0))), False

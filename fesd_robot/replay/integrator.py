@@ -33,11 +33,17 @@ RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 LONGEST_STEP = 0.025
 """s, so that no touchdown is stepped over."""
 
+_SHORTER = 0.1
+"""Factor on a step with a stage at which there is no motion."""
+
 Path = Callable[[float], np.ndarray]
 """Time, s -> y of `Segments`."""
 
 _BEYOND_SLIP, _BEYOND_MARGIN = 1e-9, 2.0 * ADMISSIBLE
 """How far below zero a velocity along the slip, m/s, and the margin of the forces are at their events."""
+
+STUCK = -1
+"""Number of the event at which a motion cannot be integrated further."""
 
 AT_THE_END = 1e-6
 """s; what hits within this time of the end of a replay may as well hit after it."""
@@ -183,6 +189,13 @@ def events_along(
         if hits.any():
             contacts, result = law.hit(contacts, hits, here, v)
             v = result.velocity
+        elif fired == STUCK:
+            jammed = law.jammed(contacts, here, v)
+            if jammed is None:
+                law.notes.add(Note.FAILED)
+                return np.full_like(y, np.nan), contacts
+            contacts, result = jammed
+            v = result.velocity
         contacts, v = law.choose(contacts, here, v, left)
         contacts = law.released(contacts, here)
         y = np.concatenate([y[:n_v], v])
@@ -251,7 +264,13 @@ class Segments:
                 self.law.notes.add(Note.MANY_STEPS)
                 return end, np.full_like(y, np.nan), None
             self.budget.steps += 1
-            stepper.step()
+            try:
+                stepper.step()
+            except np.linalg.LinAlgError:  # at a stage of a step that is much too long
+                stepper.h_abs *= _SHORTER
+                continue
+            if stepper.status == "failed":
+                return stepper.t, stepper.y, STUCK
             after = watched(stepper.y)
             crossing = {int(k): stepper.t for k in np.flatnonzero((before >= 0) & (after < 0))}
             crossing |= self._dips(contacts, stepper, watched) if watch else {}
@@ -263,9 +282,6 @@ class Segments:
             self.law.look(contacts, *self.state(stepper.y))
             self._turn(headings, starting, dynamics, stepper.y)
             before = after
-        if stepper.status == "failed":
-            self.law.notes.add(Note.FAILED)
-            return end, np.full_like(y, np.nan), None
         return end, stepper.y, None
 
     def _first(

@@ -209,6 +209,33 @@ def test_a_rod_in_paradox_is_reported() -> None:
     assert Note.NO_MODE in result.notes
 
 
+@pytest.mark.parametrize("angle", [0.4, 0.5, 0.6])
+def test_a_slide_whose_force_grows_beyond_any_bound_ends_in_an_impact(angle: float) -> None:
+    """The force of a slender rod that slides with its tip in front, mu = 2, grows without bound towards the angle at
+    which 1 + 3 cos(a) (cos(a) - mu sin(a)) = 0 (Genot and Brogliato): there an impact without a collision ends the
+    slide, it takes energy, the tip parts, and the motion goes on."""
+    physics, q = rod(2.0), np.array([0, 0.6 * math.sin(angle), -angle])
+    v = np.array([0.0, 0.0, -4.0])
+    normal, along = physics.contact_jacobian(q) @ v
+    v[:2] = -3.0 - along, -normal
+    result = replay_motion(physics, q, v, NOTHING, 0.3)
+    assert result.notes == {Note.NO_MODE} and np.isfinite(result.velocity).all()
+    (event,) = result.events
+    assert event.kind == "takeoff"
+    before = replay_motion(physics, q, v, NOTHING, event.time - 1e-7)
+    lean = -before.configuration[2]
+    assert 1 + 3 * math.cos(lean) * (math.cos(lean) - 2 * math.sin(lean)) == pytest.approx(0.0, abs=1e-3)
+    after = replay_motion(physics, q, v, NOTHING, event.time + 1e-7)
+
+    def energy(v: np.ndarray) -> float:
+        return 0.5 * float(v @ physics.mass_matrix(q) @ v)
+
+    assert energy(after.velocity) < 0.999 * energy(before.velocity)
+    normal, along = physics.contact_jacobian(after.configuration) @ after.velocity
+    assert abs(along) < 1e-4 and abs(normal) < 1e-4
+    assert physics.gaps(result.configuration)[0] > 1e-3
+
+
 def test_a_free_flyer_is_integrated_on_its_manifold(tmp_path: Path) -> None:
     """A symmetric top without torque keeps its angular momentum and precesses: as in the closed form of Euler."""
     file = tmp_path / "top.urdf"
