@@ -37,7 +37,7 @@ def feet(v: np.ndarray) -> np.ndarray:
 
 
 def test_the_orders_of_two_feet() -> None:
-    """The faster right first, or left first, in closed form; where both push at the same rate, something else happens."""
+    """The faster right first, or left first, in closed form; both pushing at the same rate lead elsewhere."""
     after = [feet(v) for v in impacts_in_turn(FEET, np.zeros(3), landing(-0.5, -2.0), BOTH)]
     left_first, right_first = in_turn(-0.5, -2.0), (-0.5 + CROSS * 2.0 / OWN, 0.0)
     np.testing.assert_allclose(after, [right_first, left_first], atol=1e-12)
