@@ -23,6 +23,17 @@ CONTINUATION_ITERATIONS = 120
 CONTINUATION_UPDATES = 1
 """How often that happens."""
 
+WHOLE_STEPS = {"accept_every_trial_step": "yes"}
+"""IPOPT's option for a solution that is near: no step is shortened. Newton's steps along forces that hardly cost
+anything, as those of legs against each other, leave the constraints by a little and come back; a line search cuts them
+to a thousandth, and the linear systems of such iterates are ill-conditioned."""
+
+WHOLE_STEP_ITERATIONS = 60
+"""Iterations of IPOPT with whole steps, after which the line search is used from the beginning."""
+
+FAR_OBJECTIVE = 0.05
+"""Change of the objective relative to one plus its size, above which whole steps have led to another solution."""
+
 FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
 """IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
@@ -128,7 +139,12 @@ class BranchSolver:
         return self._nlp.window(free)
 
     def exact(
-        self, start: BranchPoint, *, iterations: int = CONTINUATION_ITERATIONS, updates: int = CONTINUATION_UPDATES
+        self,
+        start: BranchPoint,
+        *,
+        iterations: int = CONTINUATION_ITERATIONS,
+        updates: int = CONTINUATION_UPDATES,
+        near: bool = False,
     ) -> PolishingReport | None:
         """Return the exact end on a branch, None if there is none nearby.
 
@@ -136,8 +152,9 @@ class BranchSolver:
             start: where to begin.
             iterations: of IPOPT before the branch is updated.
             updates: how often the branch may be updated.
+            near: whether the end is near the start, as on a finer grid, and whole steps are tried first.
         """
-        end = None
+        end = self._near(start) if near else None
         for starting in FREER_STARTS if start.freer else ({},):
             end = end or self._solve(start, starting, iterations, updates)
         return end
@@ -220,6 +237,14 @@ class BranchSolver:
             branches=[start.branch],
         )
 
+    def _near(self, start: BranchPoint) -> PolishingReport | None:
+        """Return the exact end that whole steps lead to, None if that is none, or far away."""
+        end = None if start.freer else self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, 0)
+        if end is None:
+            return None
+        before, after = self.problem.residuals(start.w).objective, end.residuals.objective
+        return end if abs(after - before) <= FAR_OBJECTIVE * (1 + abs(before)) else None
+
     def _limits(self, iterations: int, updates: int) -> PolishingLimits:
         return PolishingLimits(
             self.options.feasibility,
@@ -261,5 +286,5 @@ def continue_on_branch(
     """
     begin = time.perf_counter()
     solver = BranchSolver(problem, polisher, options, seconds_left, stop=stop, progress=progress)
-    end = solver.exact(start)
+    end = solver.exact(start, near=True)
     return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)
