@@ -118,7 +118,7 @@ class PolishingReport:
     @property
     def nearly_feasible(self) -> bool:
         """Whether only iterations were missing, or digits: the branch fits, for its constraints nearly hold."""
-        stopped = self.status in (NlpStatus.ITERATION_LIMIT, NlpStatus.CONVERGED)
+        stopped = self.status is NlpStatus.ITERATION_LIMIT or self.status.converged
         return stopped and self.residuals.constraint_violation <= NEARLY_FEASIBLE
 
 
