@@ -17,7 +17,9 @@ def stationarity_sentence(status: Status) -> str:
         return f"A cheaper motion may be nearby: {why}."
     if status.stationarity == "unknown":
         reason = (
-            "it is asked of solved problems only, and while time is left" if not status.solved else "no time was left"
+            "it is asked of solved problems only, and while time is left"
+            if not status.solved
+            else "no time was left, or its linear programs are too large"
         )
         return f"Whether a cheaper motion is nearby is not known: {reason}."
     undetermined = f"; of {status.unresolved} pairs it is undetermined which side is zero" if status.unresolved else ""
