@@ -8,7 +8,8 @@ import numpy as np
 
 from fesd_robot.recovery.contact_rows import by_contact, normal_rows
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess, ImpactState
+from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess
+from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.impulse_cone import impact_at_once
 
 LEAST_REBOUND = 1e-3
