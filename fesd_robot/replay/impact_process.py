@@ -85,7 +85,7 @@ class ImpactProcess:
                 continue
             headings = self._headings(choice, velocity)
             rates = self._rates_of(choice, headings)
-            if self._allowed(choice, velocity, rates, headings):
+            if self._allowed(choice, velocity, rates, headings, left):
                 return ImpactPhase(choice, headings, rates)
         return None
 
@@ -303,7 +303,14 @@ class ImpactProcess:
                 least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
         return least + 1e3 * ZERO
 
-    def _allowed(self, choice: Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray) -> bool:
+    def _allowed(
+        self, choice: Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray, left: Choice | None
+    ) -> bool:
+        """Return whether the law allows a choice.
+
+        A slide that begins accelerates; by however little if its contact stuck in the choice that was just left, with a
+        force that hardly left its cone.
+        """
         slope = self.compliance @ rates
         scale = 1.0 + np.abs(self.compliance).max()
         small_rate, small_slope, small_held = 1e3 * ZERO, 1e3 * ZERO * scale, _HELD * scale
@@ -325,10 +332,11 @@ class ImpactProcess:
                 too_much = float(np.linalg.norm(friction)) > self.friction[i] * push + small_rate
                 if too_much or np.abs(drifting).max() > small_held:
                     return False
-            elif (
-                not tangential.any() and self.friction[i] > 0 and slip.direction * headings[i] @ drifting <= small_slope
-            ):
-                return False
+            elif not tangential.any() and self.friction[i] > 0:
+                before = left[i] if left else None
+                stuck = before is not None and before[1] is Mode.STICK
+                if slip.direction * headings[i] @ drifting <= (0.0 if stuck else small_slope):
+                    return False
         return True
 
 
