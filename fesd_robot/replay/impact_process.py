@@ -154,7 +154,12 @@ class ImpactProcess:
         count, headings = len(velocity), phase.headings.copy()
 
         def headings_at(y: np.ndarray) -> np.ndarray:
-            return slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
+            turned = slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
+            if not starting:
+                return turned
+            turned[starting] = headings[starting]
+            found = self._beginning(phase.choice, turned, starting)
+            return np.where(found.any(axis=1, keepdims=True), found, turned)
 
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             rates = self._rates_of(phase.choice, headings_at(y))
@@ -172,6 +177,8 @@ class ImpactProcess:
 
         approaching = normal_rows(velocity, self.rows).copy()
         slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
+        still = ~tangential_rows(velocity, self.rows).any(axis=1)
+        starting = np.flatnonzero(slipping & still & (self.friction > 0)).tolist()
         span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
         stepper = DOP853(
             slope,
@@ -194,7 +201,11 @@ class ImpactProcess:
                 times = [_root(_entry(watched, path, int(k)), stepper) for k in ended]
                 first = int(np.argmin(times))
                 return self._at_the_end(path(times[first]), int(ended[first]), phase.choice, state.rebound)
-            headings[:] = slip_headings(tangential_rows(stepper.y[:count], self.rows), headings, slow=_SLOW)
+            if starting:
+                headings[starting] = headings_at(stepper.y)[starting]
+            slides = tangential_rows(stepper.y[:count], self.rows)
+            starting = [i for i in starting if float(np.linalg.norm(slides[i])) <= _SLOW]
+            headings[:] = slip_headings(slides, headings, slow=_SLOW)
             before = after
         return None
 
@@ -244,8 +255,10 @@ class ImpactProcess:
             for i, one in enumerate(choice)
             if one and one[1].direction and self.rows > 2 and self.friction[i] > 0 and not tangential[i].any()
         ]
-        if not starting:
-            return headings
+        return self._beginning(choice, headings, starting) if starting else headings
+
+    def _beginning(self, choice: Choice, headings: np.ndarray, starting: Sequence[int]) -> np.ndarray:
+        """Return the directions of all slides, (n_c, n_t): of those in `starting` that of their acceleration."""
         held = tuple((one[0], Mode.STICK) if one and i in starting else one for i, one in enumerate(choice))
         pulls = -tangential_rows(self._rates_of(held, headings), self.rows)
 
