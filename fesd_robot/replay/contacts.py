@@ -30,9 +30,6 @@ _AT_ONCE = 1e-8
 """Gap, m, up to which a contact that approaches meets the ground together with another one: the integration is hardly
 more accurate, and where two feet land at once it must not decide which of them comes first."""
 
-JAMMED_APPROACH = 1e-9
-"""Normal velocity, m/s, with which a slide begins to be pressed into the ground whose force grows beyond any bound."""
-
 JAMMED_CHANGE = 1e-3
 """Least change of the velocity of such a slide by what follows, relative to it."""
 
@@ -173,7 +170,7 @@ class ContactLaw:
         sliding = contacts.closed & np.array([mode.direction != 0 for mode in contacts.modes], dtype=bool)
         if not sliding.any():
             return None
-        result = impact(self._physics, q, v, contacts.closed, JAMMED_APPROACH * sliding)
+        result = impact(self._physics, q, v, contacts.closed, sliding)
         jacobian = self._physics.contact_jacobian(q)
         slides, changes = (tangential_rows(jacobian @ one, self._physics.rows) for one in (v, result.velocity - v))
         ends = np.linalg.norm(changes, axis=1) > JAMMED_CHANGE * np.linalg.norm(slides, axis=1)

@@ -17,6 +17,9 @@ LEAST_REBOUND = 1e-3
 this speed is 5e-8 m high, and the last ones take 2 `LEAST_REBOUND` / (g (1 - e)) together. It is the velocity up to
 which a contact counts as closed where a replay begins."""
 
+_PRESSED = 1e-9
+"""m/s, or ten times what counts as zero: with which contacts approach that do not collide but are to have an impact."""
+
 _PHASES = 100
 """Phases of one impact after which it counts as unfinished."""
 
@@ -48,7 +51,7 @@ def rebounds(physics: NumericPhysics, velocity: np.ndarray) -> np.ndarray:
 
 
 def impact(
-    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray, approach: np.ndarray | None = None
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray, pressed: np.ndarray | None = None
 ) -> Impact:
     """Return velocity and impulses after an impact with restitution and Coulomb friction.
 
@@ -73,8 +76,8 @@ def impact(
         physics: of the robot and its contacts.
         q, v: configuration (n_q) and velocity before (n_v).
         touching: contacts whose gap is closed, (n_c) of bool.
-        approach: normal velocity, m/s, with which contacts begin besides their own, (n_c); none if omitted. The least
-            one is enough for a contact that slides in paradox, as a push only makes it approach faster.
+        pressed: contacts that begin with an approach of `_PRESSED` besides their own, (n_c) of bool; none if omitted.
+            It is enough for slides in paradox, as a push only makes them approach faster.
 
     Where the physics has its impacts happen at once, `impulse_cone.impact_at_once` is the law instead.
 
@@ -87,11 +90,11 @@ def impact(
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
-    if approach is not None:
-        normal_rows(before, physics.rows)[:] -= approach
-    state = ImpactState.of(before, np.where(touching, rebounds(physics, before), 0.0), physics.rows)
     zero = ZERO if physics.rows == 2 else 10 * SETTLED
     small, finished = zero * max(1.0, float(np.abs(before).max(initial=0.0))), False
+    if pressed is not None:
+        normal_rows(before, physics.rows)[:] -= np.where(pressed, max(_PRESSED, 10.0 * small), 0.0)
+    state = ImpactState.of(before, np.where(touching, rebounds(physics, before), 0.0), physics.rows)
     left: Choice | None = None
     for _ in range(_PHASES):
         process.settle(state.velocity, small)
