@@ -290,7 +290,7 @@ class Segments:
         """Return time, state and number of the value that is first of those that become negative in the last step."""
         path = stepper.dense_output()
         values, parting = (lambda t: watched(path(t))), (lambda t: self._parting(path(t)))
-        time, first = first_root(stepper.t_old, values, crossing, parting, self.physics.restitution > 0)
+        time, first = first_root(stepper.t_old, values, crossing, parting, len(self.physics.friction))
         return time, path(time), first
 
     def _dips(
