@@ -11,7 +11,7 @@ from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
-from fesd_robot.replay.impacts import Impact, impact
+from fesd_robot.replay.impacts import Impact, impact, levelled
 from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, ModeMotion, Modes
 from fesd_robot.replay.modes import rated_modes, slips_are_proper
 
@@ -151,7 +151,8 @@ class ContactLaw:
             hits: contacts that have met it, (n_c) of bool.
         """
         touching = contacts.closed | hits
-        result = impact(self._physics, q, v, touching)
+        level = levelled(self._physics, q, touching, contacts.ground)
+        result = impact(self._physics, q, v, touching, level=level)
         if not result.finished:
             self.notes.add(Note.UNFINISHED_IMPACT)
         closed = touching & (self._normal_velocity(q, result.velocity) <= PARTING)

@@ -20,6 +20,9 @@ which a contact counts as closed where a replay begins."""
 _PRESSED = 1e-9
 """m/s, or ten times what counts as zero: with which contacts approach that do not collide but are to have an impact."""
 
+_LEVEL = 1e-6
+"""Ratio of singular values of normals that count as redundant."""
+
 _PHASES = 100
 """Phases of one impact after which it counts as unfinished."""
 
@@ -50,8 +53,29 @@ def rebounds(physics: NumericPhysics, velocity: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(wanted > LEAST_REBOUND, wanted, 0.0))
 
 
+def levelled(physics: NumericPhysics, q: np.ndarray, touching: np.ndarray, ground: np.ndarray) -> np.ndarray:
+    """Return the configuration next to one, (n_q), in which contacts that touch are on the ground.
+
+    Corners of a face that hit at once are not all equally high, by the tolerance of what is at once. Where they are,
+    what a rigid face needs to stop is redundant exactly; where they are not, it turns by so little that nothing can be
+    said of the direction in which its corners slide.
+
+    Args:
+        touching: contacts, (n_c) of bool.
+        ground: gap at which every one touches, m, (n_c).
+    """
+    normal = normal_rows(physics.contact_jacobian(q), physics.rows)[touching]
+    off = (physics.gaps(q) - ground)[touching]
+    return physics.integrate(q, -np.linalg.lstsq(normal, off, rcond=_LEVEL)[0])
+
+
 def impact(
-    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray, pressed: np.ndarray | None = None
+    physics: NumericPhysics,
+    q: np.ndarray,
+    v: np.ndarray,
+    touching: np.ndarray,
+    pressed: np.ndarray | None = None,
+    level: np.ndarray | None = None,
 ) -> Impact:
     """Return velocity and impulses after an impact with restitution and Coulomb friction.
 
@@ -79,6 +103,9 @@ def impact(
         pressed: contacts that begin with an approach of `_PRESSED` besides their own, (n_c) of bool; none if omitted.
             It is enough for slides in paradox, as a push only makes them approach faster.
 
+        level: configuration next to q in which all touching contacts are on the ground, (n_q), as `levelled` finds it;
+            the contact Jacobian is that of q if it is omitted.
+
     Where the physics has its impacts happen at once, `impulse_cone.impact_at_once` is the law instead.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 3: the auxiliary dynamics of time freezing, as an impact law;
@@ -86,7 +113,7 @@ def impact(
     """
     if physics.impacts_at_once:
         return Impact(*impact_at_once(physics, q, v, touching))
-    jacobian = physics.contact_jacobian(q)
+    jacobian = physics.contact_jacobian(q if level is None else level)
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
