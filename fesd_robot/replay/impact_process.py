@@ -167,24 +167,24 @@ class ImpactProcess:
             return np.concatenate([self.compliance @ rates, rates, parting * normal_rows(rates, self.rows)])
 
         def watched(y: np.ndarray) -> np.ndarray:
-            """Approach and slide of every contact, the room of the choice, and what is left of every restitution: what
-            must stay positive."""
+            """Approach of every contact that pushes and parting of one that does not, slides, the room of the choice,
+            and what is left of every restitution: what must stay positive."""
             normal, tangential = normal_rows(y[:count], self.rows), tangential_rows(y[:count], self.rows)
-            approach = np.where(self.touching & (approaching < 0), -normal, np.inf)
+            approach = np.where(sides == 0, np.inf, sides * normal + beyond)
             slide = np.where(slipping, (tangential * headings).sum(axis=1) - SETTLED * scale, np.inf)
             room = self._room(phase.choice, self._rates_of(phase.choice, headings_at(y)))
             return np.concatenate([approach, slide, [room], np.where(state.rebound > 0, -y[2 * count :], np.inf)])
 
-        approaching = normal_rows(velocity, self.rows).copy()
+        sides = np.array([1 if one is None else -int(one[0] == "push") for one in phase.choice]) * self.touching
+        beyond = np.where(normal_rows(velocity, self.rows) == 0, SETTLED * scale, 0.0)
         slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
         still = ~tangential_rows(velocity, self.rows).any(axis=1)
         starting = np.flatnonzero(slipping & still & (self.friction > 0)).tolist()
-        span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
         stepper = DOP853(
             slope,
             0.0,
             np.concatenate([velocity, state.impulse, state.work]),
-            span,
+            np.inf,
             rtol=_TOLERANCE,
             atol=1e-3 * _TOLERANCE * scale,
         )
