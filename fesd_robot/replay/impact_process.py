@@ -35,6 +35,10 @@ _STEPS = 3000
 _SLOW = 1e-7
 """m/s; slower velocities keep the direction that they had: where a slide begins or ends its direction is stiff."""
 
+_BEGUN = 1e-5
+"""m/s; a slide that begins has the direction that it accelerates in up to this speed. The direction of its velocity
+follows that one within an impulse in proportion to the speed, and an explicit method would take as short steps."""
+
 _TOLERANCE = 1e-12
 """Relative tolerance of phases that are integrated."""
 
@@ -204,7 +208,7 @@ class ImpactProcess:
             if starting:
                 headings[starting] = headings_at(stepper.y)[starting]
             slides = tangential_rows(stepper.y[:count], self.rows)
-            starting = [i for i in starting if float(np.linalg.norm(slides[i])) <= _SLOW]
+            starting = [i for i in starting if float(np.linalg.norm(slides[i])) <= _BEGUN]
             headings[:] = slip_headings(slides, headings, slow=_SLOW)
             before = after
         return None
