@@ -11,7 +11,7 @@ from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
-from fesd_robot.replay.impacts import Impact, impact
+from fesd_robot.replay.impacts import Impact, impact, levelled
 from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, ModeMotion, Modes
 from fesd_robot.replay.modes import rated_modes, slips_are_proper
 
@@ -29,9 +29,6 @@ speed is 5e-12 m high."""
 _AT_ONCE = 1e-8
 """Gap, m, up to which a contact that approaches meets the ground together with another one: the integration is hardly
 more accurate, and where two feet land at once it must not decide which of them comes first."""
-
-JAMMED_APPROACH = 1e-9
-"""Normal velocity, m/s, with which a slide begins to be pressed into the ground whose force grows beyond any bound."""
 
 JAMMED_CHANGE = 1e-3
 """Least change of the velocity of such a slide by what follows, relative to it."""
@@ -154,7 +151,8 @@ class ContactLaw:
             hits: contacts that have met it, (n_c) of bool.
         """
         touching = contacts.closed | hits
-        result = impact(self._physics, q, v, touching)
+        level = levelled(self._physics, q, touching, contacts.ground)
+        result = impact(self._physics, q, v, touching, level=level)
         if not result.finished:
             self.notes.add(Note.UNFINISHED_IMPACT)
         closed = touching & (self._normal_velocity(q, result.velocity) <= PARTING)
@@ -173,7 +171,7 @@ class ContactLaw:
         sliding = contacts.closed & np.array([mode.direction != 0 for mode in contacts.modes], dtype=bool)
         if not sliding.any():
             return None
-        result = impact(self._physics, q, v, contacts.closed, JAMMED_APPROACH * sliding)
+        result = impact(self._physics, q, v, contacts.closed, sliding)
         jacobian = self._physics.contact_jacobian(q)
         slides, changes = (tangential_rows(jacobian @ one, self._physics.rows) for one in (v, result.velocity - v))
         ends = np.linalg.norm(changes, axis=1) > JAMMED_CHANGE * np.linalg.norm(slides, axis=1)

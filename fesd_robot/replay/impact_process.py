@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from fesd_robot.recovery.contact_rows import cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.headings import beginning_headings, slip_headings
+from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.mode import Mode
 from fesd_robot.replay.splits import widest_split
 
@@ -21,71 +22,28 @@ ZERO = 1e-12
 SETTLED = 1e-9
 """The same as `ZERO` of velocities in space, where phases are integrated."""
 
+_SINGULAR = 1e-10
+"""Ratio of singular values of J M^-1 J^T that counts as zero, where contacts are redundant."""
+
+_HELD = float(np.sqrt(_SINGULAR))
+"""Rate of a velocity that is held, as a ratio of the largest one, that counts as zero: what such singular values leave,
+which are the squares of those of J. Corners of a face that meet the ground together are not all equally high."""
+
 _STEPS = 3000
 """Of the integration of one phase after which it counts as unfinished."""
 
 _SLOW = 1e-7
 """m/s; slower velocities keep the direction that they had: where a slide begins or ends its direction is stiff."""
 
+_BEGUN = 1e-5
+"""m/s; a slide that begins has the direction that it accelerates in up to this speed. The direction of its velocity
+follows that one within an impulse in proportion to the speed, and an explicit method would take as short steps."""
+
 _TOLERANCE = 1e-12
 """Relative tolerance of phases that are integrated."""
 
 Choice = tuple[tuple[str, Mode] | None, ...]
 """What every contact does: it pushes or holds, and sticks or slips; None if it has no impulse."""
-
-
-@dataclass(frozen=True)
-class ImpactState:
-    """How far an impact has come.
-
-    Attributes:
-        velocity: J v, the normal velocity of every contact less its rebound: negative where it is not done,
-            (rows n_c).
-        impulse: N s, (rows n_c).
-        rebound: normal velocity with which a contact has to part, m/s, (n_c); 0 without restitution.
-        work: of the normal force of every contact so far, J, (n_c).
-    """
-
-    velocity: np.ndarray
-    impulse: np.ndarray
-    rebound: np.ndarray
-    work: np.ndarray
-
-    @classmethod
-    def of(cls, before: np.ndarray, rebound: np.ndarray, rows: int) -> ImpactState:
-        """Return the state at the beginning, given J v and the rebounds."""
-        velocity = before.copy()
-        normal_rows(velocity, rows)[:] -= rebound
-        return cls(velocity, np.zeros(len(before)), rebound, np.zeros(len(rebound)))
-
-    def advanced(self, rates: np.ndarray, slope: np.ndarray, length: float, rows: int) -> ImpactState:
-        """Return the state after a length in which impulses and velocities grow at given rates."""
-        velocity = self.velocity + length * slope
-        mean = 0.5 * normal_rows(self.velocity + velocity, rows) + self.rebound
-        work = self.work + length * normal_rows(rates, rows) * mean
-        return replace(self, velocity=velocity, impulse=self.impulse + length * rates, work=work)
-
-    def spent(self, contact: int, rows: int) -> ImpactState:
-        """Return the state in which a contact has no restitution left."""
-        velocity, rebound = self.velocity.copy(), self.rebound.copy()
-        normal_rows(velocity, rows)[contact] += rebound[contact]
-        rebound[contact] = 0.0
-        return replace(self, velocity=velocity, rebound=rebound)
-
-    def lengths_to_spend(self, rates: np.ndarray, slope: np.ndarray, rows: int) -> np.ndarray:
-        """Return after which length the work of every contact with a rebound rises through zero, (n_c); infinite if
-        never: the root of work + rate (v s + slope s^2 / 2)."""
-        rate = normal_rows(rates, rows)
-        square, linear = 0.5 * rate * normal_rows(slope, rows), rate * (normal_rows(self.velocity, rows) + self.rebound)
-        under_root = linear**2 - 4.0 * square * self.work
-        lengths = np.full(len(rate), np.inf)
-        for i in np.flatnonzero((self.rebound > 0) & (rate > 0) & (under_root >= 0)).tolist():
-            root = float(np.sqrt(under_root[i]))
-            if linear[i] > 0:
-                lengths[i] = -2.0 * self.work[i] / (linear[i] + root)
-            elif square[i] > 0:
-                lengths[i] = (root - linear[i]) / (2.0 * square[i])
-        return lengths
 
 
 _End = tuple[ImpactState, Choice | None]
@@ -131,7 +89,7 @@ class ImpactProcess:
                 continue
             headings = self._headings(choice, velocity)
             rates = self._rates_of(choice, headings)
-            if self._allowed(choice, velocity, rates, headings):
+            if self._allowed(choice, velocity, rates, headings, left):
                 return ImpactPhase(choice, headings, rates)
         return None
 
@@ -165,20 +123,30 @@ class ImpactProcess:
     def after(self, phase: ImpactPhase, state: ImpactState) -> _End | None:
         """Return the end of a phase; None if it has none."""
         slides = any(one and one[1].direction and self.friction[i] > 0 for i, one in enumerate(phase.choice))
-        if self.rows > 2 and slides:
-            return self._integrated(phase, state)
+        return self._integrated(phase, state) if self.rows > 2 and slides else self._straight(phase, state)
+
+    def _hold(self, choice: Choice, velocity: np.ndarray) -> None:
+        """Set velocities to zero, in place, that a choice has held: rates of redundant ones are not exactly zero."""
+        for i, one in enumerate(choice):
+            if one and one[0] == "hold":
+                normal_rows(velocity, self.rows)[i] = 0.0
+            if one and one[1] is Mode.STICK:
+                tangential_rows(velocity, self.rows)[i] = 0.0
+
+    def _straight(self, phase: ImpactPhase, state: ImpactState) -> _End | None:
+        """Return the end of a phase in which all rates are constant; None if it has none."""
         velocity, slope = state.velocity, self.compliance @ phase.rates
         heading = np.repeat(self.touching, self.rows) & (velocity * slope < 0)
         lengths = np.full(len(velocity), np.inf)
         lengths[heading] = -velocity[heading] / slope[heading]
         row, spending = int(lengths.argmin()), state.lengths_to_spend(phase.rates, slope, self.rows)
-        if spending.min(initial=np.inf) < lengths[row]:
-            contact = int(spending.argmin())
-            ended = state.advanced(phase.rates, slope, float(spending[contact]), self.rows)
-            return ended.spent(contact, self.rows), None
-        if not np.isfinite(lengths[row]):
+        length = min(float(spending.min(initial=np.inf)), float(lengths[row]))
+        if not np.isfinite(length):
             return None
-        ended = state.advanced(phase.rates, slope, float(lengths[row]), self.rows)
+        ended = state.advanced(phase.rates, slope, length, self.rows)
+        self._hold(phase.choice, ended.velocity)
+        if length < lengths[row]:
+            return ended.spent(int(spending.argmin()), self.rows), None
         ended.velocity[row] = 0.0
         return ended, None
 
@@ -190,7 +158,12 @@ class ImpactProcess:
         count, headings = len(velocity), phase.headings.copy()
 
         def headings_at(y: np.ndarray) -> np.ndarray:
-            return slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
+            turned = slip_headings(tangential_rows(y[:count], self.rows), headings, through_zero=True, slow=_SLOW)
+            if not starting:
+                return turned
+            turned[starting] = headings[starting]
+            found = self._beginning(phase.choice, turned, starting)
+            return np.where(found.any(axis=1, keepdims=True), found, turned)
 
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             rates = self._rates_of(phase.choice, headings_at(y))
@@ -198,22 +171,24 @@ class ImpactProcess:
             return np.concatenate([self.compliance @ rates, rates, parting * normal_rows(rates, self.rows)])
 
         def watched(y: np.ndarray) -> np.ndarray:
-            """Approach and slide of every contact, the room of the choice, and what is left of every restitution: what
-            must stay positive."""
+            """Approach of every contact that pushes and parting of one that does not, slides, the room of the choice,
+            and what is left of every restitution: what must stay positive."""
             normal, tangential = normal_rows(y[:count], self.rows), tangential_rows(y[:count], self.rows)
-            approach = np.where(self.touching & (approaching < 0), -normal, np.inf)
+            approach = np.where(sides == 0, np.inf, sides * normal + beyond)
             slide = np.where(slipping, (tangential * headings).sum(axis=1) - SETTLED * scale, np.inf)
             room = self._room(phase.choice, self._rates_of(phase.choice, headings_at(y)))
             return np.concatenate([approach, slide, [room], np.where(state.rebound > 0, -y[2 * count :], np.inf)])
 
-        approaching = normal_rows(velocity, self.rows).copy()
+        sides = np.array([1 if one is None else -int(one[0] == "push") for one in phase.choice]) * self.touching
+        beyond = np.where(normal_rows(velocity, self.rows) == 0, SETTLED * scale, 0.0)
         slipping = np.array([one is not None and one[1].direction != 0 for one in phase.choice])
-        span = 1e3 * float(np.abs(velocity).max()) / float(np.diag(self.compliance)[:: self.rows].min())
+        still = ~tangential_rows(velocity, self.rows).any(axis=1)
+        starting = np.flatnonzero(slipping & still & (self.friction > 0)).tolist()
         stepper = DOP853(
             slope,
             0.0,
             np.concatenate([velocity, state.impulse, state.work]),
-            span,
+            np.inf,
             rtol=_TOLERANCE,
             atol=1e-3 * _TOLERANCE * scale,
         )
@@ -230,7 +205,11 @@ class ImpactProcess:
                 times = [_root(_entry(watched, path, int(k)), stepper) for k in ended]
                 first = int(np.argmin(times))
                 return self._at_the_end(path(times[first]), int(ended[first]), phase.choice, state.rebound)
-            headings[:] = slip_headings(tangential_rows(stepper.y[:count], self.rows), headings, slow=_SLOW)
+            if starting:
+                headings[starting] = headings_at(stepper.y)[starting]
+            slides = tangential_rows(stepper.y[:count], self.rows)
+            starting = [i for i in starting if float(np.linalg.norm(slides[i])) <= _BEGUN]
+            headings[:] = slip_headings(slides, headings, slow=_SLOW)
             before = after
         return None
 
@@ -246,6 +225,7 @@ class ImpactProcess:
     def _at_the_end(self, y: np.ndarray, which: int, choice: Choice, rebound: np.ndarray) -> _End:
         contacts = len(self.touching)
         velocity, impulse, work = np.split(y.copy(), [self.rows * contacts, 2 * self.rows * contacts])
+        self._hold(choice, velocity)
         ended = ImpactState(velocity, impulse, rebound, work)
         if which < contacts:
             normal_rows(velocity, self.rows)[which] = 0.0
@@ -279,8 +259,10 @@ class ImpactProcess:
             for i, one in enumerate(choice)
             if one and one[1].direction and self.rows > 2 and self.friction[i] > 0 and not tangential[i].any()
         ]
-        if not starting:
-            return headings
+        return self._beginning(choice, headings, starting) if starting else headings
+
+    def _beginning(self, choice: Choice, headings: np.ndarray, starting: Sequence[int]) -> np.ndarray:
+        """Return the directions of all slides, (n_c, n_t): of those in `starting` that of their acceleration."""
         held = tuple((one[0], Mode.STICK) if one and i in starting else one for i, one in enumerate(choice))
         pulls = -tangential_rows(self._rates_of(held, headings), self.rows)
 
@@ -321,7 +303,7 @@ class ImpactProcess:
             return pushed
         spread, limits = np.array(columns).T, np.array(bounds)
         matrix, wanted = (self.compliance @ spread)[rows], -(self.compliance @ pushed)[rows]
-        held = np.linalg.lstsq(matrix, wanted, rcond=1e-10)[0]
+        held = np.linalg.lstsq(matrix, wanted, rcond=_SINGULAR)[0]
         held = widest_split(held, self.jacobian.T @ spread, limits @ spread, limits @ pushed + np.array(offsets))
         return np.asarray(pushed + spread @ held)
 
@@ -338,9 +320,17 @@ class ImpactProcess:
                 least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
         return least + 1e3 * ZERO
 
-    def _allowed(self, choice: Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray) -> bool:
+    def _allowed(
+        self, choice: Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray, left: Choice | None
+    ) -> bool:
+        """Return whether the law allows a choice.
+
+        A slide that begins accelerates; by however little if its contact stuck in the choice that was just left, with a
+        force that hardly left its cone.
+        """
         slope = self.compliance @ rates
-        small_rate, small_slope = 1e3 * ZERO, 1e3 * ZERO * (1.0 + np.abs(self.compliance).max())
+        scale = 1.0 + np.abs(self.compliance).max()
+        small_rate, small_slope, small_held = 1e3 * ZERO, 1e3 * ZERO * scale, _HELD * scale
         for i, chosen in enumerate(choice):
             if not self.touching[i]:
                 continue
@@ -353,16 +343,17 @@ class ImpactProcess:
             push, friction = self._of(rates, i)
             if kind == "push" and normal == 0 and rising > small_slope:
                 return False
-            if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_slope):
+            if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_held):
                 return False
             if slip is Mode.STICK:
                 too_much = float(np.linalg.norm(friction)) > self.friction[i] * push + small_rate
-                if too_much or np.abs(drifting).max() > small_slope:
+                if too_much or np.abs(drifting).max() > small_held:
                     return False
-            elif (
-                not tangential.any() and self.friction[i] > 0 and slip.direction * headings[i] @ drifting <= small_slope
-            ):
-                return False
+            elif not tangential.any() and self.friction[i] > 0:
+                before = left[i] if left else None
+                stuck = before is not None and before[1] is Mode.STICK
+                if slip.direction * headings[i] @ drifting <= (0.0 if stuck else small_slope):
+                    return False
         return True
 
 

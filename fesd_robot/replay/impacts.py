@@ -8,13 +8,20 @@ import numpy as np
 
 from fesd_robot.recovery.contact_rows import by_contact, normal_rows
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess, ImpactState
+from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess
+from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.impulse_cone import impact_at_once
 
 LEAST_REBOUND = 1e-3
 """m/s; a contact that would part more slowly has no restitution, so that ever smaller bounces come to an end: one of
 this speed is 5e-8 m high, and the last ones take 2 `LEAST_REBOUND` / (g (1 - e)) together. It is the velocity up to
 which a contact counts as closed where a replay begins."""
+
+_PRESSED = 1e-9
+"""m/s, or ten times what counts as zero: with which contacts approach that do not collide but are to have an impact."""
+
+_LEVEL = 1e-6
+"""Ratio of singular values of normals that count as redundant."""
 
 _PHASES = 100
 """Phases of one impact after which it counts as unfinished."""
@@ -46,8 +53,29 @@ def rebounds(physics: NumericPhysics, velocity: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(wanted > LEAST_REBOUND, wanted, 0.0))
 
 
+def levelled(physics: NumericPhysics, q: np.ndarray, touching: np.ndarray, ground: np.ndarray) -> np.ndarray:
+    """Return the configuration next to one, (n_q), in which contacts that touch are on the ground.
+
+    Corners of a face that hit at once are not all equally high, by the tolerance of what is at once. Where they are,
+    what a rigid face needs to stop is redundant exactly; where they are not, it turns by so little that nothing can be
+    said of the direction in which its corners slide.
+
+    Args:
+        touching: contacts, (n_c) of bool.
+        ground: gap at which every one touches, m, (n_c).
+    """
+    normal = normal_rows(physics.contact_jacobian(q), physics.rows)[touching]
+    off = (physics.gaps(q) - ground)[touching]
+    return physics.integrate(q, -np.linalg.lstsq(normal, off, rcond=_LEVEL)[0])
+
+
 def impact(
-    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray, approach: np.ndarray | None = None
+    physics: NumericPhysics,
+    q: np.ndarray,
+    v: np.ndarray,
+    touching: np.ndarray,
+    pressed: np.ndarray | None = None,
+    level: np.ndarray | None = None,
 ) -> Impact:
     """Return velocity and impulses after an impact with restitution and Coulomb friction.
 
@@ -72,8 +100,11 @@ def impact(
         physics: of the robot and its contacts.
         q, v: configuration (n_q) and velocity before (n_v).
         touching: contacts whose gap is closed, (n_c) of bool.
-        approach: normal velocity, m/s, with which contacts begin besides their own, (n_c); none if omitted. The least
-            one is enough for a contact that slides in paradox, as a push only makes it approach faster.
+        pressed: contacts that begin with an approach of `_PRESSED` besides their own, (n_c) of bool; none if omitted.
+            It is enough for slides in paradox, as a push only makes them approach faster.
+
+        level: configuration next to q in which all touching contacts are on the ground, (n_q), as `levelled` finds it;
+            the contact Jacobian is that of q if it is omitted.
 
     Where the physics has its impacts happen at once, `impulse_cone.impact_at_once` is the law instead.
 
@@ -82,15 +113,15 @@ def impact(
     """
     if physics.impacts_at_once:
         return Impact(*impact_at_once(physics, q, v, touching))
-    jacobian = physics.contact_jacobian(q)
+    jacobian = physics.contact_jacobian(q if level is None else level)
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
-    if approach is not None:
-        normal_rows(before, physics.rows)[:] -= approach
-    state = ImpactState.of(before, np.where(touching, rebounds(physics, before), 0.0), physics.rows)
     zero = ZERO if physics.rows == 2 else 10 * SETTLED
     small, finished = zero * max(1.0, float(np.abs(before).max(initial=0.0))), False
+    if pressed is not None:
+        normal_rows(before, physics.rows)[:] -= np.where(pressed, max(_PRESSED, 10.0 * small), 0.0)
+    state = ImpactState.of(before, np.where(touching, rebounds(physics, before), 0.0), physics.rows)
     left: Choice | None = None
     for _ in range(_PHASES):
         process.settle(state.velocity, small)

@@ -13,11 +13,10 @@ from fesd_robot.recovery import SwitchRecord
 from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.budget import Budget
-from fesd_robot.replay.changes import kinds_of_change
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.event import Event
 from fesd_robot.replay.headings import NO_SPEED, slip_headings
-from fesd_robot.replay.impacts import Impact
 from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
 from fesd_robot.replay.modes import (
     acceleration_in_modes,
@@ -125,45 +124,6 @@ def replay_motion(
     q, v = segments.state(y)
     arriving = v if arriving is None else arriving
     return Replay(q, v, tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events), arriving)
-
-
-@dataclass(frozen=True)
-class Event:
-    """A change of the contacts' modes, or of those of joints with dry friction.
-
-    Attributes:
-        time: since the start of the segments, s.
-        configuration, velocity: before it, (n_q) and (n_v).
-        before, after: the contacts.
-        hits: which of them have met the ground, (n_c) of bool.
-        impact: what that did; None if none has.
-    """
-
-    time: float
-    configuration: np.ndarray
-    velocity: np.ndarray
-    before: Contacts
-    after: Contacts
-    hits: np.ndarray
-    impact: Impact | None
-
-    def switches(self, start: float) -> list[SwitchRecord]:
-        """Return the changes of contacts, `start` added to their time, s."""
-        changes = zip(self.before.modes, self.after.modes, self.hits.tolist(), strict=True)
-        return [
-            SwitchRecord(start + self.time, i, kind)
-            for i, (old, new, hit) in enumerate(changes)
-            for kind in kinds_of_change(old, new, hit=hit)
-        ]
-
-    def joint_switches(self, start: float) -> list[SwitchRecord]:
-        """Return the changes of joints, `start` added to their time, s; their contact is a number of a joint."""
-        changes = zip(self.before.joints, self.after.joints, strict=True)
-        return [
-            SwitchRecord(start + self.time, i, kind)
-            for i, (old, new) in enumerate(changes)
-            for kind in kinds_of_change(old, new, hit=False)
-        ]
 
 
 def events_along(
@@ -290,7 +250,7 @@ class Segments:
         """Return time, state and number of the value that is first of those that become negative in the last step."""
         path = stepper.dense_output()
         values, parting = (lambda t: watched(path(t))), (lambda t: self._parting(path(t)))
-        time, first = first_root(stepper.t_old, values, crossing, parting, self.physics.restitution > 0)
+        time, first = first_root(stepper.t_old, values, crossing, parting, len(self.physics.friction))
         return time, path(time), first
 
     def _dips(

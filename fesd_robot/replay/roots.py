@@ -15,23 +15,24 @@ Values = Callable[[float], np.ndarray]
 
 
 def first_root(
-    start: float, watched: Values, crossing: Mapping[int, float], parting: Values, bouncing: np.ndarray
+    start: float, watched: Values, crossing: Mapping[int, float], parting: Values, contacts: int
 ) -> tuple[float, int]:
     """Return time, s, and number of the value, of those that become negative in a step, that is first.
 
-    The gap of a contact that bounces is zero at its event: what it was beyond would add up from bounce to bounce.
+    The gap of a contact that lands is zero at its event, if it was above the ground: what it falls further would add up
+    from bounce to bounce, and where two contacts throw each other up it keeps hops alive that would come to an end.
 
     Args:
         start: of the step, s.
         watched: what must stay positive: gaps and `BEYOND_GAP` first, (n_c) of them.
         crossing: number of a value -> time at which it is negative, s.
         parting: normal velocities of the contacts, m/s, (n_c).
-        bouncing: contacts with restitution, (n_c) of bool.
+        contacts: how many there are.
     """
     roots: dict[int, float] = {}
     for k, negative in crossing.items():
         roots[k] = _root(watched, k, start, negative)
-        if k < len(bouncing) and bouncing[k]:
+        if k < contacts:
             roots[k] = _touchdown(start, watched, roots[k], parting, k)
     first = min(roots, key=lambda k: roots[k])
     return roots[first], first

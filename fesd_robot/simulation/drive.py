@@ -11,8 +11,9 @@ from fesd_robot.errors import SolverError
 from fesd_robot.recovery import SwitchRecord
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
+from fesd_robot.replay.event import Event
 from fesd_robot.replay.impacts import Impact
-from fesd_robot.replay.integrator import Event, Path, Segments, events_along
+from fesd_robot.replay.integrator import Path, Segments, events_along
 from fesd_robot.simulation.schedule import Schedule
 
 _FATAL = {

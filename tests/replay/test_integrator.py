@@ -166,6 +166,18 @@ def test_a_block_that_hardly_rocks_comes_to_rest() -> None:
     np.testing.assert_allclose(result.velocity, 0, atol=1e-9)
 
 
+def test_feet_that_throw_each_other_up_come_to_rest() -> None:
+    """A wide body that a force presses onto two feet without friction: each that lands throws the other up with 0.8 of
+    its velocity, so the hops end."""
+    half, inertia = 0.1, 0.09  # m; kg m^2, for which (1 - half^2 / inertia) / (1 + half^2 / inertia) = 0.8
+    wide = body(1.0, inertia, {"rear": (-half, -0.1), "front": (half, -0.1)}, friction=0.0)
+    start, flying = np.array([0.0, 0.1, -5e-8]), np.array([False, True])
+    result = replay_motion(wide, start, NOTHING, np.array([0, -100.0, 0]), 0.01, flying=flying)
+    assert not result.notes and 10 < len(result.events) < 40
+    np.testing.assert_allclose(result.configuration, [0, 0.1, 0], atol=1e-7)
+    np.testing.assert_allclose(result.velocity, 0, atol=1e-9)
+
+
 def test_a_foot_that_dips_below_the_ground_inside_a_step_touches_it() -> None:
     """The end of a turning arm would pass 0.02 mm below the ground within 2 ms, while its centre flies as a stone: it
     touches down."""

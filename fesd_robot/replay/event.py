@@ -1,0 +1,51 @@
+"""Changes of the contacts of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.recovery import SwitchRecord
+from fesd_robot.replay.changes import kinds_of_change
+from fesd_robot.replay.contacts import Contacts
+from fesd_robot.replay.impacts import Impact
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change of the contacts' modes, or of those of joints with dry friction.
+
+    Attributes:
+        time: since the start of the segments, s.
+        configuration, velocity: before it, (n_q) and (n_v).
+        before, after: the contacts.
+        hits: which of them have met the ground, (n_c) of bool.
+        impact: what that did; None if none has.
+    """
+
+    time: float
+    configuration: np.ndarray
+    velocity: np.ndarray
+    before: Contacts
+    after: Contacts
+    hits: np.ndarray
+    impact: Impact | None
+
+    def switches(self, start: float) -> list[SwitchRecord]:
+        """Return the changes of contacts, `start` added to their time, s."""
+        changes = zip(self.before.modes, self.after.modes, self.hits.tolist(), strict=True)
+        return [
+            SwitchRecord(start + self.time, i, kind)
+            for i, (old, new, hit) in enumerate(changes)
+            for kind in kinds_of_change(old, new, hit=hit)
+        ]
+
+    def joint_switches(self, start: float) -> list[SwitchRecord]:
+        """Return the changes of joints, `start` added to their time, s; their contact is a number of a joint."""
+        changes = zip(self.before.joints, self.after.joints, strict=True)
+        return [
+            SwitchRecord(start + self.time, i, kind)
+            for i, (old, new) in enumerate(changes)
+            for kind in kinds_of_change(old, new, hit=False)
+        ]
