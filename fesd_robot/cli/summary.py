@@ -14,7 +14,7 @@ SHOWN_CONTACTS, SHOWN_WARNINGS = 3, 3
 
 
 def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
-    """Return the verdict, warnings, by how much the goal is missed, what the contacts did, the effort, and the files.
+    """Return verdict, warnings, notes of the audit, misses of the goal, what contacts did, the effort, and the files.
 
     Args:
         folder: where the files are.
@@ -26,6 +26,7 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
     return [
         f"{plan.name}: {plan.status.message}",
         *warning_lines(plan.warnings),
+        *_notes(plan),
         *(outcome_lines(plan.outcome) if plan.outcome else []),
         f"{plan.trajectory.time[-1]:.6g} s of motion, {_effort(plan)} in {plan.statistics.solve_seconds:.1f} s",
         *_attempts(plan),
@@ -42,6 +43,14 @@ def _effort(plan: Plan) -> str:
         return f"{events}; {count(simulated.steps, 'step')}"
     sizes = f"{effort.variables} variables, {effort.pairs} pairs"
     return f"cost {effort.objective:.6g}; {sizes}, {effort.iterations} iterations"
+
+
+def _notes(plan: Plan) -> list[str]:
+    """Return what the replay of a solved plan notes, as where contacts that hit at once do so in turn."""
+    from fesd_robot.plans.findings import REPLAY
+
+    findings = plan.audit.findings if plan.status.solved and plan.audit else []
+    return [f"note: {finding.sentence}" for finding in findings if finding.entry == REPLAY]
 
 
 def warning_lines(warnings: Sequence[str]) -> list[str]:

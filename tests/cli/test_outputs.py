@@ -10,6 +10,7 @@ import pytest
 
 from fesd_robot.cli.summary import summary
 from fesd_robot.plans import read_plan
+from fesd_robot.plans.audit_record import Finding
 from fesd_robot.render import outputs
 from fesd_robot.task import load_task
 
@@ -48,6 +49,16 @@ def test_a_page_is_made_of_an_iterate_whose_clock_steps_back(finished: Any, task
         }
     )
     assert outputs.write_page(broken, load_task(task), tmp_path / "plan.html").is_file()
+
+
+def test_the_summary_says_what_the_replay_notes(finished: Any) -> None:
+    """What the audit's replay notes about a solved plan is a line of its own below the verdict."""
+    plan = read_plan(finished.folder)
+    noted = Finding(entry="replay", time=0.1, interval=1, sentence="From t = 0.1 s on feet hit in turn.")
+    audit = plan.audit.model_copy(update={"findings": [noted]})
+    lines = summary(plan.model_copy(update={"audit": audit}), finished.folder, Path("there"))
+    assert lines[1] == "note: From t = 0.1 s on feet hit in turn."
+    assert not any(line.startswith("note:") for line in summary(plan, finished.folder, Path("there")))
 
 
 def test_the_summary_stays_short_with_many_contacts(finished: Any) -> None:
