@@ -102,7 +102,6 @@ def impact(
         touching: contacts whose gap is closed, (n_c) of bool.
         pressed: contacts that begin with an approach of `_PRESSED` besides their own, (n_c) of bool; none if omitted.
             It is enough for slides in paradox, as a push only makes them approach faster.
-
         level: configuration next to q in which all touching contacts are on the ground, (n_q), as `levelled` finds it;
             the contact Jacobian is that of q if it is omitted.
 

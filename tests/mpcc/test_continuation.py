@@ -33,6 +33,17 @@ def test_a_trial_keeps_what_held_its_constraints(
     assert solver.tried(BranchPoint(PROBLEM.start, branch), TRIALS[0]) is ends[kept]
 
 
+@pytest.mark.parametrize(("start", "nlps"), [((1e-3, 1.1), 1), ((1.0, 1.0), 2)], ids=["near", "far"])
+def test_whole_steps_come_first_and_count_where_they_stay_near(start: tuple[float, float], nlps: int) -> None:
+    """With x = 0 the minimum is (0, 1) at a cost of 4: one NLP from a point of that cost; where the cost was another
+    one, the line search solves it again, and ends there as well."""
+    solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), HomotopyOptions(), lambda: None)
+    branch = Branch.of_pairs(PROBLEM.pair_labels, [ActiveFactor.G])
+    end = solver.exact(BranchPoint(np.array(start), branch), near=True)
+    assert end is not None and end.exact and len(solver.reports) == nlps
+    np.testing.assert_allclose(end.w, [0.0, 1.0], atol=1e-6)
+
+
 def _end(violation: float, branch: Branch, at: int) -> PolishingReport:
     residuals = replace(PROBLEM.residuals(PROBLEM.start), constraint_violation=violation)
     w = PROBLEM.start + at
