@@ -19,7 +19,7 @@ BOUND_ACTIVITY = 1e-6
 
 MOST_ENTRIES = 400_000
 """Derivatives in linear programs that are solved at all: those of a refined quadruped in space have 550,000, and do not
-end in 200 s; those of an unrefined one have a third, and take 4 s."""
+end in 150 s; those of an unrefined one have a third, and take 4 s."""
 
 
 @dataclass(frozen=True)

@@ -239,7 +239,7 @@ class BranchSolver:
 
     def _near(self, start: BranchPoint) -> PolishingReport | None:
         """Return the exact end that whole steps lead to, None if that is none, or far away."""
-        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, 1)
+        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, CONTINUATION_UPDATES)
         if end is None:
             return None
         before, after = self.problem.residuals(start.w).objective, end.residuals.objective

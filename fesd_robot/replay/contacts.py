@@ -30,8 +30,8 @@ _AT_ONCE = 1e-8
 """Gap, m, up to which a contact that approaches meets the ground together with another one: the integration is hardly
 more accurate, and where two feet land at once it must not decide which of them comes first."""
 
-JAMMED_CHANGE = 1e-3
-"""Least change of the velocity of such a slide by what follows, relative to it."""
+_JAMMED_CHANGE = 1e-3
+"""Least change of the velocity of a slide by the impact that ends a jam, relative to it."""
 
 _SAME = 1e-6
 """Difference of two accelerations relative to the larger up to which two choices of modes are the same motion."""
@@ -155,7 +155,7 @@ class ContactLaw:
         result = impact(self._physics, q, v, touching, level=level)
         if not result.finished:
             self.notes.add(Note.UNFINISHED_IMPACT)
-        closed = touching & (self._normal_velocity(q, result.velocity) <= PARTING)
+        closed = self._not_parting(touching, q, result.velocity)
         ground = np.where(closed & ~contacts.closed, self._physics.gaps(q), contacts.ground)
         return replace(contacts, closed=closed, ground=ground), result
 
@@ -174,12 +174,11 @@ class ContactLaw:
         result = impact(self._physics, q, v, contacts.closed, sliding)
         jacobian = self._physics.contact_jacobian(q)
         slides, changes = (tangential_rows(jacobian @ one, self._physics.rows) for one in (v, result.velocity - v))
-        ends = np.linalg.norm(changes, axis=1) > JAMMED_CHANGE * np.linalg.norm(slides, axis=1)
+        ends = np.linalg.norm(changes, axis=1) > _JAMMED_CHANGE * np.linalg.norm(slides, axis=1)
         if not result.finished or not (ends & sliding).any():
             return None
         self.notes.add(Note.NO_MODE)
-        closed = contacts.closed & (self._normal_velocity(q, result.velocity) <= PARTING)
-        return replace(contacts, closed=closed), result
+        return replace(contacts, closed=self._not_parting(contacts.closed, q, result.velocity)), result
 
     def released(self, contacts: Contacts, q: np.ndarray) -> Contacts:
         """Return the contacts with the ground of open ones no higher than they are: they can come back to it."""
@@ -203,6 +202,10 @@ class ContactLaw:
         chosen = next(stays, choices[0])
         closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in chosen.modes], dtype=bool)
         return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints, headings=chosen.headings), v
+
+    def _not_parting(self, touching: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return which of the contacts that touched stay closed after an impact, (n_c) of bool."""
+        return np.asarray(touching & (self._normal_velocity(q, v) <= PARTING))
 
     def _normal_velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         return normal_rows(self._physics.contact_jacobian(q) @ v, self._physics.rows)

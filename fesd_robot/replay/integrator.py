@@ -148,14 +148,13 @@ def events_along(
         hits = law.hit_with(before, np.arange(len(before.modes)) == fired, here, v)
         if hits.any():
             contacts, result = law.hit(contacts, hits, here, v)
-            v = result.velocity
         elif fired == STUCK:
             jammed = law.jammed(contacts, here, v)
             if jammed is None:
                 law.notes.add(Note.FAILED)
                 return np.full_like(y, np.nan), contacts
             contacts, result = jammed
-            v = result.velocity
+        v = result.velocity if result else v
         contacts, v = law.choose(contacts, here, v, left)
         contacts = law.released(contacts, here)
         y = np.concatenate([y[:n_v], v])
