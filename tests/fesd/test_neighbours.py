@@ -101,6 +101,23 @@ def test_a_touchdown_inside_an_interval_has_an_impact(hopper: BranchTranscriptio
     assert none == [(stick,)] * 6
 
 
+def test_a_touchdown_on_a_boundary_gets_an_impact_or_loses_it(hopper: BranchTranscription) -> None:
+    """The impact ends the interval of the flight, the contact begins with the next, and the way back is a move, too."""
+    w = hopper.transcription.problem.start
+    branch, (foot,) = branch_of(hopper, {2, 3})
+    flight, stick = flight_and_stick(foot)
+    hard = {move.what: move.branch for move in moves(hopper.transcription, hopper.conditions, w, branch)}[
+        "touchdown of contact 'foot' in interval 3 with impact"
+    ]
+    before, *impact = patterns(hopper, foot, hard)[3]
+    assert before == flight and impact and all(foot.is_impact(mode) for mode in impact)
+    assert patterns(hopper, foot, hard)[4:] == [(stick,), (stick,)]
+    soft = {move.what: move.branch for move in moves(hopper.transcription, hopper.conditions, w, hard)}[
+        "touchdown of contact 'foot' in interval 3 without impact"
+    ]
+    assert patterns(hopper, foot, soft) == patterns(hopper, foot, branch)
+
+
 def test_what_needs_more_elements_than_there_are_is_no_move() -> None:
     """With three elements an interval cannot hold a flight, the two modes of an impact, and the contact after it."""
     few = polisher("hopper_one_jump", "horizon.intervals=6", "method.elements=3")

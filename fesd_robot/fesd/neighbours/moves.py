@@ -27,6 +27,9 @@ PAIR = 2
 """Contacts of a pair. Where more than two switch alike, pairs of them move, too, as the hind feet of a quadruped; and
 where there are more contacts than a pair, those that move together come before single ones, which seldom gain then."""
 
+NEAR = 2
+"""Half intervals between switches that contacts may exchange."""
+
 Key = tuple[str, int, str]
 
 
@@ -85,11 +88,14 @@ def moves(
     - A switch between two modes that lies on the boundary of two control intervals moves to the boundary before, the
       one after, or into one of the two intervals; one inside an interval moves into the interval before or after, or
       to one of its boundaries.
+    - Contacts that switch alike at different places, at most an interval apart, exchange these: where one foot lands
+      with an impact and the other softly, the other one gets the impact.
     - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
       of several contacts that happen at most an interval apart, and all switches of several contacts that happen at
       once, as a block begins to slide where a pusher meets it.
     - A bounce, an impact between two flights, moves into the interval before or after.
-    - A touchdown gets an impact wherever it lies inside an interval, and none on a boundary.
+    - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
+      boundary, where switches of other contacts lie as well, gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
@@ -114,7 +120,7 @@ def moves(
         switches.append(switches_of(modes, patterns, runs, placing))
         changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1]), *_shifted_bounces(modes, patterns)]
         changes += [*_without_run(modes, runs), *_swapped(modes, runs), *_with_flight(modes, runs)]
-    together = _shifted_together(switches)
+    together = [*_shifted_together(switches), *_exchanged(switches)]
     for change in (*together, *changes) if len(switches) > PAIR else (*changes, *together):
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
@@ -178,6 +184,23 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
                     what = f"{_in_words(group)} in interval {switch.interval} {where}"
                     steps = [(other.modes, other.choices[where]) for other in group]
                     yield _Change((switch.modes.name, switch.number, f"together {where}"), what, steps)
+
+
+def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
+    """Yield the changes in which contacts that switch alike, but not at the same place, switch where the others did."""
+    every = [switch for own in switches for switch in own]
+    alike: dict[tuple[str, tuple[int, bool]], list[Switch]] = {}
+    for switch in every:
+        alike.setdefault((switch.name, switch.place), []).append(switch)
+    for (name, place), (other_name, other_place) in combinations(sorted(alike, reverse=True), 2):
+        if name != other_name or place[0] - other_place[0] > NEAR:
+            continue
+        own, others = alike[name, place], alike[name, other_place]
+        moved = [(one, one.towards(other_place)) for one in own] + [(one, one.towards(place)) for one in others]
+        steps = [(one.modes, patterns) for one, patterns in moved if patterns is not None]
+        if len({modes.name for modes, _ in steps}) == len(moved):
+            what = f"{_in_words([one for one, _ in moved])} in interval {own[0].interval} exchanged"
+            yield _Change((own[0].modes.name, own[0].number, "exchanged"), what, steps)
 
 
 def _in_words(group: Sequence[Switch]) -> str:

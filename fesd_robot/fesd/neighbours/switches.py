@@ -11,6 +11,8 @@ from fesd_robot.fesd.neighbours.patterns import Pattern, Run
 from fesd_robot.fesd.neighbours.placing import Placing
 
 EARLIER, LATER = "an interval earlier", "an interval later"
+TO_BEGINNING, TO_END = "to the beginning of its interval", "to the end of its interval"
+WITH_IMPACT, WITHOUT_IMPACT = "with impact", "without impact"
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,7 @@ class Switch:
         number: of the switch among those of the contact.
         name: touchdown, take-off, or stick or slip.
         interval: in which the mode before it ends.
+        inside: whether the mode after it begins there, too, rather than on the boundary to the next interval.
         choices: where it may go -> the patterns that the contact then has in some intervals.
     """
 
@@ -29,7 +32,22 @@ class Switch:
     number: int
     name: str
     interval: int
+    inside: bool
     choices: Mapping[str, Mapping[int, Pattern]]
+
+    @property
+    def place(self) -> tuple[int, bool]:
+        """Twice the number of its interval, one more on the boundary to the next, and whether with an impact there."""
+        return 2 * self.interval + (not self.inside), WITHOUT_IMPACT in self.choices
+
+    def towards(self, place: tuple[int, bool]) -> Mapping[int, Pattern] | None:
+        """Return the patterns with which it is at the place of another switch; None if it may not go there."""
+        steps = place[0] - self.place[0]
+        into = f"into interval {self.interval + (steps > 0)}"
+        near = (TO_BEGINNING, TO_END) if self.inside else (into, into)
+        here = WITH_IMPACT if place[1] else WITHOUT_IMPACT
+        where = {-2: EARLIER, -1: near[0], 0: here, 1: near[1], 2: LATER}.get(steps)
+        return self.choices.get(where) if where else None
 
 
 def switches_of(modes: ContactModes, patterns: list[Pattern], runs: list[Run], placing: Placing) -> list[Switch]:
@@ -43,12 +61,13 @@ def switches_of(modes: ContactModes, patterns: list[Pattern], runs: list[Run], p
     """
     switches = []
     for number, (before, after) in enumerate(pairwise(runs)):
-        if before.last < after.first:
+        inside = before.last == after.first
+        if not inside:
             choices = _from_a_boundary(modes, patterns, before, after, placing)
         else:
             choices = _from_inside(modes, patterns, before, after)
         name = _name(modes, before.mode, after.mode)
-        switches.append(Switch(modes, number, name, before.last, choices))
+        switches.append(Switch(modes, number, name, before.last, inside, choices))
     return switches
 
 
@@ -73,6 +92,10 @@ def _from_a_boundary(
         choices[f"into interval {k}"] = {k: whole, following: next_own}
     if next_own == (b,):
         choices[f"into interval {following}"] = {k: own, following: whole}
+    if impact:
+        choices[WITHOUT_IMPACT] = {k: own, following: next_own}
+    elif own == (a,) and len(whole) > 2:
+        choices[WITH_IMPACT] = {k: whole[:-1], following: next_own}
     return choices
 
 
@@ -84,8 +107,8 @@ def _from_inside(
     if len(without_impacts(modes, patterns[k])) > 2:
         return {}
     choices: dict[str, dict[int, Pattern]] = {
-        "to the beginning of its interval": {k: (b,)},
-        "to the end of its interval": {k: (a,)},
+        TO_BEGINNING: {k: (b,)},
+        TO_END: {k: (a,)},
     }
     if k > 0 and patterns[k - 1] == (a,):
         choices[EARLIER] = {k - 1: patterns[k], k: (b,)}
