@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby
+from itertools import groupby, product, takewhile
 
 import numpy as np
 
@@ -45,25 +45,30 @@ class Placing:
         """Yield elements and branches in which contacts have given modes in some intervals.
 
         Where another contact switches in the same interval, there are two: the new switches come before or after the
-        others. There is none where an interval has too few elements.
+        others; where impacts of both end the interval, also two in which they begin together, which takes an element
+        less. There is none where an interval has too few elements.
 
         Args:
             steps: contacts and their modes by interval, placed one after the other.
         """
-        for first in (True, False):
+        seen: set[Branch] = set()
+        for at_once, first in product((False, True), (True, False)):
             placing: Placing | None = self
             for modes, patterns in steps:
-                placing = placing and placing._one_placed(modes, patterns, first)
-            if placing is None:
+                placing = placing and placing._one_placed(modes, patterns, first, at_once)
+            if placing is None or placing.branch in seen:
                 continue
+            seen.add(placing.branch)
             yield placing
             if all(
                 len(pattern) == 1 or self._is_uniform(modes, k) for modes, own in steps for k, pattern in own.items()
             ):
                 return
 
-    def _one_placed(self, modes: ContactModes, patterns: Mapping[int, Pattern], first: bool) -> Placing | None:
-        sequences = {k: self._with_others(modes, pattern, k, first) for k, pattern in patterns.items()}
+    def _one_placed(
+        self, modes: ContactModes, patterns: Mapping[int, Pattern], first: bool, at_once: bool
+    ) -> Placing | None:
+        sequences = {k: self._with_others(modes, pattern, k, first, at_once) for k, pattern in patterns.items()}
         if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
             return None
         return self.with_sequences(sequences)
@@ -78,18 +83,24 @@ class Placing:
         mode = modes.of_factors(own[0])
         return [factors for factors, _ in groupby(with_mode(modes, one, mode) for one in own)]
 
-    def _with_others(self, modes: ContactModes, pattern: Pattern, interval: int, first: bool) -> list[Factors]:
-        """Return the factors of an interval's elements when a contact's switches come before or after all others."""
+    def _with_others(
+        self, modes: ContactModes, pattern: Pattern, interval: int, first: bool, at_once: bool
+    ) -> list[Factors]:
+        """Return the factors of an interval's elements when a contact's switches come before or after all others.
+
+        Args:
+            modes, pattern: the contact, and its modes in the interval.
+            interval: the interval.
+            first: whether before.
+            at_once: whether only impacts that end the interval come before or after each other.
+        """
         others = self._others(modes, interval)
-        if first:
-            return [
-                *(with_mode(modes, others[0], mode) for mode in pattern),
-                *(with_mode(modes, other, pattern[-1]) for other in others[1:]),
-            ]
-        return [
-            *(with_mode(modes, other, pattern[0]) for other in others[:-1]),
-            *(with_mode(modes, others[-1], mode) for mode in pattern),
-        ]
+        own_ends = len(pattern) - sum(1 for _ in takewhile(modes.is_impact, reversed(pattern)))
+        ends = len(others) - sum(1 for _ in takewhile(_is_impact, reversed(others)))
+        if not at_once or own_ends in (0, len(pattern)) or ends in (0, len(others)):
+            return _merged(modes, pattern, others, first)
+        before = _merged(modes, pattern[:own_ends], others[:ends], first)
+        return before + _merged(modes, pattern[own_ends:], others[ends:], first)
 
     def with_sequences(self, sequences: Mapping[int, Sequence[Factors]]) -> Placing:
         """Return elements and branch with other factors in some intervals, whose elements become equally long.
@@ -127,3 +138,21 @@ class Placing:
         """Return the algebraic variables of the nearest element with the same factors; its own if there is none."""
         same = [e for e, own in enumerate(self.branch.factors) if own == factors and not self.branch.without_length[e]]
         return self.elements[min(same, key=lambda e: abs(e - at), default=at)].z
+
+
+def _is_impact(factors: Factors) -> bool:
+    """Whether the clock stands still."""
+    return ActiveFactor.COMPLEMENT in factors
+
+
+def _merged(modes: ContactModes, pattern: Pattern, others: Sequence[Factors], first: bool) -> list[Factors]:
+    """Return the factors of elements in which a contact's modes follow each other before, or after, those of others."""
+    if first:
+        return [
+            *(with_mode(modes, others[0], mode) for mode in pattern),
+            *(with_mode(modes, other, pattern[-1]) for other in others[1:]),
+        ]
+    return [
+        *(with_mode(modes, other, pattern[0]) for other in others[:-1]),
+        *(with_mode(modes, others[-1], mode) for mode in pattern),
+    ]
