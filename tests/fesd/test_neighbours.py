@@ -101,21 +101,33 @@ def test_a_touchdown_inside_an_interval_has_an_impact(hopper: BranchTranscriptio
     assert none == [(stick,)] * 6
 
 
-def test_a_touchdown_on_a_boundary_gets_an_impact_or_loses_it(hopper: BranchTranscription) -> None:
-    """The impact ends the interval of the flight, the contact begins with the next, and the way back is a move, too."""
-    w = hopper.transcription.problem.start
-    branch, (foot,) = branch_of(hopper, {2, 3})
-    flight, stick = flight_and_stick(foot)
-    hard = {move.what: move.branch for move in moves(hopper.transcription, hopper.conditions, w, branch)}[
-        "touchdown of contact 'foot' in interval 3 with impact"
-    ]
-    before, *impact = patterns(hopper, foot, hard)[3]
-    assert before == flight and impact and all(foot.is_impact(mode) for mode in impact)
-    assert patterns(hopper, foot, hard)[4:] == [(stick,), (stick,)]
-    soft = {move.what: move.branch for move in moves(hopper.transcription, hopper.conditions, w, hard)}[
-        "touchdown of contact 'foot' in interval 3 without impact"
-    ]
-    assert patterns(hopper, foot, soft) == patterns(hopper, foot, branch)
+def test_a_touchdown_beside_another_gets_an_impact_or_loses_it(hopper: BranchTranscription) -> None:
+    """The impact ends the interval of the flight, the contact begins with the next, the way back is a move, too, and an
+    exchange gives the impact to the other foot; a foot that lands alone gets its impact inside an interval."""
+    feet = polisher("solo12_jump", "method.elements=4")
+    w = feet.transcription.problem.start
+    soft, (front, hind) = branch_of(feet, {2, 3}, {2, 3})
+    flight, stick = flight_and_stick(front)
+
+    def neighbour(branch: Branch, what: str) -> Branch:
+        return next(move.branch for move in moves(feet.transcription, feet.conditions, w, branch) if move.what == what)
+
+    hard = neighbour(soft, "touchdown of contact 'front' in interval 3 with impact")
+    before, *impact = patterns(feet, front, hard)[3]
+    assert before == flight and impact and all(front.is_impact(mode) for mode in impact)
+    assert patterns(feet, front, hard)[4] == (stick,) and patterns(feet, hind, hard) == patterns(feet, hind, soft)
+    back = neighbour(hard, "touchdown of contact 'front' in interval 3 without impact")
+    assert patterns(feet, front, back) == patterns(feet, front, soft)
+    other = neighbour(hard, "touchdown of contacts 'front', 'hind' in interval 3 exchanged")
+    assert patterns(feet, front, other) == patterns(feet, front, soft)
+    assert any(hind.is_impact(mode) for mode in patterns(feet, hind, other)[3])
+    both = neighbour(hard, "touchdown of contact 'hind' in interval 3 with impact")
+    for foot in (front, hind):
+        assert any(foot.is_impact(mode) for mode in patterns(feet, foot, both)[3])
+    alone, _ = branch_of(hopper, {2, 3})
+    start = hopper.transcription.problem.start
+    found = [move.what for move in moves(hopper.transcription, hopper.conditions, start, alone)]
+    assert found and not any("with impact" in what for what in found)
 
 
 def test_what_needs_more_elements_than_there_are_is_no_move() -> None:

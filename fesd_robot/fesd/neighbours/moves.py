@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, pairwise
@@ -13,7 +13,7 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, Run, intervals_of, pattern_of, runs_of
 from fesd_robot.fesd.neighbours.placing import Placing
-from fesd_robot.fesd.neighbours.switches import EARLIER, LATER, Switch, switches_of
+from fesd_robot.fesd.neighbours.switches import EARLIER, LATER, WITH_IMPACT, WITHOUT_IMPACT, Switch, switches_of
 from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
 from fesd_robot.fesd.transcription import Transcription
 
@@ -95,7 +95,7 @@ def moves(
       once, as a block begins to slide where a pusher meets it.
     - A bounce, an impact between two flights, moves into the interval before or after.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
-      boundary, where switches of other contacts lie as well, gets an impact or loses the one it has.
+      boundary where switches of other contacts lie as well gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
@@ -110,16 +110,15 @@ def moves(
     """
     branch = without_impulses(conditions, branch)
     placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
+    contacts = [modes for modes in ContactModes.of(conditions, branch) if joints or not modes.is_joint]
+    patterns = [[pattern_of(modes, branch, own) for own in intervals] for modes in contacts]
+    runs = [runs_of(modes, own) for modes, own in zip(contacts, patterns, strict=True)]
+    switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
     changes: list[_Change] = []
-    switches: list[list[Switch]] = []
-    for modes in ContactModes.of(conditions, branch):
-        if modes.is_joint and not joints:
-            continue
-        patterns = [pattern_of(modes, branch, own) for own in intervals]
-        runs = runs_of(modes, patterns)
-        switches.append(switches_of(modes, patterns, runs, placing))
-        changes += [*_shifted(switches[-1]), *_shifted_runs(switches[-1]), *_shifted_bounces(modes, patterns)]
-        changes += [*_without_run(modes, runs), *_swapped(modes, runs), *_with_flight(modes, runs)]
+    for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
+        others = {switch.interval for every in switches if every is not shifts for switch in every}
+        changes += [*_shifted(shifts, others), *_shifted_runs(shifts), *_shifted_bounces(modes, own)]
+        changes += [*_without_run(modes, of_contact), *_swapped(modes, of_contact), *_with_flight(modes, of_contact)]
     together = [*_shifted_together(switches), *_exchanged(switches)]
     for change in (*together, *changes) if len(switches) > PAIR else (*changes, *together):
         for neighbour in placing.placed(change.steps):
@@ -127,10 +126,20 @@ def moves(
             yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts))
 
 
-def _shifted(switches: Sequence[Switch]) -> Iterator[_Change]:
-    """Yield the changes that move one switch."""
+def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_Change]:
+    """Yield the changes that move one switch, or give it an impact on a boundary, or take that away.
+
+    Without another contact that switches there, an impact inside an interval, which may move to the boundary, is the
+    same.
+
+    Args:
+        switches: of one contact.
+        others: intervals in which others switch.
+    """
     for switch in switches:
         for where, patterns in switch.choices.items():
+            if where in (WITH_IMPACT, WITHOUT_IMPACT) and switch.interval not in others:
+                continue
             what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
             yield _Change(key, what, [(switch.modes, patterns)])
