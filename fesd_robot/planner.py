@@ -31,7 +31,7 @@ from fesd_robot.plans.tables import settings_line
 from fesd_robot.plans.verdict import status_of
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
-from fesd_robot.sagittal_start import sagittal_start
+from fesd_robot.sagittal_start import sagittal_start, with_own_starts
 from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
@@ -66,8 +66,9 @@ def plan(
 
     Args:
         task: from `load_task`; `task.solver.starts` is the number of initial guesses, each solved in a process of its
-            own as far as cores are free, and `task.solver.retries` the number of fallback settings
-            (`strategies.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
+            own as far as cores are free; where it is left open, a motion that is planned in the plane first has one.
+            `task.solver.retries` is the number of fallback settings (`strategies.fallbacks.FALLBACKS`); after them a
+            motion is looked for that comes near to the goal.
         progress: called after every NLP of the homotopy.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
             (0, NaN); True ends the solve, of other starts as well, and the best motion that one of them has by then is
@@ -88,6 +89,7 @@ def plan(
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
     deadline, reached, shared = Deadline(task.solver.time_limit), station or _unseen, SharedStop(stop)
+    task = with_own_starts(task)
     stop = None if stop is None else shared.here
 
     def attempted(one: Task) -> Plan:

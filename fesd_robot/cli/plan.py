@@ -60,10 +60,12 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
         with progress:
             from fesd_robot.cli.summary import summary
             from fesd_robot.plans import check_output_folder
+            from fesd_robot.sagittal_start import with_own_starts
             from fesd_robot.strategies.multistart import starts_of
 
             task, folder = load()
             check_output_folder(folder)
+            task = with_own_starts(task)
             progress.expect(task.solver.time_limit, starts_of(task))
             result = _solve(task, progress, interrupts)
             written = _write(result, task, folder, progress, interrupts)

@@ -252,7 +252,8 @@ class Solver(Section):
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
         description="How many initial guesses the task is solved from, at once where cores are free; the cheapest "
-        "solved motion is kept, and the report lists the costs of all. Default: 2, or 1 with a warm_start.",
+        "solved motion is kept, and the report lists the costs of all. Default: 2, or 1 "
+        "with a warm_start, or in space where both sides of the robot are asked for the same.",
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
