@@ -95,7 +95,7 @@ def moves(
       once, as a block begins to slide where a pusher meets it.
     - A bounce, an impact between two flights, moves into the interval before or after.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
-      boundary where switches of other contacts lie as well gets an impact or loses the one it has.
+      boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
@@ -129,7 +129,7 @@ def moves(
 def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_Change]:
     """Yield the changes that move one switch, or give it an impact on a boundary, or take that away.
 
-    Without another contact that switches there, an impact inside an interval, which may move to the boundary, is the
+    Without another contact that switches near by, an impact inside an interval, which may move to the boundary, is the
     same.
 
     Args:
@@ -138,7 +138,7 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_C
     """
     for switch in switches:
         for where, patterns in switch.choices.items():
-            if where in (WITH_IMPACT, WITHOUT_IMPACT) and switch.interval not in others:
+            if where in (WITH_IMPACT, WITHOUT_IMPACT) and not any(abs(switch.interval - one) <= 1 for one in others):
                 continue
             what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
