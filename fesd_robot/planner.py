@@ -89,7 +89,6 @@ def plan(
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
     deadline, reached, shared = Deadline(task.solver.time_limit), station or _unseen, SharedStop(stop)
-    task = with_own_starts(task)
     stop = None if stop is None else shared.here
 
     def attempted(one: Task) -> Plan:
@@ -97,7 +96,7 @@ def plan(
         return attempt(one, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
 
     attempts = attempt_seeds(
-        task,
+        with_own_starts(task),
         attempted,
         partial(attempt, stop=shared.elsewhere),
         deadline=deadline,

@@ -65,8 +65,7 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
 
             task, folder = load()
             check_output_folder(folder)
-            task = with_own_starts(task)
-            progress.expect(task.solver.time_limit, starts_of(task))
+            progress.expect(task.solver.time_limit, starts_of(with_own_starts(task)))
             result = _solve(task, progress, interrupts)
             written = _write(result, task, folder, progress, interrupts)
         if not quiet:
