@@ -27,8 +27,8 @@ PAIR = 2
 """Contacts of a pair. Where more than two switch alike, pairs of them move, too, as the hind feet of a quadruped; and
 where there are more contacts than a pair, those that move together come before single ones, which seldom gain then."""
 
-NEAR = 2
-"""Half intervals between switches that contacts may exchange."""
+NEAR = 1
+"""Intervals between switches of several contacts that move together, exchange places, or share their impacts."""
 
 Key = tuple[str, int, str]
 
@@ -138,7 +138,7 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_C
     """
     for switch in switches:
         for where, patterns in switch.choices.items():
-            if where in (WITH_IMPACT, WITHOUT_IMPACT) and not any(abs(switch.interval - one) <= 1 for one in others):
+            if where in (WITH_IMPACT, WITHOUT_IMPACT) and not any(abs(switch.interval - one) <= NEAR for one in others):
                 continue
             what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
@@ -179,7 +179,7 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
     """Yield the changes that move the same switch of several contacts, or all switches that happen at once."""
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
-        alike = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= 1]
+        alike = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= NEAR]
         at_once = [other for other in every if other.interval == switch.interval]
         pairs = combinations(alike, PAIR) if len(alike) > PAIR else ()
         for group in (alike, at_once, *map(list, pairs)):
@@ -202,7 +202,7 @@ def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
     for switch in every:
         alike.setdefault((switch.name, switch.place), []).append(switch)
     for (name, place), (other_name, other_place) in combinations(sorted(alike, reverse=True), 2):
-        if name != other_name or place[0] - other_place[0] > NEAR:
+        if name != other_name or place[0] - other_place[0] > 2 * NEAR:
             continue
         own, others = alike[name, place], alike[name, other_place]
         moved = [(one, one.towards(other_place)) for one in own] + [(one, one.towards(place)) for one in others]
