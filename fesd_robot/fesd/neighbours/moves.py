@@ -179,7 +179,8 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
     """Yield the changes that move the same switch of several contacts, or all switches that happen at once."""
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
-        alike = [other for other in every if other.name == switch.name and abs(other.interval - switch.interval) <= NEAR]
+        near = [other for other in every if abs(other.interval - switch.interval) <= NEAR]
+        alike = [other for other in near if other.name == switch.name]
         at_once = [other for other in every if other.interval == switch.interval]
         pairs = combinations(alike, PAIR) if len(alike) > PAIR else ()
         for group in (alike, at_once, *map(list, pairs)):
