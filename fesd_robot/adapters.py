@@ -177,7 +177,7 @@ def with_promised_goal(motion: MotionProblem) -> MotionProblem:
 
 
 def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
-    """Return what kind of point a solution is, or None if it is not solved, no time is left, or it is too large.
+    """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
     Args:
         problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.

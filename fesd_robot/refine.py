@@ -113,10 +113,11 @@ def refined(
     else holds the bounds that are violated between stages, all of them or those that are violated least; where these
     are violated by much more than errors explain, that comes first, as long as no round has failed. Else it holds
     contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
-    branch NLP again from the interpolated point. After `ENOUGH_ROUNDS` the audit alone decides whether to go on. A
-    coarse motion may do what no finer one does: where there is no solution, or one that costs much more, branches near
-    by are looked for (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`; the last motion that
-    passes the audit is kept, if one does.
+    branch NLP again from the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the audit
+    alone decides whether to go on: not if all of its entries have something to spare. A coarse motion may do what no
+    finer one does: where there is no solution, or one that costs much more, branches near by are looked for
+    (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`; the last motion that passes the audit is
+    kept, if one does.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact, or too coarse to be a motion at all.
@@ -161,7 +162,8 @@ def _to_accuracy(
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
     earlier: list[SolvedMotion] = []
     while solved.rounds < last and not over():
-        if solved.rounds >= ENOUGH_ROUNDS and solved.audit.worst[0] <= SPARE:
+        enough = solved.rounds >= ENOUGH_ROUNDS or solved.local_errors.max() <= accuracy
+        if enough and solved.audit.worst[0] <= SPARE:
             break
         if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
             break

@@ -125,7 +125,7 @@ def b_stationary(
 def relaxed_slope(
     at: Linearisation, *, activity: float, bound_activity: float, radius: float = 1e-2, time_limit: float = 60.0
 ) -> float | None:
-    """Return the optimum of the linear program that is left of the LPCC without complementarity, <= 0.
+    """Return a lower bound on the optimum of the linear program that is left of the LPCC without complementarity, <= 0.
 
     Where it is zero the point is S-stationary: the dual of that program has multipliers of the right sign, and minus
     its optimum is the sum of their residuals, relative to the gradient and weighted by the trust region.
@@ -141,7 +141,7 @@ def relaxed_slope(
         return None
     lpcc = lpcc_at(at, active, radius * np.maximum(1.0, abs(at.w)), radius)
     solved = lpcc.solve(lpcc.undecided, deadline)
-    return None if solved is None else solved[0]
+    return None if solved is None else solved.bound
 
 
 @dataclass(frozen=True)
@@ -159,21 +159,23 @@ def _decide(lpcc: Lpcc, tolerance: float, deadline: float) -> _Decision:
     relaxed = lpcc.solve(lpcc.undecided, deadline)
     bound = -np.inf
     if relaxed is not None:
-        bound, s = relaxed
+        bound = relaxed.bound
         if bound >= -tolerance:
             return _Decision("certified", "no descent even without complementarity", bound)
-        zero = lpcc.keeping(np.argmin(lpcc.growth(s), axis=0))
+        zero = lpcc.keeping(np.argmin(lpcc.growth(relaxed.s), axis=0))
         nearest = lpcc.solve(zero, deadline)
-        if nearest is not None and nearest[0] < -tolerance:
-            return _Decision("refuted", "on the branch nearest to the relaxed solution", bound, *nearest, zero)
+        if nearest is not None and nearest.value < -tolerance:
+            return _Decision(
+                "refuted", "on the branch nearest to the relaxed solution", bound, nearest.value, nearest.s, zero
+            )
     for search in (lpcc.mixed_integer, partial(lpcc.depth_first, -tolerance)):
         proven, branch = search(deadline)
         bound = max(bound, proven)
         if bound >= -tolerance:
             return _Decision("certified", "no descent on any branch", bound)
         solved = None if branch is None else lpcc.solve(branch, deadline)
-        if solved is not None and solved[0] < -tolerance:
-            return _Decision("refuted", "found in the search over all branches", bound, *solved, branch)
+        if solved is not None and solved.value < -tolerance:
+            return _Decision("refuted", "found in the search over all branches", bound, solved.value, solved.s, branch)
     late = time.perf_counter() >= deadline
     return _Decision("unknown", "time limit" if late else "HiGHS could not solve a linear program", bound)
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.optimize import Bounds, LinearConstraint, linprog, milp
+from scipy.optimize import Bounds, LinearConstraint, milp
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_sizes
-from fesd_robot.mpcc.multipliers import MANY_UNKNOWNS
+from fesd_robot.mpcc.linear_program import LinearSolution, solve_linear_program
 from fesd_robot.mpcc.quiet import silent_highs
 
 _RELATIVE_GAP = 0.9
@@ -54,8 +54,8 @@ class Lpcc:
         """Return the booleans (2, k) in which every biactive pair keeps the given side, (k,), at zero."""
         return np.array([side == G_SIDE, side == H_SIDE])
 
-    def solve(self, zero: np.ndarray, deadline: float) -> tuple[float, np.ndarray] | None:
-        """Return optimum and s of the linear program in which some sides stay at zero; None on failure.
+    def solve(self, zero: np.ndarray, deadline: float) -> LinearSolution | None:
+        """Return the solution of the linear program in which some sides stay at zero; None on failure.
 
         Args:
             zero: which sides of the biactive pairs may not grow (of a vanishing constraint: G <= 0), (2, k); of a pair
@@ -64,22 +64,8 @@ class Lpcc:
         """
         row_high = self.row_high.copy()
         row_high[self.sides[zero]] = 0.0
-        remaining = deadline - time.perf_counter()
-        if remaining <= 0:
-            return None
-        equal, below, above = self.row_low == row_high, np.isfinite(row_high), np.isfinite(self.row_low)
-        below, above = below & ~equal, above & ~equal
-        result = linprog(
-            self.cost,
-            A_ub=sparse.csc_array(sparse.vstack([self.matrix[below], -self.matrix[above]])),
-            b_ub=np.concatenate([row_high[below], -self.row_low[above]]),
-            A_eq=sparse.csc_array(self.matrix[equal]),
-            b_eq=row_high[equal],
-            bounds=np.column_stack([self.low, self.high]),
-            method="highs-ipm" if len(self.cost) > MANY_UNKNOWNS else "highs",
-            options={"time_limit": remaining},
-        )
-        return (float(result.fun), result.x) if result.status == 0 else None
+        seconds = deadline - time.perf_counter()
+        return solve_linear_program(self.cost, self.matrix, self.row_low, row_high, self.low, self.high, seconds)
 
     def mixed_integer(self, deadline: float) -> tuple[float, np.ndarray | None]:
         """Return a lower bound over all branches and the zero sides of a good one, None if there is none.
@@ -122,19 +108,19 @@ class Lpcc:
             solved = self.solve(zero, deadline)
             if solved is None:
                 return -np.inf, None
-            if solved[0] >= threshold:
-                bound = min(bound, solved[0])
+            if solved.bound >= threshold:
+                bound = min(bound, solved.bound)
                 continue
             undecided = ~zero.any(axis=0)
             if not undecided.any():
                 return -np.inf, zero
-            growth = self.growth(solved[1])
+            growth = self.growth(solved.s)
             smaller = np.where(undecided, growth.min(axis=0), -np.inf)
             at = int(np.argmax(smaller))
             if smaller[at] <= _SIDE_NOISE:
                 nearest = np.where(undecided, self.keeping(np.argmin(growth, axis=0)), zero)
                 leaf = self.solve(nearest, deadline)
-                if leaf is None or leaf[0] < threshold:
+                if leaf is None or leaf.bound < threshold:
                     return -np.inf, None if leaf is None else nearest
             # The side that grows less is kept first.
             for side in (int(np.argmax(growth[:, at])), int(np.argmin(growth[:, at]))):

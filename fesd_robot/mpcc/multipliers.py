@@ -11,6 +11,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, repeated_bounds, row_sizes
+from fesd_robot.mpcc.linear_program import MANY_UNKNOWNS
 
 _MULTIPLIER_PRICE = 1e-7
 """Price of a scaled Lagrange multiplier against a residual: one of more than its inverse does not count as existing."""
@@ -23,10 +24,6 @@ _HIGHS_ATTEMPTS = (
     ("highs", 1e-6, 0.0),
 )
 """HiGHS methods, tolerances and prices, tried in turn: on degenerate problems it gives up on some of them."""
-
-MANY_UNKNOWNS = 2000
-"""Unknowns of a linear program from which HiGHS's interior-point method is tried first: a robot in space has thousands,
-and the simplex method then takes several times as long."""
 
 _RESIDUAL_MISMATCH = 5e-7
 """By how much a residual may exceed what HiGHS claims; beyond, its multipliers are round-off and the next is tried."""

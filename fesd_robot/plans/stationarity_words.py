@@ -16,11 +16,7 @@ def stationarity_sentence(status: Status) -> str:
         why = status.b_stationary_reason or "a direction was found along which the linearised cost falls"
         return f"A cheaper motion may be nearby: {why}."
     if status.stationarity == "unknown":
-        reason = (
-            "it is asked of solved problems only, and while time is left"
-            if not status.solved
-            else "no time was left, or its linear programs are too large"
-        )
+        reason = "no time was left" if status.solved else "it is asked of solved problems only, and while time is left"
         return f"Whether a cheaper motion is nearby is not known: {reason}."
     undetermined = f"; of {status.unresolved} pairs it is undetermined which side is zero" if status.unresolved else ""
     return (

@@ -13,6 +13,10 @@ NO_SPEED = 1e-6
 _TURNS = 8
 """Directions from which that of a beginning slide is searched for where the first one leads to none."""
 
+_COARSE, _FINE = 1e-3, 1e-9
+"""Relative accuracy at which a search is given up or goes on, and at which it ends: most are of slides that do not
+begin, and have no end."""
+
 
 def slip_headings(
     velocities: np.ndarray,
@@ -82,9 +86,15 @@ def beginning_headings(
     near = np.where(headings[chosen].any(axis=1, keepdims=True), headings[chosen], pulls[chosen])
     first = np.arctan2(near[:, 1], near[:, 0])
     size = float(np.abs(drift(known)[chosen]).max()) + 1e-300
+    def begins(angles: np.ndarray, accuracy: float) -> bool:
+        e, a = accelerations(angles)
+        along_it, across_it = (e * a).sum(axis=1), e[:, 0] * a[:, 1] - e[:, 1] * a[:, 0]
+        return bool(np.abs(across_it).max() <= accuracy * size and along_it.min() >= -accuracy * size)
+
     for turn in range(_TURNS):
-        found = root(across, first + 2 * np.pi * turn / _TURNS, tol=1e-14)
-        e, a = accelerations(found.x)
-        if np.abs(across(found.x)).max() <= 1e-9 * size and (e * a).sum(axis=1).min() >= -1e-9 * size:
-            return along(found.x)
+        coarse = root(across, first + 2 * np.pi * turn / _TURNS, tol=_COARSE).x
+        if begins(coarse, _COARSE):
+            found = root(across, coarse, tol=1e-14).x
+            if begins(found, _FINE):
+                return along(found)
     return known

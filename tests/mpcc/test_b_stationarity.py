@@ -190,8 +190,8 @@ def test_sides_that_stay_zero_do_not_grow() -> None:
         for _ in range(5):
             zero = random.random((2, 4)) < 0.5
             solved = lpcc.solve(zero, deadline)
-            assert solved is not None and solved[0] >= relaxed[0] - 1e-9
-            assert (lpcc.growth(solved[1])[zero] <= 1e-8).all()
+            assert solved is not None and solved.value >= relaxed.value - 1e-9
+            assert (lpcc.growth(solved.s)[zero] <= 1e-8).all()
 
 
 def test_both_searches_agree() -> None:
@@ -206,7 +206,7 @@ def test_both_searches_agree() -> None:
             if descent:
                 assert zero is not None and zero.shape == (2, 4) and zero.any(axis=0).all()
                 solved = lpcc.solve(zero, deadline)
-                assert solved is not None and solved[0] < -1e-5
+                assert solved is not None and solved.value < -1e-5
             else:
                 assert bound >= -1e-5
 
