@@ -86,6 +86,7 @@ def beginning_headings(
     near = np.where(headings[chosen].any(axis=1, keepdims=True), headings[chosen], pulls[chosen])
     first = np.arctan2(near[:, 1], near[:, 0])
     size = float(np.abs(drift(known)[chosen]).max()) + 1e-300
+
     def begins(angles: np.ndarray, accuracy: float) -> bool:
         e, a = accelerations(angles)
         along_it, across_it = (e * a).sum(axis=1), e[:, 0] * a[:, 1] - e[:, 1] * a[:, 0]
