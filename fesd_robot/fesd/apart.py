@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal
 
@@ -19,14 +20,22 @@ from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.mpcc import Block
 
-LARGE_DYNAMICS = 2500
-"""Instructions of the dynamics from which on stages and elements are blocks of their own. Derivatives of an interval
-repeat them for every stage: for a quadruped in space that is half a million instructions, and a minute of compiling."""
+LARGE_INTERVALS = 15_000
+"""Instructions of the dynamics in the formulas of all kinds of intervals from which on stages and elements are blocks
+of their own. Derivatives of an interval repeat the dynamics for every stage: for a quadruped in space with three
+elements of two stages that is half a million instructions, and a minute of compiling; in the plane a refined one has
+intervals of three to eight elements of four stages, and takes as long."""
 
 
-def is_large(system: ComplementaritySystem) -> bool:
-    """Return whether stages and elements of a system are better blocks of their own."""
-    return bool(SystemFunctions.of(system).dynamics.n_instructions() >= LARGE_DYNAMICS)
+def is_large(system: ComplementaritySystem, stages: int, elements: Iterable[int]) -> bool:
+    """Return whether stages and elements of a system are better blocks of their own.
+
+    Args:
+        system: the system.
+        stages: of an element.
+        elements: of every interval.
+    """
+    return bool(SystemFunctions.of(system).dynamics.n_instructions() * stages * sum(set(elements)) >= LARGE_INTERVALS)
 
 
 def stages_block(ocp: OptimalControlProblem, tableau: Tableau, indices: TrajectoryIndices) -> Block:

@@ -62,7 +62,7 @@ class Transcription:
     @cached_property
     def apart(self) -> bool:
         """Whether elements, and stages, have blocks of their own, which follow those of the intervals."""
-        return self.options.form == "integral" and is_large(self.ocp.system)
+        return self.options.form == "integral" and is_large(self.ocp.system, self.options.tableau.stages, self.elements)
 
     @cached_property
     def layouts(self) -> dict[int, IntervalLayout]:

@@ -26,11 +26,13 @@ class LinearSolution:
         value: cost^T s.
         bound: lower bound on the optimum, from the Lagrange multipliers; at most `_LARGEST_GAP` below the value.
         s: (n,).
+        multipliers: of the rows, positive at a lower bound and negative at an upper one, (m,).
     """
 
     value: float
     bound: float
     s: np.ndarray
+    multipliers: np.ndarray
 
 
 def solve_linear_program(
@@ -77,4 +79,4 @@ def solve_linear_program(
     rest = cost - columns.T @ y
     value = float(cost @ s)
     bound = float(np.where(y > 0, row_low, row_high)[y != 0] @ y[y != 0] + np.minimum(rest * low, rest * high).sum())
-    return LinearSolution(value, min(bound, value), s) if value - bound <= _LARGEST_GAP else None
+    return LinearSolution(value, min(bound, value), s, y) if value - bound <= _LARGEST_GAP else None

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, repeated_bounds, row_sizes
-from fesd_robot.mpcc.linear_program import MANY_UNKNOWNS
+from fesd_robot.mpcc.linear_program import MANY_UNKNOWNS, solve_linear_program
 
 _MULTIPLIER_PRICE = 1e-7
 """Price of a scaled Lagrange multiplier against a residual: one of more than its inverse does not count as existing."""
@@ -167,10 +167,17 @@ def least_residual(
     extra = np.zeros(len(low))
     extra[equation.pairs.ravel()] = sign_cost
     negative, positive = low < 0, high > 0
-    attempts = list(_HIGHS_ATTEMPTS)
     if len(equation.c) > MANY_UNKNOWNS:
-        attempts.sort(key=lambda one: one[0] != "highs-ipm")
-    for method, tolerance, price in attempts:
+        box = np.ones(len(equation.c))
+        row_low = np.where(negative, -_MULTIPLIER_PRICE - extra, -np.inf)
+        row_high = np.where(positive, _MULTIPLIER_PRICE, np.inf)
+        remaining = deadline - time.perf_counter()
+        solved = solve_linear_program(equation.c, equation.rows, row_low, row_high, -box, box, remaining)
+        if solved is not None:
+            y = np.clip(-solved.multipliers, low, high)
+            if equation.residual(y) <= _RESIDUAL_MISMATCH - solved.value:
+                return y
+    for method, tolerance, price in _HIGHS_ATTEMPTS:
         free = negative & positive & (price + extra == 0.0)
         equal, below, above = (np.flatnonzero(part) for part in (free, positive & ~free, negative & ~free))
         remaining = deadline - time.perf_counter()
