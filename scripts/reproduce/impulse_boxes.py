@@ -3,7 +3,8 @@
     python scripts/reproduce/impulse_boxes.py
 
 Boxes of 1 kg and 2 m stand in a row with gaps of 1 m; only the middle one is pushed, horizontally. The boxes slide
-along each other and over the ground with friction; the impact between the middle and the right box has a restitution of 0.5.
+along each other and over the ground with friction; the impact between the middle and the right box has a restitution
+of 0.5.
 Source: arXiv 2305.17003, section 5.3, for which no cost and no time is published.
 """
 
