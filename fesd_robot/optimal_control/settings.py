@@ -20,9 +20,10 @@ class OptimalControlSettings:
         search: whether switches are moved from interval to interval as long as that lowers the cost.
         time_limit: seconds; None for no limit. At its end the cheapest solution so far is returned.
         linear_solver: ``fesd``, ``auto`` or one of IPOPT's, see `HomotopyOptions`.
+        velocity_level_ratio: see `HomotopyOptions`; a smaller one where relaxed friction and impulses lift what rests.
 
     Raises:
-        OptionError: a tolerance that is not positive, no start, or a time limit that is not positive.
+        OptionError: a tolerance or time limit that is not positive, no start, or a ratio below one.
     """
 
     tolerance: float = 1e-8
@@ -32,6 +33,7 @@ class OptimalControlSettings:
     search: bool = True
     time_limit: float | None = None
     linear_solver: str = "auto"
+    velocity_level_ratio: float = 30.0
 
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1:
@@ -42,6 +44,8 @@ class OptimalControlSettings:
             )
         if self.time_limit is not None and not self.time_limit > 0:
             raise OptionError(f"time_limit must be positive, found {self.time_limit:g}")
+        if not self.velocity_level_ratio >= 1:
+            raise OptionError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
 
     def homotopy(self, seconds: float | None, *, polish: bool) -> HomotopyOptions:
         """Return the options of one homotopy.
@@ -55,5 +59,6 @@ class OptimalControlSettings:
             sigma_start=1.0,
             time_limit=seconds,
             linear_solver=self.linear_solver,
+            velocity_level_ratio=self.velocity_level_ratio,
             polish=polish,
         )

@@ -147,6 +147,10 @@ def test_what_has_no_room_is_solved_by_the_homotopies(scheme: str) -> None:
         (lambda: OptimalControlSettings(tolerance=0), "tolerance must be between 0 and 1, found 0"),
         (lambda: OptimalControlSettings(starts=0), "starts must be at least 1 .*, found 0 and 4"),
         (lambda: OptimalControlSettings(time_limit=-1), "time_limit must be positive, found -1"),
+        (
+            lambda: OptimalControlSettings(velocity_level_ratio=0.5),
+            "velocity_level_ratio must be at least 1, found 0.5",
+        ),
     ],
 )
 def test_settings_out_of_range_are_refused(make: object, message: str) -> None:
