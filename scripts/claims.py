@@ -134,6 +134,12 @@ CLAIMS: dict[str, Claim] = {
     "solo12_bound": Claim({name: ContactClaim((1, 2), longest=0.05, highest=0.015) for name in ("front", "hind")}),
     "solo12_jump": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in ("front", "hind")}),
     "solo12_jump_in_space": Claim({name: ContactClaim((1, 1), longest=0.25, highest=0.05) for name in FEET}),
+    "solo12_onto_box": Claim(
+        {
+            **{name: ContactClaim((1, 4), longest=0.2, highest=0.05) for name in ("FL", "FR")},
+            **{name: ContactClaim((1, 2), longest=0.4, highest=0.1) for name in ("HL", "HR")},
+        }
+    ),
     "solo12_sideways": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.03) for name in FEET}),
     "solo12_turn": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.02) for name in FEET}),
     "solo12_two_steps": Claim({name: ContactClaim((1, 1), longest=0.08, highest=0.02) for name in FEET}, carried=True),
