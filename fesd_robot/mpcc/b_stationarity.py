@@ -24,6 +24,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.mpcc.derivatives import Linearisation, active_set, linearise
+from fesd_robot.mpcc.linear_program import LinearSolution
 from fesd_robot.mpcc.lpcc import G_SIDE, Lpcc, lpcc_at
 from fesd_robot.mpcc.problem import Mpcc
 
@@ -66,10 +67,10 @@ def b_stationary(
     w: np.ndarray,
     *,
     at: Linearisation | None = None,
+    relaxed: LinearSolution | None = None,
     radius: float = 1e-2,
     activity: float = 1e-6,
     bound_activity: float | None = None,
-    tolerance: float = NO_DESCENT,
     time_limit: float = 60.0,
 ) -> BCertificate:
     """Decide by the LPCC at w (head of this module) whether w is B-stationary.
@@ -83,11 +84,11 @@ def b_stationary(
         problem: the MPCC.
         w: a feasible point, shape (n,), in the units of the problem's variables.
         at: expansion of the problem at w, if it is at hand.
+        relaxed: solution of the first linear program, `relaxed_solution` with the same args, if it is at hand.
         radius: size of the trust region, abs(d_i) <= radius max(1, abs(w_i)).
         activity: a value counts as zero up to activity max(1, largest entry of its gradient), in the value's unit; keep
-            it above tolerance radius, as constraints at a smaller distance can hide a descent.
+            it above `NO_DESCENT` radius, as constraints at a smaller distance can hide a descent.
         bound_activity: the same for the distance from bounds on variables and rows; `activity` if omitted.
-        tolerance: slopes above -tolerance are no descent; see `BCertificate.slope`. HiGHS resolves about 1e-6.
         time_limit: seconds.
 
     Returns:
@@ -103,7 +104,7 @@ def b_stationary(
     size = radius * np.maximum(1.0, abs(w))
     decision = _Decision("unknown", f"the point violates a constraint by {active.violation:.1e}")
     if active.violation <= activity:
-        decision = _decide(lpcc_at(at, active, size, radius), tolerance, begin + time_limit)
+        decision = _decide(lpcc_at(at, active, size, radius), begin + time_limit, relaxed)
     biactive = np.flatnonzero(active.biactive)
     direction, G_zero = np.zeros(problem.size), active.G | (at.vanishing & (at.G < 0))
     if decision.zero is not None and decision.s is not None:
@@ -122,13 +123,13 @@ def b_stationary(
     )
 
 
-def relaxed_slope(
+def relaxed_solution(
     at: Linearisation, *, activity: float, bound_activity: float, radius: float = 1e-2, time_limit: float = 60.0
-) -> float | None:
-    """Return a lower bound on the optimum of the linear program that is left of the LPCC without complementarity, <= 0.
+) -> LinearSolution | None:
+    """Return the solution of the linear program that is left of the LPCC without complementarity.
 
-    Where it is zero the point is S-stationary: the dual of that program has multipliers of the right sign, and minus
-    its optimum is the sum of their residuals, relative to the gradient and weighted by the trust region.
+    Where its bound is zero the point is S-stationary: the dual of that program has multipliers of the right sign, and
+    minus its optimum is the sum of their residuals, relative to the gradient and weighted by the trust region.
 
     Args:
         at, activity, bound_activity, radius, time_limit: as in `b_stationary`.
@@ -140,8 +141,7 @@ def relaxed_slope(
     if active.violation > activity:
         return None
     lpcc = lpcc_at(at, active, radius * np.maximum(1.0, abs(at.w)), radius)
-    solved = lpcc.solve(lpcc.undecided, deadline)
-    return None if solved is None else solved.bound
+    return lpcc.solve(lpcc.undecided, deadline)
 
 
 @dataclass(frozen=True)
@@ -154,27 +154,27 @@ class _Decision:
     zero: np.ndarray | None = None
 
 
-def _decide(lpcc: Lpcc, tolerance: float, deadline: float) -> _Decision:
-    """Return whether any branch has a slope below -tolerance."""
-    relaxed = lpcc.solve(lpcc.undecided, deadline)
+def _decide(lpcc: Lpcc, deadline: float, relaxed: LinearSolution | None) -> _Decision:
+    """Return whether any branch has a slope below -`NO_DESCENT`."""
+    relaxed = relaxed or lpcc.solve(lpcc.undecided, deadline)
     bound = -np.inf
     if relaxed is not None:
         bound = relaxed.bound
-        if bound >= -tolerance:
+        if bound >= -NO_DESCENT:
             return _Decision("certified", "no descent even without complementarity", bound)
         zero = lpcc.keeping(np.argmin(lpcc.growth(relaxed.s), axis=0))
         nearest = lpcc.solve(zero, deadline)
-        if nearest is not None and nearest.value < -tolerance:
+        if nearest is not None and nearest.value < -NO_DESCENT:
             return _Decision(
                 "refuted", "on the branch nearest to the relaxed solution", bound, nearest.value, nearest.s, zero
             )
-    for search in (lpcc.mixed_integer, partial(lpcc.depth_first, -tolerance)):
+    for search in (lpcc.mixed_integer, partial(lpcc.depth_first, -NO_DESCENT)):
         proven, branch = search(deadline)
         bound = max(bound, proven)
-        if bound >= -tolerance:
+        if bound >= -NO_DESCENT:
             return _Decision("certified", "no descent on any branch", bound)
         solved = None if branch is None else lpcc.solve(branch, deadline)
-        if solved is not None and solved.value < -tolerance:
+        if solved is not None and solved.value < -NO_DESCENT:
             return _Decision("refuted", "found in the search over all branches", bound, solved.value, solved.s, branch)
     late = time.perf_counter() >= deadline
     return _Decision("unknown", "time limit" if late else "HiGHS could not solve a linear program", bound)

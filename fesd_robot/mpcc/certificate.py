@@ -66,22 +66,22 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
     Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
     """
     # The linear programs take long to import, and few runs need them.
-    from fesd_robot.mpcc.b_stationarity import NO_DESCENT, b_stationary, relaxed_slope
+    from fesd_robot.mpcc.b_stationarity import NO_DESCENT, b_stationary, relaxed_solution
     from fesd_robot.mpcc.derivatives import active_set, linearise
     from fesd_robot.mpcc.stationarity import stationarity
 
     activity, at = ACTIVITY * tolerance**0.5, linearise(problem, w)
     activities = {"activity": activity, "bound_activity": max(activity, BOUND_ACTIVITY)}
     begin = time.perf_counter()
-    slope = relaxed_slope(at, **activities, time_limit=time_limit)
-    if slope is not None and slope >= -NO_DESCENT:
+    relaxed = relaxed_solution(at, **activities, time_limit=time_limit)
+    if relaxed is not None and relaxed.bound >= -NO_DESCENT:
         active = active_set(at, **activities)
-        return Certificate("S", "certified", int(active.biactive.sum()), int(active.unresolved.sum()), -slope)
+        return Certificate("S", "certified", int(active.biactive.sum()), int(active.unresolved.sum()), -relaxed.bound)
     left = max(time_limit - (time.perf_counter() - begin), 0.0)
     kind = stationarity(problem, w, at=at, **activities, time_limit=left)
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
     # It begins with the same program, which has failed for want of time if none is left.
-    b = b_stationary(problem, w, at=at, **activities, time_limit=time_limit if left else 0.0)
+    b = b_stationary(problem, w, at=at, relaxed=relaxed, **activities, time_limit=time_limit if left else 0.0)
     descent = (b.branch, b.direction, b.slope, b.leaving) if b.verdict == "refuted" else ()
     return Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, *descent)

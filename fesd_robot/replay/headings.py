@@ -79,8 +79,7 @@ def beginning_headings(
         return directions[chosen], drift(directions)[chosen]
 
     def across(angles: np.ndarray) -> np.ndarray:
-        e, a = accelerations(angles)
-        return np.asarray(e[:, 0] * a[:, 1] - e[:, 1] * a[:, 0])
+        return _cross(*accelerations(angles))
 
     # From one moment to the next a direction hardly turns.
     near = np.where(headings[chosen].any(axis=1, keepdims=True), headings[chosen], pulls[chosen])
@@ -89,8 +88,7 @@ def beginning_headings(
 
     def begins(angles: np.ndarray, accuracy: float) -> bool:
         e, a = accelerations(angles)
-        along_it, across_it = (e * a).sum(axis=1), e[:, 0] * a[:, 1] - e[:, 1] * a[:, 0]
-        return bool(np.abs(across_it).max() <= accuracy * size and along_it.min() >= -accuracy * size)
+        return bool(np.abs(_cross(e, a)).max() <= accuracy * size and (e * a).sum(axis=1).min() >= -accuracy * size)
 
     for turn in range(_TURNS):
         coarse = root(across, first + 2 * np.pi * turn / _TURNS, tol=_COARSE).x
@@ -99,3 +97,8 @@ def beginning_headings(
             if begins(found, _FINE):
                 return along(found)
     return known
+
+
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the products e x a of vectors in the plane, (n, 2) each."""
+    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])

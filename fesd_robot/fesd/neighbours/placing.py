@@ -95,8 +95,7 @@ class Placing:
             at_once: whether only impacts that end the interval come before or after each other.
         """
         others = self._others(modes, interval)
-        own_ends = len(pattern) - sum(1 for _ in takewhile(modes.is_impact, reversed(pattern)))
-        ends = len(others) - sum(1 for _ in takewhile(_is_impact, reversed(others)))
+        own_ends, ends = _before_impacts(pattern), _before_impacts(others)
         if not at_once or own_ends in (0, len(pattern)) or ends in (0, len(others)):
             return _merged(modes, pattern, others, first)
         before = _merged(modes, pattern[:own_ends], others[:ends], first)
@@ -140,9 +139,9 @@ class Placing:
         return self.elements[min(same, key=lambda e: abs(e - at), default=at)].z
 
 
-def _is_impact(factors: Factors) -> bool:
-    """Whether the clock stands still."""
-    return ActiveFactor.COMPLEMENT in factors
+def _before_impacts(factors: Sequence[Factors]) -> int:
+    """Return how many factors, of a contact or of all, come before the impacts that end a sequence of them."""
+    return len(factors) - sum(1 for _ in takewhile(ContactModes.is_impact, reversed(factors)))
 
 
 def _merged(modes: ContactModes, pattern: Pattern, others: Sequence[Factors], first: bool) -> list[Factors]:
