@@ -14,8 +14,9 @@ from _common import Report, markdown_table, plt  # isort: skip  # first: sets th
 
 import casadi as ca
 import numpy as np
+from _transfers import transfer
 
-from fesd_robot.dcs import Mechanism, UnilateralContact, state_of, with_contacts
+from fesd_robot.dcs import Mechanism, UnilateralContact
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem
 from fesd_robot.optimal_control import OptimalControlSettings, OptimalControlSolution, optimize
 
@@ -55,30 +56,16 @@ def problem() -> OptimalControlProblem:
         )
         for i in range(3)
     ]
-    system = with_contacts(mechanism, contacts)
-    miss = ca.vertcat(q, v) - np.append(TARGET, np.zeros(6))
-    square = ca.dot(miss**2, ca.DM(WEIGHTS))
-
-    def guess(time: float) -> np.ndarray:
-        places = START + time / DURATION * (TARGET - START)
-        return state_of(mechanism, contacts, places, np.zeros(6))
-
-    start = state_of(mechanism, contacts, START, np.zeros(6))
     most = np.array([10.0, HIGHEST] * 3 + [10.0, FASTEST] * 3)
-    gaps = np.full(len(contacts), np.inf)  # the distances are bounded, so the gaps need no bounds of their own
-    return OptimalControlProblem(
-        system,
-        DURATION,
-        intervals=INTERVALS,
-        initial_lower=start,
-        initial_upper=start,
-        state_lower=np.append(-most, -gaps),
-        state_upper=np.append(most, gaps),
-        control_lower=np.array([-30.0]),
-        control_upper=np.array([30.0]),
-        running_cost={"miss": square, "force": 0.1 * u**2},
-        terminal_cost={"end": 100 * square},
-        state_guess=guess,
+    return transfer(
+        mechanism,
+        contacts,
+        (START, TARGET),
+        lambda time: START + time / DURATION * (TARGET - START),
+        (DURATION, INTERVALS),
+        weights=WEIGHTS,
+        most=most,
+        least_gap=-np.inf,  # the distances are bounded, so the gaps need no bounds of their own
     )
 
 

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 from _common import Report, markdown_table, plt  # isort: skip  # first: sets the number of threads
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
+from _transfers import transfer
 
-from fesd_robot.dcs import Mechanism, UnilateralContact, state_of, with_contacts
+from fesd_robot.dcs import Mechanism, UnilateralContact
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, TrajectoryConstraint
 from fesd_robot.optimal_control import OptimalControlSettings, OptimalControlSolution, optimize
 
@@ -35,9 +38,22 @@ def problem() -> OptimalControlProblem:
     masses = ca.diag(ca.SX([MASSES[0], MASSES[0], MASSES[1], MASSES[1]]))
     mechanism = Mechanism(q, v, masses, ca.vertcat(u + drags[0], drags[1]), control=u)
     contacts = [UnilateralContact("discs", distance - sum(RADII), ca.vertcat(normal, -normal))]
-    system = with_contacts(mechanism, contacts)
-    miss = ca.vertcat(q, v) - np.append(TARGET, np.zeros(4))
-    square = ca.dot(miss**2, ca.DM(WEIGHTS))
+
+    def guess(time: float) -> np.ndarray:
+        angles = np.pi * np.array([1 - time / DURATION, -time / DURATION])
+        return 2 * np.array([np.cos(angles), np.sin(angles)]).T.ravel()
+
+    free = transfer(
+        mechanism,
+        contacts,
+        (START, TARGET),
+        guess,
+        (DURATION, INTERVALS),
+        weights=WEIGHTS,
+        most=np.array([10.0] * 4 + [5.0] * 4),
+        least_gap=0.0,
+    )
+    system = free.system
     clear = [ca.sumsqr(q[2 * i : 2 * i + 2]) - (OBSTACLE + RADII[i]) ** 2 for i in range(2)]
     around = TrajectoryConstraint(
         "obstacle",
@@ -49,29 +65,7 @@ def problem() -> OptimalControlProblem:
         np.full(2, np.inf),
         ["disc 1", "disc 2"],
     )
-
-    def guess(time: float) -> np.ndarray:
-        angles = np.pi * np.array([1 - time / DURATION, -time / DURATION])
-        places = 2 * np.array([np.cos(angles), np.sin(angles)]).T.ravel()
-        return state_of(mechanism, contacts, places, np.zeros(4))
-
-    start = state_of(mechanism, contacts, START, np.zeros(4))
-    most = np.array([10.0] * 4 + [5.0] * 4)
-    return OptimalControlProblem(
-        system,
-        DURATION,
-        intervals=INTERVALS,
-        initial_lower=start,
-        initial_upper=start,
-        state_lower=np.append(-most, 0.0),
-        state_upper=np.append(most, np.inf),
-        control_lower=np.full(2, -30.0),
-        control_upper=np.full(2, 30.0),
-        running_cost={"miss": square, "force": 0.1 * ca.sumsqr(u)},
-        terminal_cost={"end": 100 * square},
-        state_guess=guess,
-        constraints=[around],
-    )
+    return replace(free, constraints=[around])
 
 
 def hits_of(solution: OptimalControlSolution) -> list[tuple[float, float]]:
