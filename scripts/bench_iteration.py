@@ -91,7 +91,8 @@ def main() -> int:
             [
                 "# Time of an iteration",
                 "",
-                f"Made by `python scripts/bench_iteration.py --iterations {arguments.iterations} --repeat "
+                f"Made by `python scripts/bench_iteration.py --tasks {' '.join(arguments.tasks)} "
+                f"--iterations {arguments.iterations} --repeat "
                 f"{arguments.repeat} --plans {arguments.plans}`, Python {platform.python_version()}, casadi "
                 f"{casadi.__version__}, one thread.",
                 "",

@@ -1,7 +1,8 @@
-"""A linear program in a box, solved by HiGHS, with a lower bound that does not depend on how well HiGHS solved it."""
+"""A linear program in a box, with a lower bound that does not depend on how well it was solved."""
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +10,16 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from fesd_robot.mpcc.large_linear_program import interior_solution
+from fesd_robot.native import kkt_library
+
 MANY_UNKNOWNS = 2000
 """Unknowns of a linear program from which HiGHS's interior-point method is used: a robot in space has thousands, and
 the simplex method then takes several times as long."""
+
+IPOPT_UNKNOWNS = 5000
+"""Unknowns from which IPOPT comes before it: that takes half of the time of a motion's program, but ten times that of
+one without its structure."""
 
 _LARGEST_GAP = 5e-6
 """Between the value of a solution and the bound from its multipliers; with a larger one it is none. The interior-point
@@ -49,8 +57,9 @@ def solve_linear_program(
     For multipliers y of the rows, of any accuracy, the sum over the box of the least (cost - A^T y)_j s_j and over the
     rows of the least y_i (A s)_i is a lower bound on the optimum. A solution is one if its value is that bound.
 
-    A large program is solved by the interior-point method without crossover: a vertex takes it several times as long as
-    an interior solution, and tells no more.
+    A large program is solved by an interior-point method without crossover: a vertex takes it several times as long as
+    an interior solution, and tells no more. HiGHS needs a basis to begin with, and gives up where small pivots make
+    that singular; IPOPT needs none.
 
     Args:
         cost, low, high: (n,).
@@ -59,12 +68,42 @@ def solve_linear_program(
         seconds: time limit.
 
     Returns:
-        None if time or HiGHS gave out.
+        None if time or the solvers gave out.
     """
     if seconds <= 0:
         return None
-    columns = sparse.csc_array(matrix)
+    begin, columns = time.perf_counter(), sparse.csc_array(matrix)
     columns.sort_indices()
+
+    def solution(s: np.ndarray, y: np.ndarray) -> LinearSolution | None:
+        y = np.where(y > 0, np.where(np.isfinite(row_low), y, 0.0), np.where(np.isfinite(row_high), y, 0.0))
+        rest, value, rows = cost - columns.T @ y, float(cost @ s), y != 0
+        bound = float(np.where(y > 0, row_low, row_high)[rows] @ y[rows] + np.minimum(rest * low, rest * high).sum())
+        return LinearSolution(value, min(bound, value), s, y) if abs(value - bound) <= _LARGEST_GAP else None
+
+    if len(cost) > IPOPT_UNKNOWNS and kkt_library():
+        found = interior_solution(
+            cost, columns, row_low, row_high, low, high,
+            seconds=seconds, enough=lambda s, y: solution(s, y) is not None,
+        )  # fmt: skip
+        if found:
+            return solution(*found)
+    found = _highs(cost, columns, row_low, row_high, low, high, seconds - (time.perf_counter() - begin))
+    return solution(*found) if found else None
+
+
+def _highs(
+    cost: np.ndarray,
+    columns: sparse.csc_array,
+    row_low: np.ndarray,
+    row_high: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    seconds: float,
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return s and the multipliers of the rows, None if time or HiGHS gave out."""
+    if seconds <= 0:
+        return None
     pattern = ca.Sparsity(len(row_low), len(cost), columns.indptr.tolist(), columns.indices.tolist())
     options: dict[str, Any] = {"output_flag": False, "time_limit": float(seconds), "threads": 1}
     if len(cost) > MANY_UNKNOWNS:
@@ -73,10 +112,4 @@ def solve_linear_program(
     solver = ca.conic("linear_program", "highs", shape, {"highs": options, "error_on_fail": False})
     found = solver(g=cost, a=ca.DM(pattern, columns.data), lbx=low, ubx=high, lba=row_low, uba=row_high)
     s, y = np.asarray(found["x"]).ravel(), -np.asarray(found["lam_a"]).ravel()
-    if not (solver.stats()["success"] and np.isfinite(s).all() and np.isfinite(y).all()):
-        return None
-    y = np.where(y > 0, np.where(np.isfinite(row_low), y, 0.0), np.where(np.isfinite(row_high), y, 0.0))
-    rest = cost - columns.T @ y
-    value = float(cost @ s)
-    bound = float(np.where(y > 0, row_low, row_high)[y != 0] @ y[y != 0] + np.minimum(rest * low, rest * high).sum())
-    return LinearSolution(value, min(bound, value), s, y) if value - bound <= _LARGEST_GAP else None
+    return (s, y) if solver.stats()["success"] and np.isfinite(s).all() and np.isfinite(y).all() else None

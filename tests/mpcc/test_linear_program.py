@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from fesd_robot.mpcc import linear_program
-from fesd_robot.mpcc.linear_program import MANY_UNKNOWNS, solve_linear_program
+from fesd_robot.mpcc.linear_program import IPOPT_UNKNOWNS, MANY_UNKNOWNS, solve_linear_program
 
 
 def program(n: int, seed: int) -> tuple[np.ndarray, sparse.csr_array, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -38,6 +38,30 @@ def test_as_scipy(n: int) -> None:
     product = rows @ found.s
     assert (product <= row_high + 1e-6).all() and (product >= row_low - 1e-6).all()
     assert (found.s <= high + 1e-9).all() and (found.s >= low - 1e-9).all()
+
+
+def test_large_program_of_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows of one entry, repeated equations and columns without room, by IPOPT alone: scipy's optimum, and proven."""
+    monkeypatch.setattr(linear_program, "_highs", lambda *_: None)
+    cost, rows, row_low, row_high, low, high = program(IPOPT_UNKNOWNS + 500, 5)
+    single = sparse.diags_array(np.where(np.arange(len(cost)) % 2, -2.0, 0.5)).tocsr()[:300]
+    equations = rows[row_low == row_high][:100]
+    rows = sparse.csr_array(sparse.vstack([rows, equations, single]))
+    row_low = np.concatenate([row_low, np.zeros(100), np.full(300, -0.1)])
+    row_high = np.concatenate([row_high, np.zeros(100), np.tile([0.0, 0.1, np.inf], 100)])
+    low[300:330] = high[300:330] = 0.0
+    found = solve_linear_program(cost, rows, row_low, row_high, low, high, 60.0)
+    finite, bounded = np.isfinite(row_low), np.isfinite(row_high)
+    right = linprog(
+        cost,
+        A_ub=sparse.vstack([rows[bounded], -rows[finite]]),
+        b_ub=np.concatenate([row_high[bounded], -row_low[finite]]),
+        bounds=np.column_stack([low, high]),
+    )
+    assert found is not None
+    assert found.value == pytest.approx(right.fun, abs=1e-5)
+    assert right.fun - 1e-5 <= found.bound <= right.fun + 1e-6
+    assert (rows @ found.s <= row_high + 1e-7).all() and (rows @ found.s >= row_low - 1e-7).all()
 
 
 def test_no_solution() -> None:

@@ -1,0 +1,163 @@
+"""A large linear program in a box by IPOPT, whose linear solver knows the equations of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+
+from fesd_robot.mpcc.ipopt import IterationCallback
+from fesd_robot.mpcc.ipopt_settings import linear_solver_options
+
+CURVATURE = 1e-9
+"""Added to the cost, times s^T s / 2: where many solutions exist, the equations of an iteration have one."""
+
+INFEASIBLE = 1e-8
+"""Largest violation of a row or a bound by a solution."""
+
+_X, _LAM_G = (ca.nlpsol_out().index(name) for name in ("x", "lam_g"))
+
+
+def interior_solution(
+    cost: np.ndarray,
+    columns: sparse.csc_array,
+    row_low: np.ndarray,
+    row_high: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    *,
+    seconds: float,
+    enough: Callable[[np.ndarray, np.ndarray], bool],
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return s and the multipliers of the rows of min cost^T s, row_low <= A s <= row_high, low <= s <= high.
+
+    Rows of one entry become bounds, rows that the box implies and columns without room are left out; then it is
+    Mehrotra's predictor and corrector.
+
+    Args:
+        cost, low, high: (n,), finite.
+        columns: A, (m, n).
+        row_low, row_high: (m,), infinite where there is none.
+        seconds: time limit.
+        enough: of s and multipliers, whether that will do; asked once an iteration where s violates nothing.
+
+    Returns:
+        None unless `enough` says so of some iterate, and where equations outnumber what is left of the variables.
+
+    Source: Mehrotra, SIAM J. Optim. 2, 1992; Waechter, Biegler, Math. Program. 106, 2006.
+    """
+    small = _Reduced(cost, columns, row_low, row_high, low, high)
+    if (small.row_low == small.row_high).sum() > len(small.cost):  # IPOPT takes as many equations as variables at most
+        return None
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def judged(x: np.ndarray, multipliers: np.ndarray) -> bool:
+        s, y = small.whole(x, multipliers)
+        if small.violation(x) <= INFEASIBLE and enough(s, y):
+            found.append((s, y))
+        return bool(found)
+
+    x, p = ca.MX.sym("x", len(small.cost)), ca.MX.sym("p", 2)  # the callback expects two parameters
+    cost_of_x = ca.dot(ca.DM(small.cost), x) + 0.5 * CURVATURE * ca.dot(x, x)
+    problem: dict[str, Any] = {"x": x, "p": p, "f": cost_of_x, "g": ca.mtimes(small.matrix, x)}
+    callback = _Judge(len(small.cost), len(small.row_low), judged)
+    ipopt: dict[str, Any] = {
+        "print_level": 0,
+        "sb": "yes",
+        "max_wall_time": max(seconds, 1e-3),
+        "max_iter": 300,
+        "tol": 1e-9,
+        "bound_relax_factor": 0.0,
+        "mehrotra_algorithm": "yes",
+        "mu_strategy": "adaptive",
+        "perturb_always_cd": "yes",
+        "bound_push": 0.1,
+        "hessian_constant": "yes",
+        "jac_c_constant": "yes",
+        "jac_d_constant": "yes",
+        **linear_solver_options("auto"),
+    }
+    options: dict[str, Any] = {
+        "ipopt": ipopt,
+        "print_time": False,
+        "error_on_fail": False,
+        "iteration_callback": callback,
+    }
+    solver = ca.nlpsol("linear_program", "ipopt", problem, options)
+    solver(x0=0.0, p=0.0, lbx=small.low, ubx=small.high, lbg=small.row_low, ubg=small.row_high)
+    return found[0] if found else None
+
+
+class _Judge(IterationCallback):
+    """Asks of every iterate of IPOPT and its multipliers whether it will do."""
+
+    def __init__(self, size: int, rows: int, judged: Callable[[np.ndarray, np.ndarray], bool]) -> None:
+        super().__init__(size, rows, lambda *_: False)
+        self._judged = judged
+
+    def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
+        """CasADi: one iteration."""
+        x, multipliers = (np.asarray(arguments[at]).ravel() for at in (_X, _LAM_G))
+        return [int(self._judged(x, -multipliers))]
+
+
+class _Reduced:
+    """The program without rows and columns that need no linear algebra."""
+
+    def __init__(
+        self,
+        cost: np.ndarray,
+        columns: sparse.csc_array,
+        row_low: np.ndarray,
+        row_high: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+    ) -> None:
+        self._given, self._whole = columns, cost
+        reach = abs(columns) @ np.maximum(abs(low), abs(high))
+        asked = (row_low > -reach) | (row_high < reach)
+        rows = sparse.csr_array(columns)
+        alone = np.flatnonzero(asked & (np.diff(rows.indptr) == 1))
+        self._alone, self._variable = alone, rows.indices[rows.indptr[alone]]
+        self._entry = rows.data[rows.indptr[alone]]
+        ends = np.sort(np.array([row_low[alone], row_high[alone]]) / self._entry, axis=0)
+        self._low, self._high = low.copy(), high.copy()
+        np.maximum.at(self._low, self._variable, ends[0])
+        np.minimum.at(self._high, self._variable, ends[1])
+        tightest = ends[0] == self._low[self._variable], ends[1] == self._high[self._variable]
+        self._bounding = [np.flatnonzero(one) for one in tightest]
+        self._free = np.flatnonzero(self._low < self._high)
+        kept = np.setdiff1d(np.flatnonzero(asked), alone)
+        matrix = sparse.csr_array(rows[kept][:, self._free])
+        filled = np.diff(matrix.indptr) > 0
+        fixed = np.where(self._low < self._high, 0.0, 0.5 * (self._low + self._high))
+        self._fixed, self._kept = fixed, kept[filled]
+        shift = (rows @ fixed)[self._kept]
+        self.row_low, self.row_high = row_low[self._kept] - shift, row_high[self._kept] - shift
+        self.cost, self.low, self.high = cost[self._free], self._low[self._free], self._high[self._free]
+        self._matrix = matrix = matrix[filled]
+        sorted_columns = sparse.csc_array(matrix)
+        sorted_columns.sort_indices()
+        (m, n), starts, indices = matrix.shape, sorted_columns.indptr.tolist(), sorted_columns.indices.tolist()
+        self.matrix = ca.DM(ca.Sparsity(m, n, starts, indices), sorted_columns.data)
+
+    def violation(self, x: np.ndarray) -> float:
+        """Return the largest violation of a row or a bound."""
+        rows = self._matrix @ x
+        parts = (self.row_low - rows, rows - self.row_high, self.low - x, x - self.high)
+        return max(float(part.max(initial=0.0)) for part in parts)
+
+    def whole(self, x: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return s and the multipliers of all rows; what bounds of variables carry goes to the rows of one entry."""
+        s, y = self._fixed.copy(), np.zeros(self._given.shape[0])
+        s[self._free], y[self._kept] = x, multipliers
+        rest = self._whole - self._given.T @ y
+        for rows, sign in zip(self._bounding, (1, -1), strict=True):
+            pressed = rows[sign * rest[self._variable[rows]] > 0]
+            _, first = np.unique(self._variable[pressed], return_index=True)
+            chosen = pressed[first]
+            y[self._alone[chosen]] = rest[self._variable[chosen]] / self._entry[chosen]
+        return s, y
