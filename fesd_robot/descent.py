@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 
+import numpy as np
+
 from fesd_robot.adapters import certificate_of
 from fesd_robot.fesd.neighbours import Pivots
 from fesd_robot.fesd.polishing import problem_around
@@ -78,10 +80,28 @@ def descended(
 
 
 def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certificate | None:
-    """Return the certificate of a motion, on the grid of its branch if it is exact."""
-    exact, transcription = solved.solution.exact, solved.transcription
-    problem = problem_around(solved.polisher, solved.branch) if exact else transcription.problem
-    return certificate_of(problem, solved.solution, task.solver.tolerance, deadline.left)
+    """Return the certificate of a motion, on the grid of its branch if it is exact.
+
+    There elements of one mode are equally long. A direction that gives elements without length one, in the mode of a
+    neighbour, is asked for again without that.
+    """
+    solution, tolerance = solved.solution, task.solver.tolerance
+    if not solution.exact:
+        return certificate_of(solved.transcription.problem, solution, tolerance, deadline.left)
+    held: frozenset[int] = frozenset()
+    while True:
+        problem = problem_around(solved.polisher, solved.branch, held)
+        certificate = certificate_of(problem, solution, tolerance, deadline.left)
+        if certificate is None or certificate.direction is None:
+            return certificate
+        growing = _pivots(solved, certificate.direction).growing_for_nothing
+        if not growing:
+            return certificate
+        held |= growing
+
+
+def _pivots(solved: SolvedMotion, direction: np.ndarray) -> Pivots:
+    return Pivots(solved.transcription, solved.polisher.conditions, solved.solution.w, solved.branch, direction)
 
 
 def _better(
@@ -99,7 +119,7 @@ def _better(
     begin, solution, w = time.perf_counter(), solved.solution, solved.solution.w
     objective = solution.residuals.objective
     below = objective - LEAST_GAIN * max(1.0, abs(objective))
-    pivots = Pivots(solved.transcription, solved.polisher.conditions, w, solved.branch, certificate.direction)
+    pivots = _pivots(solved, certificate.direction)
     problem = solved.transcription.problem
     solver = BranchSolver(
         problem, solved.polisher, options, lambda: min(PIVOT_SECONDS, deadline.left), stop=stop, progress=progress

@@ -129,8 +129,8 @@ def refined(
     """
     continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
 
-    def over() -> bool:
-        return deadline.left <= 0 or stop_requested(stop)
+    def over(needed: float = 0.0) -> bool:
+        return deadline.left <= needed or stop_requested(stop)
 
     best = unrefined = solved
     if not solved.solution.exact or _is_no_motion(solved):
@@ -149,7 +149,7 @@ def _to_accuracy(
     solved: SolvedMotion,
     accuracy: float,
     continued: Callable[[SolvedMotion, Finer], SolvedMotion | None],
-    over: Callable[[], bool],
+    over: Callable[..., bool],
 ) -> SolvedMotion:
     """Return an exact solution refined to an accuracy, or as far as its audit passes.
 
@@ -157,17 +157,21 @@ def _to_accuracy(
         solved: of a collocation scheme.
         accuracy: largest local error of an element.
         continued: solves a finer transcription.
-        over: whether nothing more is to begin.
+        over: whether nothing more is to begin; called with the seconds that it may take, none if left out. A round
+            takes those of the last one: its NLP looks at the clock, but building, errors and audit do not.
     """
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
     earlier: list[SolvedMotion] = []
-    while solved.rounds < last and not over():
+    round_began = begin
+    while solved.rounds < last:
         enough = solved.rounds >= ENOUGH_ROUNDS or solved.local_errors.max() <= accuracy
         if enough and solved.audit.worst[0] <= SPARE:
             break
         if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
             break
-        following = None
+        if over(time.perf_counter() - round_began if earlier else 0.0):
+            break
+        following, round_began = None, time.perf_counter()
         for finer in _finer(solved, accuracy, early=not failures):
             if finer.repair and repairs == MOST_REPAIRS:
                 continue

@@ -284,6 +284,35 @@ def test_a_direction_completes_modes(hopper: BranchTranscription) -> None:
     assert not list(Pivots(transcription, hopper.conditions, w, branch, np.zeros_like(w)).branches())
 
 
+def test_elements_without_length_that_grow(hopper: BranchTranscription) -> None:
+    """One that grows in its neighbour's mode does so for nothing and may be held; in another mode it is a branch."""
+    transcription = hopper.transcription
+    elements = transcription.unpack(transcription.problem.start)
+    for e in (8, 9):  # the first of the third interval
+        elements[e] = replace(elements[e], step=0.0)
+    w = transcription.pack(elements)
+    for e in (8, 9):
+        for stage in range(len(elements[e].slopes)):
+            w[transcription.indices.stage(e, stage)[elements[e].x.shape[1] :][:2]] = 0.0
+    direction = np.zeros_like(w)
+    direction[[transcription.indices.step(e) for e in (8, 10)]] = 1.0, -1.0
+    for flying, nothing in (({2}, {8}), (set[int](), set[int]())):
+        branch, (foot,) = branch_of(hopper, flying)
+        branch = replace(branch, without_length=tuple(e in (8, 9) for e in range(len(branch.factors))))
+        pivots = Pivots(transcription, hopper.conditions, w, branch, direction)
+        assert pivots.growing_for_nothing == nothing
+        grown = list(pivots.branches())
+        assert len(grown) == (0 if nothing else 1)
+        for one in grown:
+            assert foot.of_factors(one.factors[8]) == flight_and_stick(foot)[0]
+            assert not one.without_length[8] and one.without_length[9]
+    around, held = problem_around(hopper, branch), problem_around(hopper, branch, {8})
+    assert held.constraints == around.constraints + 1
+    longer = w + 1e-3 * direction
+    violated = [one.residuals(longer).constraint_violation for one in (around, held)]
+    assert violated[1] >= max(violated[0], 1e-3)
+
+
 def test_a_long_contact_is_interrupted_by_a_flight(hopper: BranchTranscription) -> None:
     """A stance of six intervals may fly in its third and fourth; stances of two stay whole."""
     w = hopper.transcription.problem.start

@@ -37,6 +37,10 @@ class Pivots:
     - else contact; it slips to the side to which its velocity grows, and sticks if to none;
     - a joint with dry friction slides as it moves; at rest, to the side to which its velocity grows, or it sticks.
 
+    An element without length to which the direction gives one has the mode that the direction leads to, too. If it is
+    that of a neighbour in its interval, the direction only moves the ends of elements that would be equally long
+    (`growing_for_nothing`), and gains errors of the discretisation.
+
     Attributes:
         transcription: of a collocation scheme.
         conditions: what can vanish in an element.
@@ -54,7 +58,9 @@ class Pivots:
 
     def branches(self) -> Iterator[Branch]:
         """Yield the branch in which all these elements have their completed modes, then those in which one has it."""
-        changed = {e: factors for e in range(len(self.branch.factors)) if (factors := self._completed(e))}
+        none = self.growing_for_nothing
+        completed = ((e, self._completed(e)) for e in range(len(self.branch.factors)) if e not in none)
+        changed = {e: factors for e, factors in completed if factors}
         if not changed:
             return
         yield self._with(changed)
@@ -62,9 +68,31 @@ class Pivots:
             for e in sorted(changed, key=lambda e: -self._rate(e)):
                 yield self._with({e: changed[e]})
 
+    @cached_property
+    def growing_for_nothing(self) -> frozenset[int]:
+        """Elements without length to which the direction gives one, in the mode of a neighbour in their interval."""
+        return frozenset(e for e in range(len(self._now)) if self._grows(e) and self._as_beside(e))
+
+    def _grows(self, e: int) -> bool:
+        """Whether an element has no length, and gets one."""
+        return self.branch.without_length[e] and self._then[e].step - self._now[e].step > LEAST_RATE * STEP
+
+    def _as_beside(self, e: int) -> bool:
+        """Whether the completed mode is that of the element with a length before or after it in its interval."""
+        interval, members = self._now[e].interval, len(self.conditions.members)
+        completed = (self._completed(e) or ())[:members]
+        for others in (range(e - 1, -1, -1), range(e + 1, len(self._now))):
+            own = [o for o in others if self._now[o].interval == interval and not self.branch.without_length[o]]
+            if own and self.branch.factors[own[0]][:members] == completed:
+                return True
+        return False
+
     def _with(self, changed: dict[int, Factors]) -> Branch:
         factors = [changed.get(e, own) for e, own in enumerate(self.branch.factors)]
-        return with_impulses(self.conditions, replace(self.branch, factors=tuple(factors)))
+        without = [none and e not in changed for e, none in enumerate(self.branch.without_length)]
+        return with_impulses(
+            self.conditions, replace(self.branch, factors=tuple(factors), without_length=tuple(without))
+        )
 
     @cached_property
     def _contacts(self) -> list[ContactModes]:
@@ -96,7 +124,8 @@ class Pivots:
 
     def _completed(self, e: int) -> Factors | None:
         """Return the factors of an element, the modes that the direction leaves completed; None if it leaves none."""
-        if self.branch.without_length[e]:
+        grows = self._grows(e)
+        if self.branch.without_length[e] and not grows:
             return None
         factors, rates, now = self.branch.factors[e], self._rates(e), self._quantities(self._now[e])
         for modes in self._contacts:
@@ -104,9 +133,9 @@ class Pivots:
             if modes.is_joint:
                 if ActiveFactor.COMPLEMENT not in factors:
                     factors = with_mode(modes, factors, self._joint_mode(modes, mode, rates, now))
-            elif self._leaves(modes, mode, rates):
+            elif grows or self._leaves(modes, mode, rates):
                 factors = with_mode(modes, factors, self._mode(modes, mode, rates, now))
-        return None if factors == self.branch.factors[e] else factors
+        return factors if grows or factors != self.branch.factors[e] else None
 
     def _leaves(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray) -> bool:
         """Whether a factor that a contact's mode holds at zero does not stay there."""

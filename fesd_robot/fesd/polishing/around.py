@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import casadi as ca
@@ -13,7 +13,7 @@ from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.mpcc import Block, Mpcc
 
 
-def problem_around(branch_transcription: BranchTranscription, branch: Branch) -> Mpcc:
+def problem_around(branch_transcription: BranchTranscription, branch: Branch, held: Collection[int] = ()) -> Mpcc:
     """Return the problem with pairs to which it is a question whether a point of a branch is stationary.
 
     Neighbouring elements of one mode are equally long: without step equilibration only the switches determine the
@@ -23,9 +23,11 @@ def problem_around(branch_transcription: BranchTranscription, branch: Branch) ->
     Args:
         branch_transcription: of the point.
         branch: whose modes count.
+        held: elements without length that keep none.
     """
     problem = branch_transcription.transcription.problem
-    blocks = [_equal_steps(branch_transcription, branch), *_resting(branch_transcription, branch)]
+    equal, zero = _equal_steps(branch_transcription, branch), _zero_steps(branch_transcription, held)
+    blocks = [equal, zero, *_resting(branch_transcription, branch)]
     return replace(problem, blocks=[*problem.blocks, *(block for block in blocks if block.copies)])
 
 
@@ -35,6 +37,12 @@ def _equal_steps(branch_transcription: BranchTranscription, branch: Branch) -> B
     steps = ca.SX.sym("h", 2)
     where = [np.array([indices.step(e), indices.step(e + 1)]) for e in pairs]
     return _zero_block(branch_transcription, "equal steps", pairs, steps, steps[1] - steps[0], where)
+
+
+def _zero_steps(branch_transcription: BranchTranscription, held: Collection[int]) -> Block:
+    step, elements = ca.SX.sym("h"), sorted(held)
+    where = [np.array([branch_transcription.transcription.indices.step(e)]) for e in elements]
+    return _zero_block(branch_transcription, "no length", elements, step, step, where)
 
 
 def _resting(branch_transcription: BranchTranscription, branch: Branch) -> list[Block]:
