@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -81,21 +82,24 @@ def compile_nlp(
     Raises:
         CompilationError: no C compiler, or it failed.
     """
-    pieces = {
-        f"block{number}_{kind}": output.function
+    serialized = {
+        (number, kind): output.function.serialize()
         for number, block in enumerate(blocks)
         for kind, output in block.outputs.items()
         if output.function.nnz_out(0)
     }
+    # Named by their contents, so that the same block is not compiled again where it has another number.
+    names = {at: f"stage_{hashlib.sha256(text.encode()).hexdigest()[:20]}" for at, text in serialized.items()}
+    pieces = {name: blocks[number].outputs[kind].function for (number, kind), name in names.items()}
     large = [name for name, function in pieces.items() if function.n_instructions() >= LARGE]
-    groups = [*([name] for name in large), [name for name in pieces if name not in large]]
+    groups = [*([name] for name in large), sorted(name for name in pieces if name not in large)]
     header = SOURCES / "lanes.h"
 
     def text(group: list[str]) -> str:
         return "\n".join(['#include "lanes.h"', *(lanes_source(name, pieces[name]) for name in group)])
 
     def key(group: list[str]) -> str:
-        return "\n".join([LANES_VERSION, *(f"{name} {pieces[name].serialize()}" for name in group)])
+        return "\n".join([LANES_VERSION, *group])
 
     objects = object_files(
         "nlp",
@@ -106,7 +110,7 @@ def compile_nlp(
     )
     with tempfile.TemporaryDirectory() as folder:
         tables = Path(folder) / "tables.h"
-        tables.write_text(_tables(blocks, pieces, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks))
+        tables.write_text(_tables(blocks, names, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks))
         library = shared_library(
             "nlp",
             [SOURCES / "nlp.c", *objects],
@@ -119,15 +123,19 @@ def compile_nlp(
 
 def _tables(
     blocks: Sequence[NlpBlock],
-    pieces: dict[str, ca.Function],
+    names: dict[tuple[int, str], str],
     size: int,
     rows: int,
     jacobian_nonzeros: int,
     hessian_nonzeros: int,
     slacks: np.ndarray,
 ) -> str:
-    """Return tables.h, which nlp.c includes."""
-    lines = [f"stage {name};" for name in pieces]
+    """Return tables.h, which nlp.c includes.
+
+    Args:
+        names: of each block's functions in C, by its number and kind.
+    """
+    lines = [f"stage {name};" for name in dict.fromkeys(names.values())]
     entries, work = [], 0
     for number, block in enumerate(blocks):
         name = f"block{number}"
@@ -147,7 +155,7 @@ def _tables(
             if not outputs:
                 continue
             own = f"{name}_{kind}"
-            fields += [f".function[{place}] = {own}", f".size[{place}] = {outputs}"]
+            fields += [f".function[{place}] = {names[number, kind]}", f".size[{place}] = {outputs}"]
             if output.at.size:
                 fields.append(f".at[{place}] = {_places(f'{own}_at', output.at, lines)}")
             if output.row.size:

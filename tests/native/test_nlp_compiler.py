@@ -7,6 +7,7 @@ import logging
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -122,6 +123,17 @@ def test_the_cache_is_used_and_whole(empty_cache: Path) -> None:
     files = {file.name: file.stat().st_mtime_ns for file in empty_cache.iterdir()}
     assemble(_hopper(4), scholtes, "always")
     assert {file.name: file.stat().st_mtime_ns for file in empty_cache.iterdir()} == files
+
+
+def test_a_block_with_another_number_is_not_compiled_again(empty_cache: Path) -> None:
+    """Where blocks change their places, their functions come from the cache, and values stay those of CasADi."""
+    problem = _hopper(4)
+    assemble(problem, scholtes, "always")
+    files = set(empty_cache.glob("*.o"))
+    other = replace(problem, blocks=[*problem.blocks[1:], problem.blocks[0]])
+    plain, compiled = assemble(other, scholtes, "never"), assemble(other, scholtes, "always")
+    _assert_same(plain, compiled, other.start + 0.1)
+    assert set(empty_cache.glob("*.o")) == files
 
 
 def test_another_horizon_and_goal_keep_the_derivatives(empty_cache: Path) -> None:
