@@ -208,10 +208,12 @@ class _Chain:
             motion, transcription: the formulated task.
             promised: as in `attempt`.
         """
-        return self._before_and_after(motion, transcription, promised).after
+        return self._before_and_after(motion, transcription, promised=promised).after
 
-    def _before_and_after(self, motion: MotionProblem, transcription: Transcription, promised: bool) -> _Refined:
-        """Return the motion of a task before and after its refinement; args as in `solved`."""
+    def _before_and_after(
+        self, motion: MotionProblem, transcription: Transcription, *, promised: bool = False, with_spare: bool = True
+    ) -> _Refined:
+        """Return the motion of a task before and after its refinement; args as in `solved` and `refined`."""
         task = motion.task
         options, stop = homotopy_options(task), self.stop
         first = self._first(motion, transcription)
@@ -238,7 +240,8 @@ class _Chain:
             found = _Refined(candidate, candidate)
             if task.method.accuracy != "none":
                 self.reached(Station.REFINING)
-                finer = refined(candidate, options, task.method.accuracy, self.deadline, self.report, stop)
+                accuracy, deadline = task.method.accuracy, self.deadline
+                finer = refined(candidate, options, accuracy, deadline, self.report, stop, with_spare=with_spare)
                 found = _Refined(candidate, finer)
             if found.after.passes:
                 break
@@ -286,7 +289,7 @@ class _Chain:
         As it is before that: in space a motion is refined in its own elements.
         """
         motion = formulate(task)
-        return self._before_and_after(motion, Transcription(motion.ocp, motion.fesd), promised=False).before
+        return self._before_and_after(motion, Transcription(motion.ocp, motion.fesd), with_spare=False).before
 
 
 class _Refined(NamedTuple):

@@ -102,6 +102,8 @@ def refined(
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
+    *,
+    with_spare: bool = True,
 ) -> SolvedMotion:
     """Return an exact solution refined on its branch until its local errors and its bounds between stages are right.
 
@@ -126,6 +128,7 @@ def refined(
         deadline: of the task.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
+        with_spare: whether the accuracy is tightened where the audit passes with little to spare.
     """
     continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
 
@@ -135,7 +138,7 @@ def refined(
     best = unrefined = solved
     if not solved.solution.exact or _is_no_motion(solved):
         return solved
-    for factor in TIGHTENED:
+    for factor in TIGHTENED if with_spare else TIGHTENED[:1]:
         solved = _to_accuracy(solved, factor * accuracy, continued, over)
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
