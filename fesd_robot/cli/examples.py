@@ -61,7 +61,11 @@ def examples(
     typer.echo("\n".join(f"written: {path}" for path in written))
     tasks = [path for path in written if path.suffix == ".yaml"]
     if tasks:
-        typer.echo(f"\nNext: fesd-robot check {tasks[0]}")
+        simulated = any(
+            one.kind == "task" and one.simulated and one.name == tasks[0].stem for one in shipped_examples()
+        )
+        command = "simulate" if simulated else "check"
+        typer.echo(f"\nNext: fesd-robot {command} {tasks[0]}")
 
 
 def _listed(shipped: Sequence[Example]) -> list[str]:

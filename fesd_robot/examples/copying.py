@@ -69,7 +69,9 @@ def _contents(example: Example, schema: bytes) -> Iterator[tuple[Path, bytes]]:
         return
     text = example.path.read_text(encoding="utf-8")
     yield Path(TASKS) / SCHEMA, schema
-    yield Path(TASKS) / example.path.name, _SCHEMA_LINE.sub(rf"\g<1>{SCHEMA}", text, count=1).encode()
+    place = example.path.relative_to(folder)
+    schema_there = os.path.relpath(Path(TASKS) / SCHEMA, place.parent)
+    yield place, _SCHEMA_LINE.sub(rf"\g<1>{schema_there}", text, count=1).encode()
     for named in _named_files(YAML(typ="safe", pure=True).load(text), example.path.parent):
         # A model comes with what lies beside it, as its meshes.
         in_models = named.is_relative_to(folder / MODELS)

@@ -12,6 +12,9 @@ from fesd_robot.errors import TaskError, nearest, nearest_file
 TASKS, MODELS = "tasks", "models"
 """Folders of the examples; tasks name models relative to their own."""
 
+SIMULATED = "simulated"
+"""Folder below that of the tasks, of those without controls."""
+
 _SUFFIX = ".yaml"
 
 ROBOT_DATA = "example-robot-data:"
@@ -28,6 +31,7 @@ class Example:
         path: its task file, or the model's folder.
         words: what it does, one sentence; what the model is.
         needs_robot_data: whether its robot is one of the package example-robot-data.
+        simulated: whether it is a task of a robot without controls, which is simulated and not planned.
     """
 
     name: str
@@ -35,6 +39,7 @@ class Example:
     path: Path
     words: str
     needs_robot_data: bool = False
+    simulated: bool = False
 
 
 def shipped_folder() -> Path:
@@ -51,9 +56,9 @@ def shipped_folder() -> Path:
 
 
 def shipped_examples() -> list[Example]:
-    """Return the tasks, then the models that come with the program, each kind by name."""
+    """Return the tasks, those to be simulated last, then the models that come with the program, each kind by name."""
     folder = shipped_folder()
-    tasks = [_task(file) for file in sorted((folder / TASKS).glob("*.yaml"))]
+    tasks = [_task(file) for place in ("", SIMULATED) for file in sorted((folder / TASKS / place).glob("*.yaml"))]
     models = [_model(each) for each in sorted((folder / MODELS).iterdir()) if each.is_dir()]
     return [*tasks, *models]
 
@@ -97,7 +102,8 @@ def find_task(given: str | Path) -> Path:
 
 def _task(file: Path) -> Example:
     text = file.read_text(encoding="utf-8")
-    return Example(file.stem, "task", file, _first_sentence(text), f"model: {ROBOT_DATA}" in text)
+    simulated = file.parent.name == SIMULATED
+    return Example(file.stem, "task", file, _first_sentence(text), f"model: {ROBOT_DATA}" in text, simulated)
 
 
 def _first_sentence(text: str) -> str:

@@ -115,7 +115,7 @@ def check_driven(task: Task, robot: Robot) -> None:
         raise task.error(
             "robot",
             "found no actuators and no joint with an effort limit that is not passive, expected an entry 'actuators' "
-            "or one in limits.effort",
+            "or one in limits.effort; without controls it can only be simulated",
         )
 
 

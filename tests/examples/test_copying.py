@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fesd_robot.errors import FesdRobotError, TaskError
-from fesd_robot.examples import copy_examples, examples_by_name
+from fesd_robot.examples import copy_examples, examples_by_name, find_task, shipped_folder
 from fesd_robot.ocp import formulate
 from fesd_robot.task import load_task
 
@@ -30,11 +30,18 @@ def test_a_task_comes_with_what_it_names(tmp_path: Path) -> None:
     assert first == "# yaml-language-server: $schema=task.schema.json"
 
 
+def _schema(task: Path) -> Path:
+    """Return the schema that the first line of a task file names."""
+    return task.parent / task.read_text(encoding="utf-8").split("$schema=")[1].splitlines()[0]
+
+
 def test_all_tasks_find_their_models_in_a_copy(tmp_path: Path) -> None:
     """No task names a file that is left behind."""
     copy_examples([], tmp_path, schema=b"{}")
     for name in TASKS:
-        task = load_task(tmp_path / "tasks" / f"{name}.yaml")
+        file = tmp_path / find_task(name).relative_to(shipped_folder())
+        task = load_task(file)
+        assert _schema(file).is_file()
         assert "example-robot-data" in task.robot.model or Path(task.locate_model()).is_relative_to(tmp_path)
 
 

@@ -17,7 +17,9 @@ def test_every_task_and_model_of_the_repository_is_an_example() -> None:
     """Names are those of the files and folders, and each has a sentence that says what it is."""
     assert shipped_folder() == ROOT
     examples = shipped_examples()
-    assert [one.name for one in examples if one.kind == "task"] == sorted(one.stem for one in ROOT.glob("tasks/*.yaml"))
+    files = [*sorted(ROOT.glob("tasks/*.yaml")), *sorted(ROOT.glob("tasks/simulated/*.yaml"))]
+    assert [one.path for one in examples if one.kind == "task"] == files
+    assert [one.name for one in examples if one.kind == "task"] == [one.stem for one in files]
     assert [one.name for one in examples if one.kind == "model"] == sorted(one.name for one in ROOT.glob("models/*"))
     assert examples_by_name()["pusher_slider"].kind == "task" and examples_by_name()["hopper"].kind == "model"
     for example in examples:
