@@ -28,9 +28,8 @@ Compile = Literal["auto", "never", "always"]
 COMPILE_THRESHOLD = 100_000
 """Instructions of one evaluation of all derivatives from which on compiling pays for itself within a solve."""
 
-OFTEN = 200
-"""Copies of a block from which on it is worth compiling for a few evaluations of the problem: for elements of a robot
-with four legs in space that takes 21 s of a processor, and 20 iterations with 60 interpreted elements take 2 s."""
+OFTEN = 40
+"""Copies of a block from which on it is worth compiling for a few evaluations of the problem."""
 
 
 @dataclass(frozen=True)
