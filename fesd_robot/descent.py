@@ -83,7 +83,7 @@ def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certif
     """Return the certificate of a motion, on the grid of its branch if it is exact.
 
     There elements of one mode are equally long. A direction that gives elements without length one, in the mode of a
-    neighbour, is asked for again without that.
+    neighbour, is asked for again without that: the answer is for motions in which these elements keep none.
     """
     solution, tolerance = solved.solution, task.solver.tolerance
     if not solution.exact:
