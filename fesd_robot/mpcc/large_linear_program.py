@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -21,26 +22,34 @@ INFEASIBLE = 1e-8
 _X, _LAM_G = (ca.nlpsol_out().index(name) for name in ("x", "lam_g"))
 
 
+@dataclass(frozen=True)
+class LinearProgram:
+    """min cost^T s, row_low <= A s <= row_high, low <= s <= high.
+
+    Attributes:
+        cost, low, high: (n,), finite.
+        matrix: A by columns, sorted, (m, n).
+        row_low, row_high: (m,), infinite where there is none.
+    """
+
+    cost: np.ndarray
+    matrix: sparse.csc_array
+    row_low: np.ndarray
+    row_high: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
 def interior_solution(
-    cost: np.ndarray,
-    columns: sparse.csc_array,
-    row_low: np.ndarray,
-    row_high: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    *,
-    seconds: float,
-    enough: Callable[[np.ndarray, np.ndarray], bool],
+    program: LinearProgram, *, seconds: float, enough: Callable[[np.ndarray, np.ndarray], bool]
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return s and the multipliers of the rows of min cost^T s, row_low <= A s <= row_high, low <= s <= high.
+    """Return s and the multipliers of the rows of a linear program.
 
     Rows of one entry become bounds, rows that the box implies and columns without room are left out; then it is
     Mehrotra's predictor and corrector.
 
     Args:
-        cost, low, high: (n,), finite.
-        columns: A, (m, n).
-        row_low, row_high: (m,), infinite where there is none.
+        program: of thousands of unknowns.
         seconds: time limit.
         enough: of s and multipliers, whether that will do; asked once an iteration where s violates nothing.
 
@@ -49,7 +58,7 @@ def interior_solution(
 
     Source: Mehrotra, SIAM J. Optim. 2, 1992; Waechter, Biegler, Math. Program. 106, 2006.
     """
-    small = _Reduced(cost, columns, row_low, row_high, low, high)
+    small = _Reduced(program)
     if (small.row_low == small.row_high).sum() > len(small.cost):  # IPOPT takes as many equations as variables at most
         return None
     found: list[tuple[np.ndarray, np.ndarray]] = []
@@ -107,16 +116,10 @@ class _Judge(IterationCallback):
 class _Reduced:
     """The program without rows and columns that need no linear algebra."""
 
-    def __init__(
-        self,
-        cost: np.ndarray,
-        columns: sparse.csc_array,
-        row_low: np.ndarray,
-        row_high: np.ndarray,
-        low: np.ndarray,
-        high: np.ndarray,
-    ) -> None:
-        self._given, self._whole = columns, cost
+    def __init__(self, program: LinearProgram) -> None:
+        columns, low, high = program.matrix, program.low, program.high
+        row_low, row_high = program.row_low, program.row_high
+        self._program = program
         reach = abs(columns) @ np.maximum(abs(low), abs(high))
         asked = (row_low > -reach) | (row_high < reach)
         rows = sparse.csr_array(columns)
@@ -137,7 +140,7 @@ class _Reduced:
         self._fixed, self._kept = fixed, kept[filled]
         shift = (rows @ fixed)[self._kept]
         self.row_low, self.row_high = row_low[self._kept] - shift, row_high[self._kept] - shift
-        self.cost, self.low, self.high = cost[self._free], self._low[self._free], self._high[self._free]
+        self.cost, self.low, self.high = program.cost[self._free], self._low[self._free], self._high[self._free]
         self._matrix = matrix = matrix[filled]
         sorted_columns = sparse.csc_array(matrix)
         sorted_columns.sort_indices()
@@ -152,9 +155,9 @@ class _Reduced:
 
     def whole(self, x: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return s and the multipliers of all rows; what bounds of variables carry goes to the rows of one entry."""
-        s, y = self._fixed.copy(), np.zeros(self._given.shape[0])
+        s, y = self._fixed.copy(), np.zeros(self._program.matrix.shape[0])
         s[self._free], y[self._kept] = x, multipliers
-        rest = self._whole - self._given.T @ y
+        rest = self._program.cost - self._program.matrix.T @ y
         for rows, sign in zip(self._bounding, (1, -1), strict=True):
             pressed = rows[sign * rest[self._variable[rows]] > 0]
             _, first = np.unique(self._variable[pressed], return_index=True)

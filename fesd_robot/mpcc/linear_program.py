@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from fesd_robot.mpcc.large_linear_program import interior_solution
+from fesd_robot.mpcc.large_linear_program import LinearProgram, interior_solution
 from fesd_robot.native import kkt_library
 
 MANY_UNKNOWNS = 2000
@@ -74,6 +74,7 @@ def solve_linear_program(
         return None
     begin, columns = time.perf_counter(), sparse.csc_array(matrix)
     columns.sort_indices()
+    program = LinearProgram(cost, columns, row_low, row_high, low, high)
 
     def solution(s: np.ndarray, y: np.ndarray) -> LinearSolution | None:
         y = np.where(y > 0, np.where(np.isfinite(row_low), y, 0.0), np.where(np.isfinite(row_high), y, 0.0))
@@ -82,34 +83,28 @@ def solve_linear_program(
         return LinearSolution(value, min(bound, value), s, y) if abs(value - bound) <= _LARGEST_GAP else None
 
     if len(cost) > IPOPT_UNKNOWNS and kkt_library():
-        found = interior_solution(
-            cost, columns, row_low, row_high, low, high,
-            seconds=seconds, enough=lambda s, y: solution(s, y) is not None,
-        )  # fmt: skip
+        found = interior_solution(program, seconds=seconds, enough=lambda s, y: solution(s, y) is not None)
         if found:
             return solution(*found)
-    found = _highs(cost, columns, row_low, row_high, low, high, seconds - (time.perf_counter() - begin))
+    found = _highs(program, seconds - (time.perf_counter() - begin))
     return solution(*found) if found else None
 
 
-def _highs(
-    cost: np.ndarray,
-    columns: sparse.csc_array,
-    row_low: np.ndarray,
-    row_high: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    seconds: float,
-) -> tuple[np.ndarray, np.ndarray] | None:
+def _highs(program: LinearProgram, seconds: float) -> tuple[np.ndarray, np.ndarray] | None:
     """Return s and the multipliers of the rows, None if time or HiGHS gave out."""
     if seconds <= 0:
         return None
-    pattern = ca.Sparsity(len(row_low), len(cost), columns.indptr.tolist(), columns.indices.tolist())
+    matrix = program.matrix
+    (m, n), starts, indices = matrix.shape, matrix.indptr.tolist(), matrix.indices.tolist()
+    pattern = ca.Sparsity(m, n, starts, indices)
     options: dict[str, Any] = {"output_flag": False, "time_limit": float(seconds), "threads": 1}
-    if len(cost) > MANY_UNKNOWNS:
+    if n > MANY_UNKNOWNS:
         options |= {"solver": "ipm", "run_crossover": "off", "ipm_optimality_tolerance": 1e-7}
-    shape = {"h": ca.Sparsity(len(cost), len(cost)), "a": pattern}
+    shape = {"h": ca.Sparsity(n, n), "a": pattern}
     solver = ca.conic("linear_program", "highs", shape, {"highs": options, "error_on_fail": False})
-    found = solver(g=cost, a=ca.DM(pattern, columns.data), lbx=low, ubx=high, lba=row_low, uba=row_high)
+    found = solver(
+        g=program.cost, a=ca.DM(pattern, matrix.data),
+        lbx=program.low, ubx=program.high, lba=program.row_low, uba=program.row_high,
+    )  # fmt: skip
     s, y = np.asarray(found["x"]).ravel(), -np.asarray(found["lam_a"]).ravel()
     return (s, y) if solver.stats()["success"] and np.isfinite(s).all() and np.isfinite(y).all() else None
