@@ -32,8 +32,9 @@ A key that is not in bold has a default. What the keys are for is on the pages o
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the page of all keys, and the task files, which pages of results have links to."""
     files.append(File.generated(config, PAGE, content=reference_page(task_json_schema())))
-    for file in sorted(TASKS.iterdir()):
-        files.append(File.generated(config, f"tasks/{file.name}", abs_src_path=str(file)))
+    for file in sorted(file for file in TASKS.rglob("*") if file.is_file()):
+        place = file.relative_to(TASKS.parent).as_posix()
+        files.append(File.generated(config, place, abs_src_path=str(file)))
     return files
 
 
