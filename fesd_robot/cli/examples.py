@@ -61,10 +61,8 @@ def examples(
     typer.echo("\n".join(f"written: {path}" for path in written))
     tasks = [path for path in written if path.suffix == ".yaml"]
     if tasks:
-        simulated = any(
-            one.kind == "task" and one.simulated and one.name == tasks[0].stem for one in shipped_examples()
-        )
-        command = "simulate" if simulated else "check"
+        simulated = {example.name for example in shipped_examples() if example.simulated}
+        command = "simulate" if tasks[0].stem in simulated else "check"
         typer.echo(f"\nNext: fesd-robot {command} {tasks[0]}")
 
 

@@ -40,6 +40,12 @@ class LinearProgram:
     high: np.ndarray
 
 
+def casadi_matrix(columns: sparse.csc_array) -> ca.DM:
+    """Return a sparse matrix, its columns sorted, as CasADi's."""
+    (m, n), starts, indices = columns.shape, columns.indptr.tolist(), columns.indices.tolist()
+    return ca.DM(ca.Sparsity(m, n, starts, indices), columns.data)
+
+
 def interior_solution(
     program: LinearProgram, *, seconds: float, enough: Callable[[np.ndarray, np.ndarray], bool]
 ) -> tuple[np.ndarray, np.ndarray] | None:
@@ -141,11 +147,10 @@ class _Reduced:
         shift = (rows @ fixed)[self._kept]
         self.row_low, self.row_high = row_low[self._kept] - shift, row_high[self._kept] - shift
         self.cost, self.low, self.high = program.cost[self._free], self._low[self._free], self._high[self._free]
-        self._matrix = matrix = matrix[filled]
-        sorted_columns = sparse.csc_array(matrix)
+        self._matrix = matrix[filled]
+        sorted_columns = sparse.csc_array(self._matrix)
         sorted_columns.sort_indices()
-        (m, n), starts, indices = matrix.shape, sorted_columns.indptr.tolist(), sorted_columns.indices.tolist()
-        self.matrix = ca.DM(ca.Sparsity(m, n, starts, indices), sorted_columns.data)
+        self.matrix = casadi_matrix(sorted_columns)
 
     def violation(self, x: np.ndarray) -> float:
         """Return the largest violation of a row or a bound."""

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from fesd_robot.mpcc.large_linear_program import LinearProgram, interior_solution
+from fesd_robot.mpcc.large_linear_program import LinearProgram, casadi_matrix, interior_solution
 from fesd_robot.native import kkt_library
 
 MANY_UNKNOWNS = 2000
@@ -94,17 +94,14 @@ def _highs(program: LinearProgram, seconds: float) -> tuple[np.ndarray, np.ndarr
     """Return s and the multipliers of the rows, None if time or HiGHS gave out."""
     if seconds <= 0:
         return None
-    matrix = program.matrix
-    (m, n), starts, indices = matrix.shape, matrix.indptr.tolist(), matrix.indices.tolist()
-    pattern = ca.Sparsity(m, n, starts, indices)
+    n, matrix = len(program.cost), casadi_matrix(program.matrix)
     options: dict[str, Any] = {"output_flag": False, "time_limit": float(seconds), "threads": 1}
     if n > MANY_UNKNOWNS:
         options |= {"solver": "ipm", "run_crossover": "off", "ipm_optimality_tolerance": 1e-7}
-    shape = {"h": ca.Sparsity(n, n), "a": pattern}
+    shape = {"h": ca.Sparsity(n, n), "a": matrix.sparsity()}
     solver = ca.conic("linear_program", "highs", shape, {"highs": options, "error_on_fail": False})
     found = solver(
-        g=program.cost, a=ca.DM(pattern, matrix.data),
-        lbx=program.low, ubx=program.high, lba=program.row_low, uba=program.row_high,
-    )  # fmt: skip
+        g=program.cost, a=matrix, lbx=program.low, ubx=program.high, lba=program.row_low, uba=program.row_high
+    )
     s, y = np.asarray(found["x"]).ravel(), -np.asarray(found["lam_a"]).ravel()
     return (s, y) if solver.stats()["success"] and np.isfinite(s).all() and np.isfinite(y).all() else None

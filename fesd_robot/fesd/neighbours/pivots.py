@@ -82,8 +82,9 @@ class Pivots:
         interval, members = self._now[e].interval, len(self.conditions.members)
         completed = (self._completed(e) or ())[:members]
         for others in (range(e - 1, -1, -1), range(e + 1, len(self._now))):
-            own = [o for o in others if self._now[o].interval == interval and not self.branch.without_length[o]]
-            if own and self.branch.factors[own[0]][:members] == completed:
+            own = (o for o in others if self._now[o].interval == interval and not self.branch.without_length[o])
+            beside = next(own, None)
+            if beside is not None and self.branch.factors[beside][:members] == completed:
                 return True
         return False
 
