@@ -21,6 +21,7 @@ from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, step
 from fesd_robot.known_sequence import finite_elements_of, known_start
 from fesd_robot.local_search import searched
 from fesd_robot.mpcc import MpccSolution, NlpReport, solve
+from fesd_robot.native import begin_building
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan
 from fesd_robot.plans.assemble import controls_of
@@ -141,6 +142,8 @@ def attempt(
     )
     deadline, reached = chain.deadline, chain.reached
     reached(Station.BUILDING)
+    if task.solver.linear_solver in ("auto", "fesd"):
+        begin_building()
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     problem, build_seconds = transcription.problem, deadline.spent
@@ -283,13 +286,11 @@ class _Chain:
         )
         return _First(*repair.repaired(polisher, solution))
 
-    def _twin(self, task: Task) -> SolvedMotion:
-        """Return the motion of a task in the plane, within the time of this one: one that is true once it is refined.
-
-        As it is before that: in space a motion is refined in its own elements.
-        """
+    def _twin(self, task: Task) -> list[SolvedMotion]:
+        """Return the motion of a task in the plane, within the time of this one, refined and as it was before."""
         motion = formulate(task)
-        return self._before_and_after(motion, Transcription(motion.ocp, motion.fesd), with_spare=False).before
+        found = self._before_and_after(motion, Transcription(motion.ocp, motion.fesd), with_spare=False)
+        return [found.before] if found.after is found.before else [found.after, found.before]
 
 
 class _Refined(NamedTuple):

@@ -113,7 +113,8 @@ def refined(
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
     else holds the bounds that are violated between stages, all of them or those that are violated least; where these
-    are violated by much more than errors explain, that comes first, as long as no round has failed. Else it holds
+    are violated by much more than errors explain, that comes first. Two of these are tried at once, as long as no round
+    has failed (`_two_at_once`). Else it holds
     contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
     branch NLP again from the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the audit
     alone decides whether to go on: not if all of its entries have something to spare. A coarse motion may do what no
@@ -228,6 +229,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     transcription, conditions = solved.transcription, solved.polisher.conditions
     violated = violated_between_stages(transcription, conditions, solved.solution.w, solved.branch)
     worst = max((one.violation for one in violated), default=0.0)
+    if early:
+        yield from _two_at_once(solved, accuracy, violated)
     if early and asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
         yield _with_bounds(solved, violated)
     for most in dict.fromkeys((gross, accuracy)):
@@ -249,6 +252,28 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
             yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
 
 
+def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Violated]) -> Iterator[Finer]:
+    """Yield what two rounds, one after the other, would do, if that is clear before the first of them.
+
+    Either the few elements with gross errors are divided and all get more stages, as the others' errors ask for; or
+    bounds are held and the few elements divided whose errors are too large.
+
+    Args:
+        solved, accuracy: as in `_finer`.
+        violated: bounds between stages.
+    """
+    errors, gross, many = solved.local_errors, max(GROSS, accuracy), _many(solved)
+    few = 0 < (errors > accuracy).sum() <= many
+    if few and violated and errors.max() <= gross:
+        bounds = _with_bounds(solved, violated)
+        parts = _in_parts(solved, bounds.transcription, np.maximum(errors / accuracy, 1.0))
+        yield parts._replace(start=replace(parts.start, freer=True))
+    elif not few and 0 < (errors > gross).sum() <= many:
+        parts = _in_parts(solved, solved.transcription, np.maximum(errors / gross, 1.0))
+        for stages in _more_stages(solved, np.minimum(errors, gross), accuracy):
+            yield _in_stages(parts, stages)
+
+
 def _many(solved: SolvedMotion) -> float:
     """Return the number of elements above which all get one more stage; their parts would make a large problem."""
     return RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
@@ -256,21 +281,36 @@ def _many(solved: SolvedMotion) -> float:
 
 def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     """Yield it with as many stages more as the larger errors ask for, with fewer, and with one on another branch."""
-    excess = np.minimum(solved.local_errors, 1.0) / accuracy
+    same = Finer(solved.transcription, BranchPoint(solved.solution.w, solved.branch))
+    for stages in _more_stages(solved, np.minimum(solved.local_errors, 1.0), accuracy):
+        finer = _in_stages(same, stages)
+        yield finer
+        if stages == solved.stages + 1:
+            yield finer._replace(repair=True)
+
+
+def _more_stages(solved: SolvedMotion, errors: np.ndarray, accuracy: float) -> Sequence[int]:
+    """Return the stages to try, as many as the larger errors ask for first, then fewer."""
+    excess = errors / accuracy
     wanted = round(math.log(np.median(excess[excess > 1])) / math.log(GAIN_OF_A_STAGE))
-    for more in range(min(max(wanted, 1), MOST_STAGES, MAX_STAGES - 1 - solved.stages), 0, -1):
-        finer, w = with_stages(solved.transcription, solved.solution.w, solved.stages + more)
-        start = BranchPoint(w, solved.branch)
-        yield Finer(finer, start)
-        if more == 1:
-            yield Finer(finer, start, repair=True)
+    return range(solved.stages + min(max(wanted, 1), MOST_STAGES, MAX_STAGES - 1 - solved.stages), solved.stages, -1)
+
+
+def _in_stages(finer: Finer, stages: int) -> Finer:
+    transcription, w = with_stages(finer.transcription, finer.start.w, stages)
+    return Finer(transcription, replace(finer.start, w=w))
 
 
 def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
+    return _in_parts(solved, solved.transcription, excess)
+
+
+def _in_parts(solved: SolvedMotion, transcription: Transcription, excess: np.ndarray) -> Finer:
     """Return it with the elements divided whose errors are too large, and those beside them that are equally long.
 
     Args:
         solved: the motion.
+        transcription: its own, maybe with further bounds.
         excess: by how much the errors are too large, one where they are not, (number of elements).
     """
     excess = excess ** (1 / (2 * solved.stages))
@@ -278,7 +318,7 @@ def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
     equally_long = np.array(solved.polisher.equally_long(solved.branch), dtype=int)
     runs = np.split(parts, np.setdiff1d(np.arange(1, len(parts)), equally_long + 1))
     divided = [int(run.max()) for run in runs for _ in run]
-    finer, w, branch = with_parts(solved.transcription, solved.solution.w, solved.branch, divided)
+    finer, w, branch = with_parts(transcription, solved.solution.w, solved.branch, divided)
     return Finer(finer, BranchPoint(w, branch))
 
 

@@ -63,7 +63,7 @@ def with_own_starts(task: Task) -> Task:
 
 def sagittal_start(
     motion: MotionProblem,
-    planned: Callable[[Task], SolvedMotion],
+    planned: Callable[[Task], Sequence[SolvedMotion]],
     options: HomotopyOptions,
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
@@ -77,7 +77,7 @@ def sagittal_start(
 
     Args:
         motion: the formulated task, in space.
-        planned: a task -> its motion, searched, as it is before refinement, which has shown that it is true.
+        planned: a task -> its motion, searched: refined, which has shown that it is true, and as it was before.
         options: of the homotopy.
         deadline: of the task.
         progress: called after every NLP.
@@ -90,25 +90,28 @@ def sagittal_start(
     if twin is None:
         return None
     logger.info("both sides of the robot are asked for the same: the motion is planned in the x-z plane first")
-    planar = planned(twin.task)
-    if not planar.solution.exact:
+    lifted = (_lifted(_Lift(motion, twin, one), options, deadline, progress, stop) for one in planned(twin.task))
+    return next((one for one in lifted if one), None)
+
+
+def _lifted(
+    lift: _Lift,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion in space near a motion in the plane; other args as in `sagittal_start`."""
+    if not lift.planar.solution.exact:
         return None
-    lift = _Lift(motion, twin, planar)
-    polisher = BranchTranscription(lift.transcription)
+    polisher, problem, begin = BranchTranscription(lift.transcription), lift.transcription.problem, time.perf_counter()
     solver = BranchSolver(
-        lift.transcription.problem,
-        polisher,
-        options,
-        deadline.remaining,
-        few_evaluations=False,
-        stop=stop,
-        progress=progress,
+        problem, polisher, options, deadline.remaining, few_evaluations=False, stop=stop, progress=progress
     )
-    begin = time.perf_counter()
     end = solver.exact(_settled(lift.point(), solver, polisher), iterations=ITERATIONS, updates=UPDATES)
     if end is None:
         return None
-    nothing = replace(planar.solution, reports=[], solve_seconds=0.0)
+    nothing = replace(lift.planar.solution, reports=[], solve_seconds=0.0)
     return polisher, solver.solution(end, nothing, time.perf_counter() - begin)
 
 

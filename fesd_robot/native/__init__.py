@@ -1,13 +1,14 @@
 """C and C++ that is compiled on first use: a linear solver for IPOPT and the functions of an NLP."""
 
 from fesd_robot.native.compiler import CompilationError, shared_library
-from fesd_robot.native.linear_solver import ipopt_options, kkt_library
+from fesd_robot.native.linear_solver import begin_building, ipopt_options, kkt_library
 from fesd_robot.native.nlp_compiler import NlpBlock, Output, compile_nlp
 
 __all__ = [
     "CompilationError",
     "NlpBlock",
     "Output",
+    "begin_building",
     "compile_nlp",
     "ipopt_options",
     "kkt_library",

@@ -28,6 +28,10 @@ VIOLATION = 1e-7
 VIOLATION_OF_MULTIPLIERS = 1e-8
 """The same of a multiplier: a force of a ten-thousandth of the robot's weight."""
 
+VIOLATION_OF_PRODUCTS = 1e-10
+"""The same of a multiplier that is a product, as what is unused of a cone, (mu f_n)^2 - f_t^2: where the force is small
+it is the square of a force, of a hundred-thousandth of the weight."""
+
 PENETRATION = 2e-6
 """What a gap may be negative between stages, m: a foot that lands without acceleration has a flat gap, all of which a
 stricter bound would touch."""
@@ -206,7 +210,7 @@ def _products(
         own = z[:, one.variable - n_x]
         missing = np.asarray(one.missing(x.T, z.T, np.tile(p[:, None], len(x))).full()).ravel()
         violation = float((missing - own).max())
-        if violation > VIOLATION_OF_MULTIPLIERS:
+        if violation > VIOLATION_OF_PRODUCTS:
             limit = STRICTER * max(float(missing[int((missing - own).argmax())]), 0.0) + SLACK
             yield Violated(violation, BoundBetween(e, one.variable, -1, limit))
 

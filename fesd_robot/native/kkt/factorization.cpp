@@ -15,6 +15,7 @@ constexpr int SLACK = 16;  // kernels read and write a little beyond the end
 constexpr int MAX_REORDERINGS = 4;
 // In factorizations as cheap as the cheapest:
 constexpr double PATIENCE = 10.0;  // excess after which a structure is given up
+constexpr double DEARER = 1.5;     // than a factorization without pivots in mind: one for which adapting does not pay
 constexpr double BUDGET = 20.0;    // cost at which a factorization is given up ...
 constexpr int GIVEN_UP = -1;       // ... with this in the place of its rank
 
@@ -107,12 +108,15 @@ void Factorization::reorder() {
 
 // Chooses the structure of the next factorization. One that was adapted to pivots that are no longer acceptable costs up
 // to thirty times as much as one without pivots in mind; so it is given up when what it has cost more than the cheapest
-// factorization adds up to `PATIENCE` of them.
+// factorization adds up to `PATIENCE` of them, and at once when it costs more than the one before it was adapted: many
+// delayed columns are then no reason to adapt one again.
 void Factorization::choose_structure() {
     const bool wasteful = excess_ > PATIENCE * least_operations_;
-    if (wasteful && reorderings_ > 0) {
+    const bool dearer = reorderings_ > 0 && operations_ > DEARER * unadapted_operations_;
+    if (dearer) adapting_pays_ = false;
+    if ((wasteful && reorderings_ > 0) || dearer) {
         start_over();
-    } else if (wasteful || (delayed_ > order_ / 50 && reorderings_ < MAX_REORDERINGS)) {
+    } else if (wasteful || (adapting_pays_ && delayed_ > order_ / 50 && reorderings_ < MAX_REORDERINGS)) {
         reorder();
     }
 }
@@ -126,6 +130,8 @@ void Factorization::start_over() {
 void Factorization::count_operations() {
     double operations = 0.0;
     for (const Factor& factor : factors_) operations += operations_of(factor.order, factor.pivots);
+    operations_ = operations;
+    if (reorderings_ == 0) unadapted_operations_ = operations;
     least_operations_ = least_operations_ == 0.0 ? operations : std::min(least_operations_, operations);
     excess_ += operations - least_operations_;
 }

@@ -72,6 +72,9 @@ private:
     int reorderings_ = 0;                   // how often the structure was adapted to the pivots of a factorization
     double least_operations_ = 0.0;         // of a factorization, without factors of two and three
     double excess_ = 0.0;                   // operations beyond those since the structure was chosen
+    double operations_ = 0.0;               // of the last factorization
+    double unadapted_operations_ = 0.0;     // of the last one whose structure was not adapted to pivots
+    bool adapting_pays_ = true;             // whether a structure adapted to the pivots was no dearer than that
     std::vector<Factor> factors_;
     std::vector<double> schur_;
     Memory<int> index_;                     // rows of all fronts, in elimination order of the structure
