@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -14,7 +15,7 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.refine import MOST_PARTS, SPARE, _last_that_passes, _with_elements_in_parts, refined
+from fesd_robot.refine import MOST_PARTS, SPARE, _finer, _last_that_passes, _with_elements_in_parts, refined
 from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.deadline import Deadline
@@ -72,6 +73,24 @@ def test_only_elements_of_the_same_mode_are_divided_together(coarse: tuple[Solve
         excess[divided[0]] = 1e3
         parts = len(before.branch.factors) + len(divided) * (MOST_PARTS - 1)
         assert sum(_with_elements_in_parts(before, excess).transcription.elements) == parts
+
+
+@pytest.mark.parametrize(("largest", "usual", "stages"), [(1e-3, 1e-6, 1), (1e-6, 1e-12, 0)])
+def test_what_is_clear_before_a_round_is_done_in_it(
+    coarse: tuple[SolvedMotion, HomotopyOptions], largest: float, usual: float, stages: int
+) -> None:
+    """The element with a gross error is divided in the round in which all get a stage more, and one whose error is
+    merely too large in the round in which bounds between stages are held, as the biped's step asks for."""
+    before, _ = coarse
+    errors = np.where(before.branch.without_length, 0.0, usual)
+    errors[np.argmax(errors > 0)] = largest
+    motion = replace(before)
+    motion.__dict__.update({**before.__dict__, "local_errors": errors})
+    finer = next(_finer(motion, 1e-7, early=True))
+    assert sum(finer.transcription.elements) > sum(before.transcription.elements)
+    assert finer.transcription.options.tableau.stages == before.stages + stages
+    assert bool(finer.transcription.added.bounds) != bool(stages)
+    assert finer.transcription.problem.size == len(finer.start.w)
 
 
 def test_the_last_motion_that_passes_is_kept() -> None:

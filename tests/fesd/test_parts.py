@@ -20,6 +20,7 @@ from fesd_robot.fesd.added_rows import PARTS, SLACK, AddedRows, BoundBetween, be
 from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages, with_bounds_between, with_parts, with_stages
+from fesd_robot.fesd.refinement.between_stages import _Product, _products
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
 
 from .systems import scalar
@@ -104,6 +105,19 @@ def ball(*, path: bool, spare: float = 0.0) -> OptimalControlProblem:
         running_cost={"control": u**2},
         constraints=[below] if path else [],
     )
+
+
+@pytest.mark.parametrize("unused", [-3e-10, -5e-11])
+def test_a_product_is_held_to_the_square_of_a_force(unused: float) -> None:
+    """What is unused of a cone, the square of a small force, may be -1e-10 between the stages, no less."""
+    force = ca.SX.sym("force", 1)
+    product = _Product(variable=1, missing=ca.Function("missing", [ca.SX.sym("x"), force, ca.SX.sym("p")], [2 * force]))
+    found = list(_products([product], 4, np.zeros((5, 1)), np.full((5, 1), -unused), np.zeros(1), n_x=1))
+    assert len(found) == (unused < -1e-10)
+    if found:
+        (one,) = found
+        assert one.violation == pytest.approx(-unused)
+        assert isinstance(one.bound, BoundBetween) and one.bound.sign == -1 and one.bound.limit > 2 * -unused
 
 
 @pytest.mark.parametrize("path", [False, True])

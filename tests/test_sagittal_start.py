@@ -1,0 +1,32 @@
+"""What of a motion in the plane becomes a start in space."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from fesd_robot import sagittal_start
+
+
+@pytest.mark.parametrize("leads", ["refined", "before", ""])
+def test_the_refined_motion_is_lifted_first(leads: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it leads to no motion in space, the one before its refinement is lifted, which it is not otherwise."""
+    lifted: list[str] = []
+
+    def found(lift: Any, *_: Any) -> str | None:
+        lifted.append(lift.planar)
+        return "a motion" if lift.planar == leads else None
+
+    monkeypatch.setattr(sagittal_start, "sagittal_twin", lambda motion: SimpleNamespace(task="a task"))
+    monkeypatch.setattr(sagittal_start, "_lifted", found)
+    nothing: Any = None
+
+    def planned(task: Any) -> Any:
+        assert task == "a task"
+        return ["refined", "before"]
+
+    start = sagittal_start.sagittal_start(nothing, planned, nothing, nothing, None, None)
+    assert start == ("a motion" if leads else None)
+    assert lifted == (["refined"] if leads == "refined" else ["refined", "before"])
