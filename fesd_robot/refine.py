@@ -235,7 +235,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
         yield _with_bounds(solved, violated)
     for most in dict.fromkeys((gross, accuracy)):
         if 0 < (errors > most).sum() <= _many(solved):
-            yield _with_elements_in_parts(solved, np.maximum(errors / most, 1.0))
+            yield _in_parts(solved, transcription, np.maximum(errors / most, 1.0))
     if asking.any():
         yield from _with_more_stages(solved, accuracy)
     if not asking.any() and solved.stages < MAX_STAGES:
@@ -244,7 +244,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
         if excess.max(initial=1.0) > 1.0:
             if early and worst > errors.max():
                 yield _with_bounds(solved, violated)
-            yield _with_elements_in_parts(solved, excess)
+            yield _in_parts(solved, transcription, excess)
     yield from _with_more_bounds(solved, violated)
     if not asking.any():
         for paths in determined(solved):
@@ -299,10 +299,6 @@ def _more_stages(solved: SolvedMotion, errors: np.ndarray, accuracy: float) -> S
 def _in_stages(finer: Finer, stages: int) -> Finer:
     transcription, w = with_stages(finer.transcription, finer.start.w, stages)
     return Finer(transcription, replace(finer.start, w=w))
-
-
-def _with_elements_in_parts(solved: SolvedMotion, excess: np.ndarray) -> Finer:
-    return _in_parts(solved, solved.transcription, excess)
 
 
 def _in_parts(solved: SolvedMotion, transcription: Transcription, excess: np.ndarray) -> Finer:

@@ -15,7 +15,7 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.refine import MOST_PARTS, SPARE, _finer, _last_that_passes, _with_elements_in_parts, refined
+from fesd_robot.refine import MOST_PARTS, SPARE, _finer, _in_parts, _last_that_passes, refined
 from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.deadline import Deadline
@@ -72,7 +72,7 @@ def test_only_elements_of_the_same_mode_are_divided_together(coarse: tuple[Solve
         excess = np.ones(len(before.branch.factors))
         excess[divided[0]] = 1e3
         parts = len(before.branch.factors) + len(divided) * (MOST_PARTS - 1)
-        assert sum(_with_elements_in_parts(before, excess).transcription.elements) == parts
+        assert sum(_in_parts(before, before.transcription, excess).transcription.elements) == parts
 
 
 @pytest.mark.parametrize(("largest", "usual", "stages"), [(1e-3, 1e-6, 1), (1e-6, 1e-12, 0)])
