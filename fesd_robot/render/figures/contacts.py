@@ -23,6 +23,9 @@ BAR = 0.5
 
 CONE = "#e3e7eb"
 
+LATERAL = (0, (2, 1))
+"""The line of a lateral force."""
+
 
 def contacts_figure(plan: Plan, title: str, phases: Phases, look: Look) -> Figure:
     """Return gap, normal force and tangential force inside its friction cone, one column per contact."""
@@ -47,7 +50,8 @@ def contacts_figure(plan: Plan, title: str, phases: Phases, look: Look) -> Figur
             name_panel(panels[0], f"{name}: gap (m)")
         for row, shown in enumerate(_draw_contact(list(panels), plan, plan.contacts[name], friction_of(plan, name))):
             ranges[3 * block + row] += shown
-        panels[2].set_xlabel("time (s)", fontsize=TEXT, labelpad=2)
+        if index + columns >= len(names):  # it would cover the name of the panel below
+            panels[2].set_xlabel("time (s)", fontsize=TEXT, labelpad=2)
         panels[2].tick_params(labelbottom=True)
     end = float(np.max(plan.trajectory.time))
     axes[0, 0].set_xlim(float(plan.trajectory.time[0]), end if end > plan.trajectory.time[0] else end + 1.0)
@@ -60,7 +64,11 @@ def contacts_figure(plan: Plan, title: str, phases: Phases, look: Look) -> Figur
     handles, labels = legend_of(phases.of(names[0]) if len(names) == 1 else Phases(phases.spans, (), phases.impacts))
     if len(names) > 1:
         handles, labels = handles[:-1], labels[:-1]
-    add_legend(figure, [*handles, Patch(facecolor=GREY, alpha=0.35)], [*labels, "friction cone"])
+    handles, labels = [*handles, Patch(facecolor=GREY, alpha=0.35)], [*labels, "friction cone"]
+    if any(contact.lateral_force is not None for contact in plan.contacts.values()):
+        handles.append(Line2D([], [], color=SERIES[0], linewidth=LINE, linestyle=LATERAL))
+        labels.append("lateral force")
+    add_legend(figure, handles, labels)
     return figure
 
 
@@ -77,20 +85,17 @@ def _draw_contact(
     stepped, normals = with_steps(time, contact.normal_force, edges, stages)
     _, tangentials = with_steps(time, contact.tangential_force, edges, stages)
     normal.plot(stepped, normals, color=SERIES[1], linewidth=LINE)
-    shown, notes = [tangentials], list[str]()
+    shown = [tangentials]
     if friction is not None:
         limit = friction * normals
         tangential.fill_between(stepped, -limit, limit, color=GREY, alpha=0.35, linewidth=0.0, zorder=0)
-        notes.append(f"µ = {friction:g}")
+        note_panel(tangential, f"µ = {friction:g}")
         shown += [limit, -limit]
     tangential.plot(stepped, tangentials, color=SERIES[0], linewidth=LINE)
     if contact.lateral_force is not None:
         _, across = with_steps(time, contact.lateral_force, edges, stages)
-        tangential.plot(stepped, across, color=SERIES[0], linewidth=LINE, linestyle=(0, (2, 1)))
-        notes.append("dashed: lateral")
+        tangential.plot(stepped, across, color=SERIES[0], linewidth=LINE, linestyle=LATERAL)
         shown.append(across)
-    if notes:
-        note_panel(tangential, ", ".join(notes))
     return [[contact.gap, np.zeros(1)], [normals, np.zeros(1)], shown]
 
 
