@@ -18,7 +18,7 @@ from fesd_robot.fesd.neighbours import with_counts
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.force_variables import ForceVariables
 from fesd_robot.guessed_sequence import needs_guessed_start
-from fesd_robot.mpcc import BranchPoint, BranchSolver, HomotopyOptions, MpccSolution, NlpReport, Trial
+from fesd_robot.mpcc import REGULARISED, BranchPoint, BranchSolver, HomotopyOptions, MpccSolution, NlpReport, Trial
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.ocp.sagittal import SagittalTwin, sagittal_twin, space_configuration, space_velocity
 from fesd_robot.recovery.contact_rows import stacked_rows
@@ -37,9 +37,8 @@ ITERATIONS, UPDATES = 80, 6
 """Of IPOPT before the elements that have shrunk to nothing are taken out, and how often that happens: their multipliers
 are not determined, and IPOPT does not end at a motion that is right."""
 
-SETTLING = Trial({"perturb_always_cd": "yes"}, iterations=40, violation=np.inf)
-"""How elements that shrink are found: with constraints that are always regularised. Without, every iteration takes ten
-factorisations to find by how much; with it IPOPT does not end at an exact motion."""
+SETTLING = Trial(REGULARISED, iterations=40, violation=np.inf)
+"""How elements that shrink are found; so regularised, IPOPT does not end at an exact motion."""
 
 
 def with_own_starts(task: Task) -> Task:

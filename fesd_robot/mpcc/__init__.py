@@ -6,7 +6,7 @@ multiplier of a bound, a row or a side; Filippov multipliers are variables like 
 
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.conflict import Conflict, Demand, conflict_at
-from fesd_robot.mpcc.continuation import TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
+from fesd_robot.mpcc.continuation import REGULARISED, TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
 from fesd_robot.mpcc.homotopy import solve
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
@@ -16,6 +16,7 @@ from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 from fesd_robot.mpcc.status import NlpStatus
 
 __all__ = [
+    "REGULARISED",
     "TRIALS",
     "Block",
     "BranchBounds",
