@@ -32,9 +32,6 @@ DETOUR_LOSS = 0.25
 MOST_DETOURS = 10
 """How many of them are, the cheapest first."""
 
-SAME_COST = 1e-9
-"""Of the cost: a neighbour that leads to no other cost is the motion itself, or one that was gone on from before."""
-
 MOST_TRIALS = 300
 """Trials after which no detour is begun; long motions need as many without any."""
 
@@ -190,14 +187,12 @@ class _Search:
     def _detour(self, best: PolishingReport) -> list[PolishingReport]:
         """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does."""
         below, reach = self._bounds(best)
-        costs = [best.residuals.objective]
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
             if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
             start, moves = self._around.exact_after(trial), len(self._moves)
-            if start is None or np.isclose(start.residuals.objective, costs, SAME_COST, 0.0).any():
+            if start is None:
                 continue
-            costs.append(start.residuals.objective)
             self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
             trail = [start, *self._descent(start, 1)]
             if trail[-1].residuals.objective < below:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -56,31 +54,6 @@ def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.Mo
     assert costs[1] == sorted(costs[1], reverse=True)
     assert costs[0][: len(costs[1])] == costs[1] and costs[0][-1] == min(costs[0])
     assert ours.trials >= theirs.trials
-
-
-def test_no_detour_begins_at_a_motion_that_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of rejected neighbours, one that leads back to the motion and one that leads where another did are left out."""
-    begun: list[float] = []
-
-    def of_cost(cost: float) -> Any:
-        return SimpleNamespace(residuals=SimpleNamespace(objective=cost))
-
-    def descent(search: Any, best: Any, patience: int) -> list[Any]:
-        begun.append(best.residuals.objective)
-        return []
-
-    search = object.__new__(local_search._Search)
-    rejected = [(SimpleNamespace(what="a move"), of_cost(cost)) for cost in (2.0, 2.1, 2.1 * (1 + 1e-12), 2.2)]
-    vars(search).update(
-        _rejected=rejected,
-        _trials=0,
-        _moves=[],
-        _solver=SimpleNamespace(ended_early=False),
-        _around=SimpleNamespace(exact_after=lambda trial: trial),
-    )
-    monkeypatch.setattr(local_search._Search, "_descent", descent)
-    assert search._detour(of_cost(2.0 * (1 + 1e-14))) == [] and search._moves == []
-    assert begun == [2.1, 2.2]
 
 
 def test_a_motion_that_is_lost_with_room_is_searched_from_one_nearby(
