@@ -117,9 +117,14 @@ class PolishingReport:
 
     @property
     def nearly_feasible(self) -> bool:
-        """Whether only iterations were missing, or digits: the branch fits, for its constraints nearly hold."""
-        stopped = self.status is NlpStatus.ITERATION_LIMIT or self.status.converged
-        return stopped and self.residuals.constraint_violation <= NEARLY_FEASIBLE
+        """Whether only iterations were missing, or digits: the branch fits, for its constraints nearly hold.
+
+        One that has converged and leaves a product that is not small does not fit, and never will.
+        """
+        product = min(self.residuals.complementarity, self.residuals.natural_residual)
+        digits = self.status.converged and product <= NEARLY_FEASIBLE
+        missing = self.status is NlpStatus.ITERATION_LIMIT or digits
+        return missing and self.residuals.constraint_violation <= NEARLY_FEASIBLE
 
 
 @dataclass(frozen=True)
