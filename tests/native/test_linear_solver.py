@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from pathlib import Path
 
 import casadi as ca
@@ -11,7 +12,7 @@ import pytest
 
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
-from fesd_robot.native import kkt_library, linear_solver
+from fesd_robot.native import CompilationError, kkt_library, linear_solver
 from fesd_robot.native.linear_solver import KktSystem, self_test
 
 LIBRARY = kkt_library()
@@ -217,6 +218,25 @@ def test_without_a_compiler(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogC
                 solve(_problem(), HomotopyOptions(linear_solver="fesd"))
     finally:
         kkt_library.cache_clear()
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_building_begins_beside_other_work(fails: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library is compiled in another thread; that it cannot be is left to whoever needs it."""
+    begun, threads, unhandled = threading.Event(), list[threading.Thread](), list[object]()
+
+    def build() -> None:
+        threads.append(threading.current_thread())
+        begun.set()
+        if fails:
+            raise CompilationError("no compiler")
+
+    monkeypatch.setattr(linear_solver, "build_library", build)
+    monkeypatch.setattr(threading, "excepthook", unhandled.append)
+    linear_solver.begin_building()
+    assert begun.wait(10)
+    threads[0].join(10)
+    assert threads[0] is not threading.current_thread() and not unhandled
 
 
 def test_a_library_that_fails_its_test_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
