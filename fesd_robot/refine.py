@@ -111,14 +111,14 @@ def refined(
     hundredth; what comes nearest is kept. A motion that passes and is accurate is not refined further where the last
     round has not halved the worst entry.
 
-    A round gives every element one more stage if many errors are larger than the accuracy, else divides those elements,
-    else holds the bounds that are violated between stages, all of them or those that are violated least; where these
-    are violated by much more than errors explain, that comes first. Two of these are tried at once, as long as no round
-    has failed (`_two_at_once`). Else it holds
-    contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves the
-    branch NLP again from the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the audit
-    alone decides whether to go on: not if all of its entries have something to spare. A coarse motion may do what no
-    finer one does: where there is no solution, or one that costs much more, branches near by are looked for
+    A round gives every element one more stage if many errors are larger than the accuracy, else divides those
+    elements, else holds the bounds that are violated between stages, all of them or those that are violated least;
+    where these are violated by much more than errors explain, that comes first. What two rounds would do is tried
+    at once where it is clear beforehand (`_two_at_once`). Both only as long as no round has failed. Else it holds
+    contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves
+    the branch NLP again from the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the
+    audit alone decides whether to go on: not if all of its entries have something to spare. A coarse motion may do
+    what no finer one does: where there is no solution, or one that costs much more, branches near by are looked for
     (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`; the last motion that passes the audit is
     kept, if one does.
 
@@ -222,7 +222,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     Args:
         solved: the motion.
         accuracy: largest local error of an element.
-        early: whether bounds that are violated by more than errors explain are held before these are small.
+        early: whether two rounds are tried at once, and bounds that are violated by more than errors explain held
+            before these are small.
     """
     errors, gross = solved.local_errors, max(GROSS, accuracy)
     asking = errors > accuracy
@@ -231,8 +232,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     worst = max((one.violation for one in violated), default=0.0)
     if early:
         yield from _two_at_once(solved, accuracy, violated)
-    if early and asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
-        yield _with_bounds(solved, violated)
+        if asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
+            yield _with_bounds(solved, violated)
     for most in dict.fromkeys((gross, accuracy)):
         if 0 < (errors > most).sum() <= _many(solved):
             yield _in_parts(solved, transcription, np.maximum(errors / most, 1.0))
