@@ -144,9 +144,9 @@ def refined(
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
-        if idle or over() or best.audit.worst[0] <= SPARE or solved.local_errors.max() > factor * accuracy:
+        if idle or over() or best.spares(SPARE) or solved.local_errors.max() > factor * accuracy:
             break
-    return best if best is solved else replace(best, rounds=solved.rounds, seconds=solved.seconds)
+    return best if best is solved else best.counted(solved.rounds, solved.seconds)
 
 
 def _to_accuracy(
@@ -169,7 +169,7 @@ def _to_accuracy(
     round_began = begin
     while solved.rounds < last:
         enough = solved.rounds >= ENOUGH_ROUNDS or solved.local_errors.max() <= accuracy
-        if enough and solved.audit.worst[0] <= SPARE:
+        if enough and solved.spares(SPARE):
             break
         if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
             break
@@ -193,7 +193,7 @@ def _to_accuracy(
         earlier.append(solved)
         solved = following
     best = _last_that_passes([*earlier, solved])
-    return replace(best, rounds=solved.rounds, seconds=solved.seconds + time.perf_counter() - begin)
+    return best.counted(solved.rounds, solved.seconds + time.perf_counter() - begin)
 
 
 def _last_that_passes(motions: Sequence[SolvedMotion]) -> SolvedMotion:

@@ -89,9 +89,26 @@ class SolvedMotion:
     @property
     def passes(self) -> bool:
         """Whether the audit finds no violation; where there is one without the replay, nothing is driven again."""
-        if "audit" in self.__dict__:
-            return not self.audit.violations
-        return not motion_audit(self.motion, self.physical, self.physics, None).violations and not self.audit.violations
+        return not self._known_audit.violations and not self.audit.violations
+
+    def spares(self, share: float) -> bool:
+        """Return whether all entries of the audit are at most this share of their limits; replayed only if need be."""
+        return self._known_audit.worst[0] <= share and self.audit.worst[0] <= share
+
+    @property
+    def _known_audit(self) -> Audit:
+        """What the audit says, without the replay as long as nobody has asked for it."""
+        return self.audit if "audit" in self.__dict__ else self._audit_without_replay
+
+    @cached_property
+    def _audit_without_replay(self) -> Audit:
+        return motion_audit(self.motion, self.physical, self.physics, None)
+
+    def counted(self, rounds: int, seconds: float) -> SolvedMotion:
+        """Return the same motion with these numbers; its audit and its errors are not worked out again."""
+        one = replace(self, rounds=rounds, seconds=seconds)
+        one.__dict__.update({**self.__dict__, "rounds": rounds, "seconds": seconds})
+        return one
 
     @cached_property
     def replay(self) -> MotionReplay:

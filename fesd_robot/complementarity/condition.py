@@ -50,8 +50,8 @@ class Complementarity:
             algebraic variables of every stage: its sign does not change inside an element.
         companions: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
             H at zero holds them there, too, and leaves those rows out.
-        together: of the conditions of a contact with this H and a G of their own either all G are the active factor or
-            all H: parts of a vector that vanishes.
+        together: of the conditions of a contact with this H and a G of their own either all G are the active factor,
+            the parts of a vector that vanishes, or all H, or all complements.
         met_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has that
             active factor, a smooth problem does not hold this one again.
         share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds up to

@@ -91,7 +91,7 @@ def velocity_conditions(
                 )
         if contact.slip_distance == 0:
             conditions += [
-                condition(SLIPPING, signed, beta, complement=complement, direction=direction)
+                condition(SLIPPING, signed, beta, complement=complement, direction=direction, together=True)
                 for velocity, (forwards, backwards) in zip(velocities, DIRECTIONS, strict=False)
                 for direction, signed in ((backwards, -velocity), (forwards, velocity))
             ]

@@ -21,7 +21,8 @@ NEARBY = 0.25
 """Part of a control interval within which an event at the end of an interval is looked for."""
 
 LAWFUL = 1e-3
-"""Largest error of a velocity after an impact, m/s or rad/s, up to which its contacts hit together."""
+"""Error of a velocity after an impact up to which its contacts hit together: part of the largest change of one by the
+impact, and at least of 1 m/s or rad/s. The orders of four feet take half a minute to work out."""
 
 NEARER = 0.1
 """How much nearer to the plan than that of all contacts together an impact in turn is that is taken for it."""
@@ -154,12 +155,13 @@ def _impact_error(motion: PhysicalMotion, physics: NumericPhysics, before: int, 
     q, v = motion.configuration[before], motion.velocity[before]
     touching = physics.gaps(q) <= CLOSED_GAP
     together = motion.velocity[after] - impact(physics, q, v, touching).velocity
-    if _size(together) <= LAWFUL or physics.impacts_at_once:
+    lawful = LAWFUL * max(1.0, _size(motion.velocity[after] - v))
+    if _size(together) <= lawful or physics.impacts_at_once:
         return together, False
     nearest = together
     for other in impacts_in_turn(physics, q, v, touching):
         nearest = min(nearest, motion.velocity[after] - other, key=_size)
-        if _size(nearest) <= LAWFUL:
+        if _size(nearest) <= lawful:
             break
     return (nearest, True) if _size(nearest) < NEARER * _size(together) else (together, False)
 

@@ -164,9 +164,12 @@ def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]
             factor = ActiveFactor.H
         factors.append(factor or _in_contact(sizes, member, whole=multiplier in positive))
     for group in conditions.together:
-        if any(factors[i] is ActiveFactor.H for i in group):
-            for i in group:
-                factors[i] = ActiveFactor.H
+        own = {factors[i] for i in group}
+        for vanishes in (ActiveFactor.H, ActiveFactor.COMPLEMENT):
+            if vanishes in own:
+                for i in group:
+                    factors[i] = vanishes
+                break
     for contact in positive:
         _release(sizes, factors, multipliers, contact)
     return _without_repetition(conditions, factors)
