@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -81,6 +82,14 @@ class MotionReplay:
     def velocity_errors(self) -> np.ndarray:
         """Absolute errors of the velocity, at the end of every interval or after an impact, m/s and rad/s, (N, n_v)."""
         return np.abs([[i.velocity_error, i.impact_error] for i in self.intervals]).max(axis=1)
+
+    @cached_property
+    def without_impacts(self) -> MotionReplay:
+        """The replay without the errors of impacts, in which no time passes: no error of an element grows there."""
+        nothing = [np.zeros_like(interval.impact_error) for interval in self.intervals]
+        return MotionReplay(
+            tuple(replace(one, impact_error=zero) for one, zero in zip(self.intervals, nothing, strict=True))
+        )
 
 
 def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionReplay:
