@@ -119,6 +119,29 @@ def test_a_motion_that_fails_without_its_replay_is_not_driven_again(
     assert len(replayed) == (not violations)
 
 
+def test_what_is_known_of_a_motion_is_not_worked_out_again() -> None:
+    """Other numbers of its refinement change nothing of its audit, which may have taken minutes."""
+    nothing = cast(Any, None)
+    one = SolvedMotion(nothing, nothing, nothing, nothing)
+    one.__dict__.update(audit="an audit", local_errors="errors")
+    other = one.counted(3, 2.0)
+    assert (other.rounds, other.seconds, one.rounds) == (3, 2.0, 0)
+    assert (other.audit, other.local_errors) == ("an audit", "errors")
+
+
+@pytest.mark.parametrize(("own", "along", "spares"), [(0.2, 0.05, False), (0.05, 0.2, False), (0.05, 0.05, True)])
+def test_what_has_something_to_spare(own: float, along: float, spares: bool) -> None:
+    """Entries without the replay count, and those of the replay but for its impacts, which no accuracy changes."""
+    nothing = cast(Any, None)
+    one = SolvedMotion(nothing, nothing, nothing, nothing)
+    one.__dict__.update(
+        _audit_without_replay=SimpleNamespace(worst=(own, "")),
+        _audit_without_impacts=SimpleNamespace(worst=(along, "")),
+        audit=SimpleNamespace(worst=(0.9, "")),
+    )
+    assert one.spares(SPARE) is spares
+
+
 @pytest.mark.parametrize(("errors", "none"), [([0.2, 1e-9], True), ([0.09, np.inf], False)])
 def test_what_is_no_motion_is_not_refined(errors: list[float], none: bool) -> None:
     """An element that errs by a tenth of its states is none; one whose error cannot be estimated may be."""

@@ -12,8 +12,9 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
+from fesd_robot.fesd import Element, FesdOptions, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
+from fesd_robot.fesd.polishing.reading import read_branch
 from fesd_robot.mpcc import BranchNlp, HomotopyOptions, MpccSolution, PolishingLimits, PolishingReport, solve
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.ipopt_settings import starting_at
@@ -81,6 +82,36 @@ def test_conditions_of_a_contact(hopper: MotionProblem) -> None:
     assert conditions.variables(gap.H) == conditions.variables(backwards.H) | conditions.variables(forwards.H)
     assert conditions.row_count == 2  # two velocities; the complement of the gap's multiplier is a variable
     assert {label.contact for label in conditions.labels} == {"foot"}
+
+
+@pytest.mark.parametrize("ahead", [0.0, 0.5])
+def test_directions_of_a_contact_go_together(ahead: float) -> None:
+    """A foot that may not slip hits straight down or slides forwards in its impact: no direction is held by itself.
+
+    One that is held lets friction across the slide go free.
+    """
+    motion = formulate(load_task(TASK.with_name("hopper_in_space.yaml")))
+    system, n_s = motion.ocp.system, motion.fesd.tableau.stages
+    conditions = conditions_of(system)
+    left = np.zeros(system.state.numel())
+    left[[2, 5]] = 0.5  # height of the body and length of the leg
+    left[[6, 8]] = ahead, -1.0
+    end = left.copy()
+    end[[6, 8]] = 0.0
+    x = np.linspace(left, end, n_s + 1)[1:]
+    friction = motion.contacts[0].friction
+    pushed = np.array([(1 - friction) / 2, (1 + friction) / 2, 0.5, 0.0, 0.5, 0.0])  # backwards, with all of the cone
+    z = np.tile(pushed, (n_s, 1))
+    impact = Element(0, 0.0, 0.1, left, pushed, x, z, np.zeros(system.control.numel()), np.zeros_like(x))
+    branch = read_branch(conditions, [impact], np.array([0.1]), 0.0)
+    factors: dict[str, set[ActiveFactor]] = {}
+    for label, factor in zip(conditions.labels, branch.factors[0], strict=True):
+        factors.setdefault(label.kind, set()).add(factor)
+    assert factors["motion during impact"] == {ActiveFactor.COMPLEMENT}
+    assert len(factors["slipping"]) == 1 and len(factors["sliding inside the friction cone"]) == 1
+    if ahead:
+        assert factors["slipping"] == {ActiveFactor.COMPLEMENT}
+        assert factors["sliding inside the friction cone"] == {ActiveFactor.H}
 
 
 def test_the_rows_are_the_quantities(hopper: MotionProblem) -> None:

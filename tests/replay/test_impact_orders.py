@@ -11,7 +11,7 @@ from fesd_robot.replay.contacts import Note
 from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
-from fesd_robot.replay.intervals import replay_intervals
+from fesd_robot.replay.intervals import MotionReplay, replay_intervals
 
 from .bodies import GRAVITY, body
 
@@ -107,3 +107,23 @@ def test_what_hits_at_the_end_may_as_well_hit_after_it(early: float) -> None:
     result = replay_motion(FEET, q, v, np.zeros(3), 0.1 + early)
     arrives = feet(motion.velocity[1]) if early < 1e-6 else feet(result.velocity)
     np.testing.assert_allclose(feet(result.arriving), arrives, atol=1e-3)
+
+
+@pytest.mark.parametrize(("off", "in_turn_too"), [(1.9e-3, 0), (2.1e-3, 1)])
+def test_orders_are_looked_at_where_a_plan_is_off_by_part_of_the_change(
+    off: float, in_turn_too: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An impact that changes a velocity by 2 m/s and is off by less than 2e-3 m/s is one of all contacts together, and
+    its error is told as it is."""
+    looked: list[int] = []
+    monkeypatch.setattr("fesd_robot.replay.intervals.impacts_in_turn", lambda *_: looked.append(1) or [])
+    motion = fallen((0.0, 0.0))
+    touching = np.full(2, True)
+    together = impact(FEET, motion.configuration[1], motion.velocity[1], touching).velocity
+    change = np.abs(together - motion.velocity[1]).max()
+    motion.velocity[2] = together + np.array([0.0, 0.0, off / 2.0 * change])
+    second = replay_intervals(motion, FEET).intervals[1]
+    assert len(looked) == in_turn_too
+    assert np.abs(second.impact_error).max() == pytest.approx(off / 2.0 * change, rel=1e-6)
+    along = MotionReplay((second,)).without_impacts.velocity_errors
+    assert along.max() == np.abs(second.velocity_error).max()
