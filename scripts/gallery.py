@@ -23,6 +23,7 @@ import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -309,6 +310,12 @@ def parse(names: Sequence[str], words: Sequence[str] | None = None) -> argparse.
     return arguments
 
 
+def told(words: Sequence[str]) -> str:
+    """Return the command as the page tells it, without the folder of this machine that plans go to."""
+    kept = [word for before, word in pairwise(["", *words]) if "--runs" not in (before, word.partition("=")[0])]
+    return " ".join(["scripts/gallery", *kept])
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Plan what was asked for and write table, pictures and list."""
     arguments = parse([entry.name for entry in entries(ROOT / "runs")], words)
@@ -322,7 +329,7 @@ def main(words: Sequence[str] | None = None) -> int:
             codes = list(pool.map(lambda entry: plan_anew(entry, arguments.time_limit, arguments.jobs), chosen))
     for entry in every:
         draw(entry)
-    command = " ".join(["scripts/gallery", *(sys.argv[1:] if words is None else words)])
+    command = told(sys.argv[1:] if words is None else words)
     before = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
     PAGE.write_text(page(every, command, before), encoding="utf-8")
     README.write_text(with_list(README.read_text(encoding="utf-8"), readme_list(every)), encoding="utf-8")

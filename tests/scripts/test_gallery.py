@@ -49,6 +49,13 @@ def test_the_readme_lists_every_task(gallery: ModuleType, tmp_path: Path) -> Non
     assert [name for _, name in listed] == TASKS, "a picture is missing, run scripts/gallery"
 
 
+@pytest.mark.parametrize("folder", [["--runs", "/here/runs"], ["--runs=/here/runs"], []])
+def test_the_page_tells_no_folder_of_a_machine(gallery: ModuleType, folder: list[str]) -> None:
+    """How the page was made is told without where plans went."""
+    told = gallery.told(["ball_bat", *folder, "--time-limit", "300"])
+    assert told == "scripts/gallery ball_bat --time-limit 300"
+
+
 def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
     """Every task has one row, with its purpose; each is solved within 1e-6."""
     rows = re.findall(r"^\| \[(\w+)\].*$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
