@@ -24,7 +24,7 @@ from fesd_robot.repair import exact_end
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 
-_CLOCK = "clock"
+CLOCK = "clock"
 """Name of the state that is the physical time."""
 
 _LETTERS = {ActiveFactor.G: "G", ActiveFactor.H: "H", ActiveFactor.COMPLEMENT: "C"}
@@ -216,4 +216,4 @@ def _known(record: FiniteElements, transcription: Transcription) -> KnownElement
         x_left, z_left = x[e, -1], z[e, -1]
     factors = tuple(tuple(_FACTORS[letter.upper()] for letter in one) for one in record.active)
     branch = Branch(tuple(labels), factors, tuple(one.islower() for one in record.active))
-    return KnownElements(elements, branch, tableau, record.states.index(_CLOCK))
+    return KnownElements(elements, branch, tableau, record.states.index(CLOCK))

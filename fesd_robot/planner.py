@@ -14,6 +14,7 @@ from fesd_robot.adapters import (
     motion_outcome,
     with_promised_goal,
 )
+from fesd_robot.coarse_start import coarse_start
 from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -251,8 +252,8 @@ class _Chain:
         return found
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> _First:
-        """Return the motion of an earlier plan, of one that is let go or in the plane, on the guess's contacts, or of a
-        homotopy."""
+        """Return the motion of an earlier plan, of one on a coarser grid, let go or in the plane, on the contacts of
+        the guess, or of a homotopy."""
         options, deadline, stop = homotopy_options(motion.task), self.deadline, self.stop
         steps = SearchSteps(options, self.reached, self.counted)
 
@@ -265,6 +266,10 @@ class _Chain:
             return stop is not None and stop(iteration, objective)
 
         if found := known_start(motion, transcription, options, deadline, searching, iterating):
+            return _First(*found, detours=False)
+        if motion.task.solver.coarse_to_fine is True and (
+            found := coarse_start(motion, transcription, self._coarse, options, deadline, searching, iterating)
+        ):
             return _First(*found, detours=False)
         if needs_simulated_start(motion) and (
             found := simulated_start(motion, transcription, options, deadline, searching, iterating)
@@ -285,6 +290,12 @@ class _Chain:
             transcription.problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair
         )
         return _First(*repair.repaired(polisher, solution))
+
+    def _coarse(self, task: Task) -> SolvedMotion:
+        """Return the motion of a task on a coarser control grid, within half of the time that is left."""
+        motion = formulate(task)
+        chain = replace(self, deadline=self.deadline.share(0.5))
+        return chain._before_and_after(motion, Transcription(motion.ocp, motion.fesd), with_spare=False).after
 
     def _twin(self, task: Task) -> list[SolvedMotion]:
         """Return the motion of a task in the plane, within the time of this one, refined and as it was before."""

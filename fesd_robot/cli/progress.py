@@ -150,7 +150,7 @@ class Progress:
 
     def start(self, seed: int, result: Plan) -> None:
         """Say what came of one of several initial guesses."""
-        self._start, self._cost = min(self._start + 1, self._starts), None
+        self._start, self._cost = self._start + 1, None
         self._say(start_line(seed, result), "none")
 
     def stopping(self) -> None:
@@ -183,8 +183,8 @@ class Progress:
         if self._station not in _OF_AN_ATTEMPT or self._starts + self._retries == 1:
             return ""
         if self._retries:
-            return f"attempt {self._starts + self._retries}, "
-        return f"start {self._start} of {self._starts}, "
+            return f"attempt {max(self._starts, self._start - 1) + self._retries}, "
+        return f"start {self._start} of {max(self._starts, self._start)}, "
 
     def _how_far(self) -> str:
         """Return how far the station is, as far as that is known."""

@@ -233,8 +233,8 @@ class Statistics(Record):
 
     @property
     def settings_tried(self) -> int:
-        """How many settings were tried one after the other; starts that differ by their seed alone are one."""
-        return 1 + sum(bool(set(each.changes) - {"solver.seed"}) for each in self.attempts)
+        """How many settings were tried one after the other; starts that differ by where they begin alone are one."""
+        return 1 + sum(bool(set(each.changes) - {"solver.seed", "solver.coarse_to_fine"}) for each in self.attempts)
 
 
 class SimulationNote(Record):

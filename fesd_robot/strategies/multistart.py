@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -17,9 +17,14 @@ from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
 from fesd_robot.strategies.processes import ForkedPool, grant_processes, processes_of
 from fesd_robot.task import Task
+from fesd_robot.task.coarser import coarser_intervals
 
 DEFAULT_STARTS = 2
 """Initial guesses of a task that does not say how many, unless it begins from an earlier motion."""
+
+AGREEING = 1e-3
+"""Part of the cost: two starts that end nearer to each other found the same motion, and no third one is made for a task
+that does not say how many."""
 
 _POLL = 0.2
 """s between two looks at whether to stop."""
@@ -69,12 +74,25 @@ def attempt_seeds(
     """
     first, count = task.solver.seed, starts_of(task)
     made: dict[int, AttemptedPlan] = {}
-    if count > 1:
-        for seed, one in _Starts(task, attempt, quietly, deadline, stop, waiting).made(range(first, first + count)):
+    starts = _Starts(task, attempt, quietly, deadline, stop, waiting)
+
+    def note(attempts: Iterator[tuple[int, AttemptedPlan]]) -> None:
+        for seed, one in attempts:
             made[seed] = one
             if started:
                 started(seed, one.plan)
+
+    if count > 1:
+        note(starts.made(range(first, first + count)))
+        if task.solver.starts is None and _disagree(list(made.values())):
+            note(starts.one_more(first + count))
     return [made[seed] for seed in sorted(made)]
+
+
+def _disagree(attempts: Sequence[AttemptedPlan]) -> bool:
+    """Return whether several starts were solved, and end in motions that cost different amounts."""
+    costs = [one.plan.statistics.objective for one in attempts if one.plan.status.solved]
+    return len(costs) > 1 and max(costs) - min(costs) > AGREEING * abs(min(costs))
 
 
 @dataclass(frozen=True)
@@ -110,6 +128,11 @@ class _Starts:
         finally:
             pool.end()
 
+    def one_more(self, seed: int) -> Iterator[tuple[int, AttemptedPlan]]:
+        """Yield a further seed and its attempt, in this process; nothing if no time is left."""
+        if not self._ended:
+            yield from self._here(self.task, range(seed, seed + 1))
+
     @property
     def _ended(self) -> bool:
         return self.deadline.left <= 0 or stop_requested(self.stop)
@@ -125,9 +148,15 @@ class _Starts:
 
     def _attempted(self, task: Task, seed: int, attempt: Attempt) -> AttemptedPlan:
         """Return the attempt from a seed, in the time that is left."""
-        begin, changes = time.perf_counter(), Overrides({"solver.seed": seed})
+        begin, changes = time.perf_counter(), self._changes(seed)
         plan = attempt(with_overrides(task, {**changes, **time_left(self.deadline)}))
         return AttemptedPlan(changes, plan, time.perf_counter() - begin)
+
+    def _changes(self, seed: int) -> Overrides:
+        """Return what sets a start apart: its seed, and that the third one is planned on a coarser grid first."""
+        solver, third = self.task.solver, self.task.solver.seed + 2
+        coarse = solver.coarse_to_fine == "auto" and seed == third and coarser_intervals(self.task) is not None
+        return {"solver.seed": seed, **({"solver.coarse_to_fine": True} if coarse else {})}
 
     def _awaited(self, jobs: dict[Future[AttemptedPlan], int]) -> Iterator[tuple[int, AttemptedPlan]]:
         remaining = set(jobs)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
+from fesd_robot.task.coarser import DIVISORS, FEWEST, coarser_intervals
 from fesd_robot.task.constraints import ContactWindow
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
@@ -47,6 +48,13 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             ("limits", "speed_of_time"),
             "found limits of the speed of time, which is 1 with a fixed horizon.duration and method.contact: impulses; "
             "expected no such key",
+        )
+    if task.solver.coarse_to_fine is True and coarser_intervals(task) is None:
+        yield conflict(
+            ("solver", "coarse_to_fine"),
+            f"found true with {task.horizon.intervals} control intervals, expected a multiple of "
+            f"{' or '.join(map(str, DIVISORS))}, at least {FEWEST} on the coarser grid, where all times of waypoints "
+            "and constraints are ends of intervals, and neither solver.warm_start nor method.contact: impulses",
         )
 
 

@@ -231,6 +231,11 @@ class Solver(Section):
         "whatever a direction of descent leaves that the certificate finds. auto: yes, but a motion in space that "
         "was searched in the x-z plane first is not searched again, only what a direction of descent leaves.",
     )
+    coarse_to_fine: bool | Literal["auto"] = Field(
+        default="auto",
+        description="Whether the motion is planned on a control grid half as fine first (a third, where the number of "
+        "intervals is odd), and the search on the task's own grid begins there. auto: by the third of several starts.",
+    )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
         "scholtes",
@@ -252,8 +257,9 @@ class Solver(Section):
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
         description="How many initial guesses the task is solved from, at once where cores are free; the cheapest "
-        "solved motion is kept, and the report lists the costs of all. Default: 2, or 1 "
-        "with a warm_start, or in space where both sides of the robot are asked for the same.",
+        "solved motion is kept, and the report lists the costs of all. Default: 2, and a third one "
+        "where these end in motions whose costs differ; 1 with a warm_start, or in space where both sides of "
+        "the robot are asked for the same.",
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,

@@ -79,6 +79,47 @@ def test_two_starts_are_the_default(load_short: Load, monkeypatch: pytest.Monkey
     assert starts_of(load_short("solver.warm_start=earlier", "solver.starts=3")) == 3
 
 
+@pytest.mark.parametrize(
+    ("overrides", "costs", "seeds"),
+    [
+        ([], (1.0, 1.0005, 0.5), [0, 1]),
+        ([], (1.0, 0.9, 0.5), [0, 1, 2]),
+        ([], (1.0, None, 0.5), [0, 1]),
+        (["solver.starts=2"], (1.0, 0.9, 0.5), [0, 1]),
+        (["solver.time_limit=1e-3"], (1.0, 0.9, 0.5), [0]),
+    ],
+)
+def test_a_third_start_is_made_where_two_disagree(
+    short_plan: Plan,
+    load_short: Load,
+    started: Started,
+    monkeypatch: Patch,
+    overrides: list[str],
+    costs: tuple[float | None, ...],
+    seeds: list[int],
+) -> None:
+    """It is where both are solved and cost different amounts, unless the task says how many, or no time is left.
+
+    The third one is planned on a coarser grid first, where there is one.
+    """
+
+    def attempt(task: Task, **_: Any) -> Plan:
+        cost = costs[task.solver.seed]
+        time.sleep(2e-3)
+        status = short_plan.status.model_copy(update={"solved": cost is not None})
+        numbers = short_plan.statistics.model_copy(update={"objective": cost or 2.0})
+        return short_plan.model_copy(update={"status": status, "statistics": numbers})
+
+    monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
+    monkeypatch.setattr(planner, "attempt", attempt)
+    task = load_short("horizon.intervals=8", "solver.processes=1", "solver.retries=0", *overrides)
+    result = plan(task, started=started)
+    assert started.seeds == seeds
+    coarse = [one.changes.get("solver.coarse_to_fine", False) for one in result.statistics.attempts]
+    assert coarse == [seed == 2 for seed in seeds]
+    assert result.statistics.settings_tried == 1
+
+
 @pytest.mark.parametrize("processes", [1, 2, 4])
 def test_how_many_cores_are_free_changes_nothing(
     two_starts: Plan, load_short: Load, processes: int, started: Started
