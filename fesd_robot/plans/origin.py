@@ -41,7 +41,7 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
 def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
     """Return the task of a plan that begins from the plan and keeps its contacts, changed.
 
-    The plan may be that of another start than the first, whose seed would ask for another start again.
+    The plan may be that of another start than the first, which would ask for that start again.
 
     Args:
         path: ``plan.json`` or its folder.
@@ -50,5 +50,5 @@ def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
     Raises:
         TaskError, PlanFileError: as those of `task_of` and `read_plan`.
     """
-    kept = ("solver.starts=null", "solver.seed=0", "solver.local_search=false")
+    kept = ("solver.starts=null", "solver.seed=0", "solver.local_search=false", "solver.coarse_to_fine=auto")
     return task_of(read_plan(path), overrides=[*kept, *overrides, f"solver.warm_start={path.absolute()}"])

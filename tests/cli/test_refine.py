@@ -34,11 +34,14 @@ def test_a_plan_is_refined_beside_it(run: Callable[..., Any], folder: Path) -> N
     assert fine.task["solver"]["warm_start"] == str(folder)
 
 
-def test_a_plan_from_another_start_keeps_its_contacts_too(run: Callable[..., Any], folder: Path) -> None:
-    """The cheapest of several starts has its seed in its task; nothing is relaxed all the same."""
+@pytest.mark.parametrize("start", [{"seed": 1}, {"seed": 2, "coarse_to_fine": True}])
+def test_a_plan_from_another_start_keeps_its_contacts_too(
+    run: Callable[..., Any], folder: Path, start: dict[str, Any]
+) -> None:
+    """The cheapest of several starts has in its task where it began; nothing is relaxed all the same."""
     file = folder / "plan.json"
     record = json.loads(file.read_text(encoding="utf-8"))
-    record["task"]["solver"]["seed"] = 1
+    record["task"]["solver"].update(start)
     file.write_text(json.dumps(record), encoding="utf-8")
     outcome = run("refine", folder, "--set", "horizon.intervals=4", *BARE)
     assert outcome.code == 0, outcome.err
