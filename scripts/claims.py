@@ -105,7 +105,9 @@ CLAIMS: dict[str, Claim] = {
     ),
     "ball_bat": Claim({"hit": ContactClaim((2, 2), longest=0.9, highest=0.3)}),
     "biped_step": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.45)}),
-    "biped_walk": Claim({"left": ContactClaim(), "right": ContactClaim((1, 1), longest=0.5, highest=0.025)}),
+    "biped_walk": Claim(  # the next step may have begun at the end: left and right change places
+        {"left": ContactClaim((0, 1)), "right": ContactClaim((1, 1), longest=0.5, highest=0.025)}, carried=True
+    ),
     "block_push": Claim({name: ContactClaim(slides=(0.79, 0.81)) for name in ("rear", "front")}),
     "block_slope": Claim({name: ContactClaim() for name in ("rear", "front")}),
     "cart_pole_friction": Claim({"runner": ContactClaim(slides=FREE)}),
