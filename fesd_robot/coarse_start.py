@@ -15,7 +15,7 @@ from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task
-from fesd_robot.task.coarser import coarser_intervals
+from fesd_robot.task.consistency import coarser_intervals
 
 
 def coarse_start(

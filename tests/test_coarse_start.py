@@ -9,7 +9,7 @@ import pytest
 from fesd_robot.planner import attempt
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import load_task
-from fesd_robot.task.coarser import coarser_intervals
+from fesd_robot.task.consistency import coarser_intervals
 
 TASKS = Path(__file__).parents[1] / "tasks"
 

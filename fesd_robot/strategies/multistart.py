@@ -17,7 +17,7 @@ from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
 from fesd_robot.strategies.processes import ForkedPool, grant_processes, processes_of
 from fesd_robot.task import Task
-from fesd_robot.task.coarser import coarser_intervals
+from fesd_robot.task.consistency import coarser_intervals
 
 DEFAULT_STARTS = 2
 """Initial guesses of a task that does not say how many, unless it begins from an earlier motion."""

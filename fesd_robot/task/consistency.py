@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
-from fesd_robot.task.coarser import DIVISORS, FEWEST, coarser_intervals
 from fesd_robot.task.constraints import ContactWindow
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
@@ -20,6 +19,11 @@ if TYPE_CHECKING:
 _ROUNDED = 1e-3
 """A time this near to the end of a control interval, as a fraction of the interval, is that end in few digits."""
 
+_DIVISORS = (2, 3)
+"""Into how many parts an interval of a coarser control grid falls: the first of these that fits the task."""
+
+_FEWEST = 4
+"""Intervals of a coarser control grid, at least: fewer controls hardly lead anywhere."""
 
 _WRONG_DURATION = {
     "fixed": "found weights of what needs intervals of fixed length, which have a free length; expected a fixed "
@@ -53,9 +57,31 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
         yield conflict(
             ("solver", "coarse_to_fine"),
             f"found true with {task.horizon.intervals} control intervals, expected a multiple of "
-            f"{' or '.join(map(str, DIVISORS))}, at least {FEWEST} on the coarser grid, where all times of waypoints "
+            f"{' or '.join(map(str, _DIVISORS))}, at least {_FEWEST} on the coarser grid, where all times of waypoints "
             "and constraints are ends of intervals, and neither solver.warm_start nor method.contact: impulses",
         )
+
+
+def coarser_intervals(task: Task) -> int | None:
+    """Return the number of intervals of the coarser control grid that a motion can be planned on first.
+
+    Args:
+        task: the task.
+
+    Returns:
+        None where there is none: the number of intervals has no small divisor, the task contradicts itself there, as a
+        time that is not the end of an interval does, the motion begins from an earlier one, or its velocities jump
+        between elements.
+    """
+    own = task.horizon.intervals
+    if task.solver.warm_start is not None or task.method.contact == "impulses":
+        return None
+    solver = task.solver.model_copy(update={"coarse_to_fine": False})
+    for fewer in (own // parts for parts in _DIVISORS if own % parts == 0 and own // parts >= _FEWEST):
+        horizon = task.horizon.model_copy(update={"intervals": fewer})
+        if not any(consistency_errors(task.model_copy(update={"horizon": horizon, "solver": solver}))):
+            return fewer
+    return None
 
 
 def _costs(task: Task) -> Iterator[PydanticCustomError]:
