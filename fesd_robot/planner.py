@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,6 +17,7 @@ from fesd_robot.adapters import (
 )
 from fesd_robot.coarse_start import coarse_start
 from fesd_robot.descent import descended
+from fesd_robot.errors import NoCoarserMotion
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
@@ -52,6 +54,8 @@ from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
+
+logger = logging.getLogger(__name__)
 
 
 def plan(
@@ -93,10 +97,8 @@ def plan(
     deadline, reached, shared = Deadline(task.solver.time_limit), station or _unseen, SharedStop(stop)
     stop = None if stop is None else shared.here
 
-    def attempted(one: Task) -> Plan:
-        promised = not task.goal.soft
-        return attempt(one, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
-
+    promised = not task.goal.soft
+    attempted = partial(attempt, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
     attempts = attempt_seeds(
         with_own_starts(task),
         attempted,
@@ -126,6 +128,7 @@ def attempt(
     task: Task,
     *,
     promised: bool = False,
+    strictly: bool = False,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
     station: Reached | None = None,
@@ -135,11 +138,22 @@ def attempt(
 
     Args:
         promised: whether the motion is held against the task's goal as if that were not soft.
+        strictly: whether a task that is planned on a coarser control grid first is given up where that leads nowhere;
+            else it is planned as if it asked for none, and a warning says so.
 
     The other args and raises are those of `plan`.
+
+    Raises:
+        NoCoarserMotion: if `strictly`, and the coarser grid leads to no motion of the task.
     """
     chain = _Chain(
-        Deadline(task.solver.time_limit), progress, stop, station or _unseen, counted or _uncounted, list[NlpReport]()
+        Deadline(task.solver.time_limit),
+        progress,
+        stop,
+        station or _unseen,
+        counted or _uncounted,
+        list[NlpReport](),
+        strictly,
     )
     deadline, reached = chain.deadline, chain.reached
     reached(Station.BUILDING)
@@ -190,6 +204,7 @@ class _Chain:
         deadline: of the task.
         progress, stop, reached, counted: as in `plan`.
         reports: NLPs so far.
+        strictly: as in `attempt`.
     """
 
     deadline: Deadline
@@ -198,6 +213,7 @@ class _Chain:
     reached: Reached
     counted: Counted
     reports: list[NlpReport]
+    strictly: bool
 
     def report(self, nlp: NlpReport) -> None:
         """Note an NLP."""
@@ -273,10 +289,12 @@ class _Chain:
 
         if found := known_start(motion, transcription, options, deadline, searching, iterating):
             return _First(*found, detours=False)
-        if motion.task.solver.coarse_to_fine is True and (
-            found := coarse_start(motion, transcription, self._coarse, options, deadline, searching, iterating)
-        ):
-            return _First(*found, detours=False)
+        if motion.task.solver.coarse_to_fine is True:
+            if found := coarse_start(motion, transcription, self._coarse, options, deadline, searching, iterating):
+                return _First(*found, detours=False)
+            if self.strictly:
+                raise NoCoarserMotion("the coarser control grid leads to no motion of the task")
+            logger.warning("solver.coarse_to_fine leads to no motion of the task, which is planned without it")
         if needs_simulated_start(motion) and (
             found := simulated_start(motion, transcription, options, deadline, searching, iterating)
         ):

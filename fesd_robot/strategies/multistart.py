@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -11,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from functools import partial
 
+from fesd_robot.errors import NoCoarserMotion
 from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, stop_requested
 from fesd_robot.strategies.deadline import Deadline
@@ -22,8 +24,11 @@ from fesd_robot.task.consistency import coarser_intervals
 DEFAULT_STARTS = 2
 """Initial guesses of a task that does not say how many, unless it begins from an earlier motion."""
 
+COARSE_START = 2
+"""Number, after the first, of the start that is planned on a coarser control grid first."""
+
 AGREEING = 1e-3
-"""Part of the cost: two starts that end nearer to each other found the same motion, and no third one is made for a task
+"""Part of the cost: starts that end nearer to each other found the same motion, and no further one is made for a task
 that does not say how many."""
 
 _POLL = 0.2
@@ -32,7 +37,8 @@ _POLL = 0.2
 PATIENCE = 20.0
 """s that other processes have after a stop to hand over the best that they have found."""
 
-Attempt = Callable[[Task], Plan]
+Attempt = Callable[..., Plan]
+"""Task -> plan; with ``strictly=True`` it raises `NoCoarserMotion` where a coarser grid leads nowhere."""
 
 logger = logging.getLogger(__name__)
 
@@ -57,11 +63,14 @@ def attempt_seeds(
     """Return the attempts at a task from its initial guesses, in the order of their seeds.
 
     The first is made in this process; the others beside it, in processes of their own, as far as cores are free, and
-    after it if none is. What each gives does not depend on that.
+    after it if none is. What each gives does not depend on that. Where a task leaves open how many, and these end in
+    motions that cost different amounts, a further one begins on a coarser control grid, if there is one: it is made on
+    the core that is free as soon as the first of them has ended, and dropped where they agree or the coarser grid leads
+    to no motion.
 
     Args:
         task: the task; its seeds are `solver.seed` and the numbers after it.
-        attempt: task -> plan, in this process.
+        attempt: an attempt in this process.
         quietly: the same in another process, which is forked: it says nothing, and stops with this one (`SharedStop`).
         deadline: of all attempts.
         stop: called with (0, NaN) while others are waited for; after True those that do not end in `PATIENCE` seconds
@@ -75,17 +84,13 @@ def attempt_seeds(
     first, count = task.solver.seed, starts_of(task)
     made: dict[int, AttemptedPlan] = {}
     starts = _Starts(task, attempt, quietly, deadline, stop, waiting)
-
-    def note(attempts: Iterator[tuple[int, AttemptedPlan]]) -> None:
-        for seed, one in attempts:
+    if count > 1:
+        open_ended = task.solver.starts is None and task.solver.coarse_to_fine == "auto"
+        further = first + COARSE_START if open_ended and coarser_intervals(task) is not None else None
+        for seed, one in starts.made(range(first, first + count), further):
             made[seed] = one
             if started:
                 started(seed, one.plan)
-
-    if count > 1:
-        note(starts.made(range(first, first + count)))
-        if task.solver.starts is None and _disagree(list(made.values())):
-            note(starts.one_more(first + count))
     return [made[seed] for seed in sorted(made)]
 
 
@@ -106,32 +111,49 @@ class _Starts:
     stop: Stop | None
     waiting: Callable[[], None]
 
-    def made(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
-        """Yield seeds and their attempts, as they come."""
+    def made(self, seeds: range, further: int | None) -> Iterator[tuple[int, AttemptedPlan]]:
+        """Yield seeds and their attempts, as they come, and the further one if these disagree."""
+        made: list[AttemptedPlan] = []
         cores = processes_of(self.task)
         beside = min(len(seeds), cores) - 1 if sys.platform == "linux" else 0
-        if not beside:
-            yield from self._here(self.task, seeds)
-            return
+        attempts = self._beside(seeds, further, cores, beside, made) if beside else self._in_turn(seeds, further, made)
+        for seed, one in attempts:
+            made.append(one)
+            yield seed, one
+
+    def _in_turn(
+        self, seeds: range, further: int | None, made: list[AttemptedPlan]
+    ) -> Iterator[tuple[int, AttemptedPlan]]:
+        yield from self._here(self.task, seeds)
+        if further is not None and not self._ended and _disagree(made):
+            one = self._attempted(self.task, further, self.attempt, further=True)
+            if one:
+                yield further, one
+
+    def _beside(
+        self, seeds: range, further: int | None, cores: int, beside: int, made: list[AttemptedPlan]
+    ) -> Iterator[tuple[int, AttemptedPlan]]:
         share = cores // (beside + 1)
         own = with_overrides(self.task, {"solver.processes": cores - beside * share})
-        pool = ForkedPool(beside, self._elsewhere, partial(grant_processes, share))
+        pool = ForkedPool(beside + (further is not None), self._elsewhere, partial(grant_processes, share))
+        spare = _Spare(lambda: pool.submit((further, True)), wanted=further is not None)
         try:
-            jobs = {pool.submit(seed): seed for seed in seeds[1:]}
+            jobs = {pool.submit((seed, False)): seed for seed in seeds[1:]}
+            for job in jobs:
+                job.add_done_callback(spare.begin)
             yield from self._here(own, seeds[:1])
             for job, seed in reversed(jobs.items()):
                 if job.cancel() and not self._ended:
                     yield from self._here(own, range(seed, seed + 1))
+            spare.begin()
             yield from self._awaited({job: seed for job, seed in jobs.items() if not job.cancelled()})
+            if further is not None and spare.job and not self._ended and _disagree(made):
+                yield from self._awaited({spare.job: further})
         except BrokenProcessPool:
             logger.warning("a process that planned from another initial guess was ended; its plan is left out")
         finally:
+            spare.close()
             pool.end()
-
-    def one_more(self, seed: int) -> Iterator[tuple[int, AttemptedPlan]]:
-        """Yield a further seed and its attempt, in this process; nothing if no time is left."""
-        if not self._ended:
-            yield from self._here(self.task, range(seed, seed + 1))
 
     @property
     def _ended(self) -> bool:
@@ -141,24 +163,32 @@ class _Starts:
         for number, seed in enumerate(seeds):
             if number and self._ended:
                 return
-            yield seed, self._attempted(task, seed, self.attempt)
+            if one := self._attempted(task, seed, self.attempt):
+                yield seed, one
 
-    def _elsewhere(self, seed: int) -> AttemptedPlan:
-        return self._attempted(self.task, seed, self.quietly)
+    def _elsewhere(self, start: tuple[int, bool]) -> AttemptedPlan | None:
+        seed, further = start
+        return self._attempted(self.task, seed, self.quietly, further=further)
 
-    def _attempted(self, task: Task, seed: int, attempt: Attempt) -> AttemptedPlan:
-        """Return the attempt from a seed, in the time that is left."""
+    def _attempted(self, task: Task, seed: int, attempt: Attempt, *, further: bool = False) -> AttemptedPlan | None:
+        """Return the attempt from a seed, in the time that is left; none of a further start that leads nowhere."""
         begin, changes = time.perf_counter(), self._changes(seed)
-        plan = attempt(with_overrides(task, {**changes, **time_left(self.deadline)}))
+        changed = with_overrides(task, {**changes, **time_left(self.deadline)})
+        try:
+            plan = attempt(changed, strictly=further)
+        except NoCoarserMotion as nowhere:
+            logger.info("%s; no further start is made", nowhere)
+            return None
         return AttemptedPlan(changes, plan, time.perf_counter() - begin)
 
     def _changes(self, seed: int) -> Overrides:
-        """Return what sets a start apart: its seed, and that the third one is planned on a coarser grid first."""
-        solver, third = self.task.solver, self.task.solver.seed + 2
-        coarse = solver.coarse_to_fine == "auto" and seed == third and coarser_intervals(self.task) is not None
+        """Return what sets a start apart: its seed, and that one of them is planned on a coarser grid first."""
+        solver = self.task.solver
+        coarse = solver.coarse_to_fine == "auto" and seed == solver.seed + COARSE_START
+        coarse = coarse and coarser_intervals(self.task) is not None
         return {"solver.seed": seed, **({"solver.coarse_to_fine": True} if coarse else {})}
 
-    def _awaited(self, jobs: dict[Future[AttemptedPlan], int]) -> Iterator[tuple[int, AttemptedPlan]]:
+    def _awaited(self, jobs: dict[Future[AttemptedPlan | None], int]) -> Iterator[tuple[int, AttemptedPlan]]:
         remaining = set(jobs)
         if remaining:
             self.waiting()
@@ -168,4 +198,31 @@ class _Starts:
                 stopping = Deadline(PATIENCE)
             done, remaining = wait(remaining, timeout=_POLL, return_when=FIRST_COMPLETED)
             for job in done:
-                yield jobs[job], job.result()
+                if one := job.result():
+                    yield jobs[job], one
+
+
+class _Spare:
+    """A job that begins once, as soon as there is a core for it.
+
+    Args:
+        submit: begins it.
+        wanted: whether it ever does.
+    """
+
+    def __init__(self, submit: Callable[[], Future[AttemptedPlan | None]], *, wanted: bool) -> None:
+        self.job: Future[AttemptedPlan | None] | None = None
+        self._submit, self._wanted, self._lock = submit, wanted, threading.Lock()
+
+    def begin(self, ended: Future[AttemptedPlan | None] | None = None) -> None:
+        """Begin the job if it has not begun, when another has ended; a pool that is broken is asked for nothing."""
+        if ended and (ended.cancelled() or ended.exception()):
+            return
+        with self._lock:
+            if self._wanted and self.job is None:
+                self.job = self._submit()
+
+    def close(self) -> None:
+        """Begin it no more."""
+        with self._lock:
+            self._wanted = False
