@@ -64,9 +64,9 @@ def attempt_seeds(
 
     The first is made in this process; the others beside it, in processes of their own, as far as cores are free, and
     after it if none is. What each gives does not depend on that. Where a task leaves open how many, and these end in
-    motions that cost different amounts, a further one begins on a coarser control grid, if there is one: it is made on
-    the core that is free as soon as the first of them has ended, and dropped where they agree or the coarser grid leads
-    to no motion.
+    motions that cost different amounts, or not all in one, a further one begins on a coarser control grid, if there is
+    one: it is made on the core that is free as soon as the first of them has ended, and dropped where they agree or the
+    coarser grid leads to no motion.
 
     Args:
         task: the task; its seeds are `solver.seed` and the numbers after it.
@@ -95,9 +95,11 @@ def attempt_seeds(
 
 
 def _disagree(attempts: Sequence[AttemptedPlan]) -> bool:
-    """Return whether several starts were solved, and end in motions that cost different amounts."""
+    """Return whether one of several starts was solved, and others were not, or end at other costs."""
     costs = [one.plan.statistics.objective for one in attempts if one.plan.status.solved]
-    return len(costs) > 1 and max(costs) - min(costs) > AGREEING * abs(min(costs))
+    if not costs or len(attempts) == 1:
+        return False
+    return len(costs) < len(attempts) or max(costs) - min(costs) > AGREEING * abs(min(costs))
 
 
 @dataclass(frozen=True)

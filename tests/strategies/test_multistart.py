@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fesd_robot import planner
-from fesd_robot.errors import TaskError
+from fesd_robot.errors import NoCoarserMotion, TaskError
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import plan
@@ -79,14 +79,41 @@ def test_two_starts_are_the_default(load_short: Load, monkeypatch: pytest.Monkey
     assert starts_of(load_short("solver.warm_start=earlier", "solver.starts=3")) == 3
 
 
+class Costs:
+    """In place of `planner.attempt`: plans that are named after when they were begun, with a cost for each seed.
+
+    Args:
+        plan: a plan that is solved.
+        costs: of the seeds; not solved where there is none, and not a number where the coarser grid leads nowhere.
+        seconds: that each seed takes.
+    """
+
+    def __init__(self, plan: Plan, costs: Sequence[float | None], seconds: Sequence[float] = (2e-3,) * 3) -> None:
+        self._plan, self._costs, self._seconds = plan, costs, seconds
+
+    def __call__(self, task: Task, *, strictly: bool, **_: Any) -> Plan:
+        begin, cost = time.monotonic(), self._costs[task.solver.seed]
+        assert strictly == (task.solver.seed == 2)
+        if cost is not None and np.isnan(cost):
+            raise NoCoarserMotion("nowhere")
+        time.sleep(self._seconds[task.solver.seed])
+        status = self._plan.status.model_copy(update={"solved": cost is not None})
+        numbers = self._plan.statistics.model_copy(update={"objective": cost or 2.0})
+        return self._plan.model_copy(update={"name": str(begin), "status": status, "statistics": numbers})
+
+
+@pytest.mark.parametrize("processes", [1, 2, 3])
 @pytest.mark.parametrize(
     ("overrides", "costs", "seeds"),
     [
         ([], (1.0, 1.0005, 0.5), [0, 1]),
         ([], (1.0, 0.9, 0.5), [0, 1, 2]),
-        ([], (1.0, None, 0.5), [0, 1]),
+        ([], (1.0, None, 0.5), [0, 1, 2]),
+        ([], (None, None, 0.5), [0, 1]),
+        ([], (1.0, 0.9, np.nan), [0, 1]),
         (["solver.starts=2"], (1.0, 0.9, 0.5), [0, 1]),
-        (["solver.time_limit=1e-3"], (1.0, 0.9, 0.5), [0]),
+        (["solver.coarse_to_fine=false"], (1.0, 0.9, 0.5), [0, 1]),
+        (["horizon.intervals=7"], (1.0, 0.9, 0.5), [0, 1]),
     ],
 )
 def test_a_third_start_is_made_where_two_disagree(
@@ -97,27 +124,44 @@ def test_a_third_start_is_made_where_two_disagree(
     overrides: list[str],
     costs: tuple[float | None, ...],
     seeds: list[int],
+    processes: int,
 ) -> None:
-    """It is where both are solved and cost different amounts, unless the task says how many, or no time is left.
+    """It is where one is solved and the other is not, or costs another amount, and begins on a coarser control grid.
 
-    The third one is planned on a coarser grid first, where there is one.
+    It is not made if the task says how many, or if no coarser grid fits or leads to a motion. That is so one after the
+    other and beside each other.
     """
-
-    def attempt(task: Task, **_: Any) -> Plan:
-        cost = costs[task.solver.seed]
-        time.sleep(2e-3)
-        status = short_plan.status.model_copy(update={"solved": cost is not None})
-        numbers = short_plan.statistics.model_copy(update={"objective": cost or 2.0})
-        return short_plan.model_copy(update={"status": status, "statistics": numbers})
-
     monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
-    monkeypatch.setattr(planner, "attempt", attempt)
-    task = load_short("horizon.intervals=8", "solver.processes=1", "solver.retries=0", *overrides)
+    monkeypatch.setattr(planner, "attempt", Costs(short_plan, costs))
+    task = load_short("horizon.intervals=8", f"solver.processes={processes}", "solver.retries=0", *overrides)
     result = plan(task, started=started)
-    assert started.seeds == seeds
+    assert sorted(started.seeds) == seeds
     coarse = [one.changes.get("solver.coarse_to_fine", False) for one in result.statistics.attempts]
     assert coarse == [seed == 2 for seed in seeds]
     assert result.statistics.settings_tried == 1
+
+
+@pytest.mark.parametrize("seconds", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def test_a_third_start_begins_on_a_free_core(
+    short_plan: Plan, load_short: Load, monkeypatch: Patch, seconds: tuple[float, ...]
+) -> None:
+    """Where one of two starts beside each other has ended, it is begun before the other has, whichever that is."""
+    begun: dict[int, float] = {}
+    monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
+    monkeypatch.setattr(planner, "attempt", Costs(short_plan, (1.0, 0.9, 0.5), seconds))
+    task = load_short("horizon.intervals=8", "solver.processes=2")
+    plan(task, started=lambda seed, result: begun.update({seed: float(result.name)}))
+    assert begun[2] < begun[seconds.index(1.0)] + 1.0
+
+
+def test_no_third_start_begins_after_the_time_limit(
+    short_plan: Plan, load_short: Load, started: Started, monkeypatch: Patch
+) -> None:
+    """Two that disagree and take all the time are the only ones."""
+    monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
+    monkeypatch.setattr(planner, "attempt", Costs(short_plan, (1.0, 0.9, 0.5), (0.2, 0.2, 0.0)))
+    plan(load_short("horizon.intervals=8", "solver.processes=1", "solver.time_limit=0.3"), started=started)
+    assert started.seeds == [0, 1]
 
 
 @pytest.mark.parametrize("processes", [1, 2, 4])
