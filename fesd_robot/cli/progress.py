@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from fesd_robot.strategies.deadline import answer_seconds
 from fesd_robot.strategies.stations import Station
 
 if TYPE_CHECKING:
@@ -48,9 +49,6 @@ _CONTINUED = "    "
 
 COLUMNS_OF_A_LINE = 79
 """Characters of a line at most: what a terminal of 80 columns shows without breaking it."""
-
-CERTIFICATE_SECONDS = 30.0
-"""s; a certificate takes no longer, and says so."""
 
 STOPPING = "interrupted: stopping with the best iterate; interrupt again to abort at once"
 
@@ -189,7 +187,8 @@ class Progress:
     def _how_far(self) -> str:
         """Return how far the station is, as far as that is known."""
         if self._station is Station.CERTIFYING:
-            return f", {max(CERTIFICATE_SECONDS - (time.monotonic() - self._reached), 0.0):.0f} s at most"
+            most = 2 * answer_seconds(self._reached - self._begin)
+            return f", {max(most - (time.monotonic() - self._reached), 0.0):.0f} s at most"
         if self._done is None:
             return ""
         done, of = self._done

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import io
 import time
 from typing import NamedTuple
@@ -20,8 +19,8 @@ from fesd_robot.cli.progress import (
     wrapped,
 )
 from fesd_robot.mpcc import NlpStatus
-from fesd_robot.mpcc.certificate import certify
 from fesd_robot.plans import Plan
+from fesd_robot.strategies.deadline import ANSWER_SECONDS, ANSWER_SHARE
 from fesd_robot.strategies.stations import Station
 
 
@@ -105,13 +104,16 @@ def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
 
 
 def test_a_certificate_says_how_long_it_may_take() -> None:
-    """Its seconds run down from the limit of the mixed-integer program."""
-    limit = inspect.signature(certify).parameters["time_limit"].default
+    """Its seconds run down from the limits of its two answers, which are longer for a motion that took long."""
+    limit = 2 * ANSWER_SECONDS
     progress = Progress()
     progress.station(Station.CERTIFYING)
     assert f"certifying, {limit:.0f} s at most" in progress.line()
     progress._reached -= limit - 1
     assert "certifying, 1 s at most" in progress.line()
+    progress._begin -= 10 * limit
+    progress.station(Station.CERTIFYING)
+    assert f"certifying, {2 * ANSWER_SHARE * 10 * limit:.0f} s at most" in progress.line()
 
 
 def test_sentences_are_broken_into_lines_that_fit(capsys: pytest.CaptureFixture[str]) -> None:
