@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,20 @@ FIRST_UPDATES = 3
 """How often elements that shrink to nothing are taken out before the search begins."""
 
 
+class Depth(IntEnum):
+    """How far a search goes on.
+
+    Attributes:
+        QUICK: until no quick trial of a neighbour is cheaper: enough for a motion that was searched from before.
+        PATIENT: until no trial with more iterations is, either.
+        DETOURS: and not over costlier neighbours.
+    """
+
+    QUICK = 0
+    PATIENT = 1
+    DETOURS = 2
+
+
 def searched(
     solved: SolvedMotion,
     options: HomotopyOptions,
@@ -47,7 +62,7 @@ def searched(
     stop: Stop | None,
     processes: int = 1,
     *,
-    detours: bool = True,
+    depth: Depth = Depth.DETOURS,
     tried: Counted | None = None,
 ) -> Iterator[SolvedMotion]:
     """Yield a motion none of whose neighbours is found to be cheaper, then ever earlier ones on the way to it.
@@ -67,14 +82,13 @@ def searched(
         progress: called after every branch NLP of a motion that is yielded; trials are too many.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
         processes: how many try neighbours at once; the result does not depend on it.
-        detours: whether the search goes on where no quick trial of a neighbour is cheaper; a motion that was searched
-            from before, on another grid, gains little by that.
+        depth: how far the search goes on where no quick trial of a neighbour is cheaper.
         tried: called with the number of neighbours that were tried, and None for how many there will be.
     """
     if not solved.solution.exact:
         yield solved
         return
-    yield from _Search(solved, options, deadline, progress, stop, processes, detours, tried).run()
+    yield from _Search(solved, options, deadline, progress, stop, processes, depth, tried).run()
 
 
 class _Untried(NamedTuple):
@@ -118,10 +132,10 @@ class _Search:
         progress: Callable[[NlpReport], None] | None,
         stop: Stop | None,
         processes: int,
-        detours: bool,
+        depth: Depth,
         tried: Counted | None,
     ) -> None:
-        self._begin, self._detours = time.perf_counter(), detours
+        self._begin, self._depth = time.perf_counter(), depth
         self._solved, self._deadline, self._progress = solved, deadline, progress
         self._around = Neighbourhood.of(
             solved.transcription, solved.solution.w, solved.branch, options, deadline.share(SHARE_OF_TIME), stop
@@ -157,10 +171,11 @@ class _Search:
         """Return the motions that were accepted one after the other; none if none is found near the first with room."""
         found = self._solver.exact(self._around.start, updates=FIRST_UPDATES) or exact_end(self._around)
         first = self._around.filled(found)
-        trail = [first, *self._descent(first, len(TRIALS) if self._detours else 1)] if first else []
-        while trail and self._detours and (further := self._detour(trail[-1])):
+        patience = 1 if self._depth is Depth.QUICK else len(TRIALS)
+        trail = [first, *self._descent(first, patience)] if first else []
+        while trail and self._depth is Depth.DETOURS and (further := self._detour(trail[-1])):
             trail += further
-            trail += self._descent(trail[-1], len(TRIALS))
+            trail += self._descent(trail[-1], patience)
         return trail
 
     def _descent(self, best: PolishingReport, patience: int) -> list[PolishingReport]:

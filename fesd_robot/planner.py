@@ -22,7 +22,7 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import finite_elements_of, known_start
-from fesd_robot.local_search import searched
+from fesd_robot.local_search import Depth, searched
 from fesd_robot.mpcc import MpccSolution, NlpReport, solve
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import MotionProblem, formulate
@@ -237,7 +237,7 @@ class _Chain:
         *,
         promised: bool = False,
         with_spare: bool = True,
-        detours: bool = True,
+        depth: Depth = Depth.DETOURS,
     ) -> _Refined:
         """Return the motion of a task before and after its refinement; args as in `solved`, `refined`, `searched`."""
         task = motion.task
@@ -256,7 +256,7 @@ class _Chain:
                 self.report,
                 stop,
                 processes_of(task),
-                detours=detours and first.detours,
+                depth=min(depth, first.depth),
                 tried=self.counted,
             )
         else:
@@ -288,10 +288,10 @@ class _Chain:
             return stop is not None and stop(iteration, objective)
 
         if found := known_start(motion, transcription, options, deadline, searching, iterating):
-            return _First(*found, detours=False)
+            return _First(*found, depth=Depth.QUICK)
         if motion.task.solver.coarse_to_fine is True:
             if found := coarse_start(motion, transcription, self._coarse, options, deadline, searching, iterating):
-                return _First(*found, detours=False)
+                return _First(*found, depth=Depth.QUICK)
             if self.strictly:
                 raise NoCoarserMotion("the coarser control grid leads to no motion of the task")
             logger.warning("solver.coarse_to_fine leads to no motion of the task, which is planned without it")
@@ -301,11 +301,11 @@ class _Chain:
             return _First(*found)
         if needs_guessed_start(motion):
             if found := stepping_start(motion, transcription, options, deadline, searching, iterating):
-                return _First(*found, detours=False)
+                return _First(*found, depth=Depth.QUICK)
             if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
                 return _First(*found, search=False)
             if found := guessed_start(motion, transcription, options, deadline, searching, iterating):
-                return _First(*found, detours=False)
+                return _First(*found, depth=Depth.QUICK)
         repair = Repair(transcription, options, deadline, searching, iterating)
         polisher = BranchTranscription(transcription)
         # What other starts took is gone.
@@ -316,19 +316,19 @@ class _Chain:
         return _First(*repair.repaired(polisher, solution))
 
     def _coarse(self, task: Task) -> SolvedMotion:
-        """Return the motion of a task on a coarser control grid, within half of the time that is left."""
+        """Return the motion of a task on a coarser control grid, within half of the time that is left; detours took a
+        third of that, and gained nothing."""
         motion = formulate(task)
         chain = replace(self, deadline=self.deadline.share(0.5))
-        return chain._before_and_after(motion, Transcription(motion.ocp, motion.fesd), with_spare=False).after
+        coarse = Transcription(motion.ocp, motion.fesd)
+        return chain._before_and_after(motion, coarse, with_spare=False, depth=Depth.PATIENT).after
 
     def _twin(self, task: Task) -> list[SolvedMotion]:
-        """Return the motion of a task in the plane, within the time of this one, refined and as it was before.
-
-        It is searched without detours: on quadrupeds they take two thirds of the time and found nothing.
-        """
+        """Return the motion of a task in the plane, refined and as it was before; a deeper search took two thirds of
+        the time on quadrupeds, and found nothing."""
         motion = formulate(task)
         transcription = Transcription(motion.ocp, motion.fesd)
-        found = self._before_and_after(motion, transcription, with_spare=False, detours=False)
+        found = self._before_and_after(motion, transcription, with_spare=False, depth=Depth.QUICK)
         return [found.before] if found.after is found.before else [found.after, found.before]
 
 
@@ -346,14 +346,14 @@ class _First(NamedTuple):
         polisher, solution: the motion.
         search: whether they are if the task leaves it open; what was searched in the plane is not searched
             in space again.
-        detours: whether they are looked for over costlier ones, too. Of an earlier plan that gains little, and
-            with several feet in space a trial takes seconds.
+        depth: of that search. Of an earlier plan a deep one gains little, and with several feet in space a trial takes
+            seconds.
     """
 
     polisher: BranchTranscription
     solution: MpccSolution
     search: bool = True
-    detours: bool = True
+    depth: Depth = Depth.DETOURS
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:
