@@ -40,7 +40,7 @@ from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.root import Root, square_placements
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.strategies.deadline import Deadline, answer_seconds
+from fesd_robot.strategies.deadline import ANSWER_SECONDS, Deadline
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
@@ -182,7 +182,7 @@ def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, dead
         tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
         deadline: of the task; each of the certificate's two answers may take half of the time that is left.
     """
-    seconds = min(answer_seconds(deadline.spent), 0.5 * deadline.left)
+    seconds = min(ANSWER_SECONDS, 0.5 * deadline.left)
     if not solution.solved or seconds <= 0:
         return None
     product = EXACT_PRODUCT if solution.exact else tolerance

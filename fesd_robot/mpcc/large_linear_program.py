@@ -60,25 +60,25 @@ def interior_solution(
         enough: of s and multipliers, whether that will do; asked once an iteration where s violates nothing.
 
     Returns:
-        None unless `enough` says so of some iterate, and where equations outnumber what is left of the variables.
+        None unless `enough` says so of some iterate.
 
     Source: Mehrotra, SIAM J. Optim. 2, 1992; Waechter, Biegler, Math. Program. 106, 2006.
     """
     small = _Reduced(program)
-    if (small.row_low == small.row_high).sum() > len(small.cost):  # IPOPT takes as many equations as variables at most
-        return None
+    n, equations = len(small.cost), int((small.row_low == small.row_high).sum())
+    idle = np.ones(max(equations - n, 0))  # IPOPT takes as many equations as variables at most, dependent ones or not
     found: list[tuple[np.ndarray, np.ndarray]] = []
 
     def judged(x: np.ndarray, multipliers: np.ndarray) -> bool:
-        s, y = small.whole(x, multipliers)
-        if small.violation(x) <= INFEASIBLE and enough(s, y):
+        s, y = small.whole(x[:n], multipliers)
+        if small.violation(x[:n]) <= INFEASIBLE and enough(s, y):
             found.append((s, y))
         return bool(found)
 
-    x, p = ca.MX.sym("x", len(small.cost)), ca.MX.sym("p", 2)  # the callback expects two parameters
-    cost_of_x = ca.dot(ca.DM(small.cost), x) + 0.5 * CURVATURE * ca.dot(x, x)
-    problem: dict[str, Any] = {"x": x, "p": p, "f": cost_of_x, "g": ca.mtimes(small.matrix, x)}
-    callback = _Judge(len(small.cost), len(small.row_low), judged)
+    x, p = ca.MX.sym("x", n + len(idle)), ca.MX.sym("p", 2)  # the callback expects two parameters
+    cost_of_x = ca.dot(ca.DM(small.cost), x[:n]) + 0.5 * CURVATURE * ca.dot(x, x)
+    problem: dict[str, Any] = {"x": x, "p": p, "f": cost_of_x, "g": ca.mtimes(small.matrix, x[:n])}
+    callback = _Judge(n + len(idle), len(small.row_low), judged)
     ipopt: dict[str, Any] = {
         "print_level": 0,
         "sb": "yes",
@@ -102,7 +102,8 @@ def interior_solution(
         "iteration_callback": callback,
     }
     solver = ca.nlpsol("linear_program", "ipopt", problem, options)
-    solver(x0=0.0, p=0.0, lbx=small.low, ubx=small.high, lbg=small.row_low, ubg=small.row_high)
+    low, high = np.append(small.low, -idle), np.append(small.high, idle)
+    solver(x0=0.0, p=0.0, lbx=low, ubx=high, lbg=small.row_low, ubg=small.row_high)
     return found[0] if found else None
 
 

@@ -5,17 +5,8 @@ from __future__ import annotations
 import math
 import time
 
-ANSWER_SECONDS, ANSWER_SHARE = 30.0, 0.2
-"""How long each of a certificate's two answers may take: so many seconds, or that part of what its motion took."""
-
-
-def answer_seconds(spent: float) -> float:
-    """Return how long each of a certificate's two answers may take, s.
-
-    Args:
-        spent: how long its motion took, s.
-    """
-    return max(ANSWER_SECONDS, ANSWER_SHARE * spent)
+ANSWER_SECONDS = 30.0
+"""Longest time for each answer of a certificate: the kind of a stationary point, and whether a branch descends."""
 
 
 class Deadline:

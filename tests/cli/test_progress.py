@@ -20,7 +20,7 @@ from fesd_robot.cli.progress import (
 )
 from fesd_robot.mpcc import NlpStatus
 from fesd_robot.plans import Plan
-from fesd_robot.strategies.deadline import ANSWER_SECONDS, ANSWER_SHARE
+from fesd_robot.strategies.deadline import ANSWER_SECONDS
 from fesd_robot.strategies.stations import Station
 
 
@@ -104,16 +104,13 @@ def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
 
 
 def test_a_certificate_says_how_long_it_may_take() -> None:
-    """Its seconds run down from the limits of its two answers, which are longer for a motion that took long."""
+    """Its seconds run down from the limits of its two answers."""
     limit = 2 * ANSWER_SECONDS
     progress = Progress()
     progress.station(Station.CERTIFYING)
     assert f"certifying, {limit:.0f} s at most" in progress.line()
     progress._reached -= limit - 1
     assert "certifying, 1 s at most" in progress.line()
-    progress._begin -= 10 * limit
-    progress.station(Station.CERTIFYING)
-    assert f"certifying, {2 * ANSWER_SHARE * 10 * limit:.0f} s at most" in progress.line()
 
 
 def test_sentences_are_broken_into_lines_that_fit(capsys: pytest.CaptureFixture[str]) -> None:

@@ -40,15 +40,21 @@ def test_as_scipy(n: int) -> None:
     assert (found.s <= high + 1e-9).all() and (found.s >= low - 1e-9).all()
 
 
-def test_large_program_of_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rows of one entry, repeated equations and columns without room, by IPOPT alone: scipy's optimum, and proven."""
+@pytest.mark.parametrize(("n", "copies"), [(IPOPT_UNKNOWNS + 500, 1), (500, 8)])
+def test_large_program_of_a_motion(monkeypatch: pytest.MonkeyPatch, n: int, copies: int) -> None:
+    """Rows of one entry, repeated equations and columns without room, by IPOPT alone: scipy's optimum, and proven.
+
+    With many copies equations outnumber variables.
+    """
     monkeypatch.setattr(linear_program, "_highs", lambda *_: None)
-    cost, rows, row_low, row_high, low, high = program(IPOPT_UNKNOWNS + 500, 5)
+    monkeypatch.setattr(linear_program, "IPOPT_UNKNOWNS", n - 1)
+    cost, rows, row_low, row_high, low, high = program(n, 5)
     single = sparse.diags_array(np.where(np.arange(len(cost)) % 2, -2.0, 0.5)).tocsr()[:300]
-    equations = rows[row_low == row_high][:100]
+    equations = sparse.vstack([rows[row_low == row_high]] * copies)
+    assert (equations.shape[0] > len(cost)) == (copies > 1)
     rows = sparse.csr_array(sparse.vstack([rows, equations, single]))
-    row_low = np.concatenate([row_low, np.zeros(100), np.full(300, -0.1)])
-    row_high = np.concatenate([row_high, np.zeros(100), np.tile([0.0, 0.1, np.inf], 100)])
+    row_low = np.concatenate([row_low, np.zeros(equations.shape[0]), np.full(300, -0.1)])
+    row_high = np.concatenate([row_high, np.zeros(equations.shape[0]), np.tile([0.0, 0.1, np.inf], 100)])
     low[300:330] = high[300:330] = 0.0
     found = solve_linear_program(cost, rows, row_low, row_high, low, high, 60.0)
     finite, bounded = np.isfinite(row_low), np.isfinite(row_high)
