@@ -83,10 +83,6 @@ class SolverError(FesdRobotError):
     """The numerical solver could not be run at all (a solve that merely fails is a status, not an exception)."""
 
 
-class NoCoarserMotion(FesdRobotError):
-    """A coarser control grid, on which a motion should begin, led to no motion on the task's own."""
-
-
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return `` (did you mean 'x'?)`` for the closest valid name, else a list of the valid names."""
     names = list(valid)

@@ -17,7 +17,6 @@ from fesd_robot.adapters import (
 )
 from fesd_robot.coarse_start import coarse_start
 from fesd_robot.descent import descended
-from fesd_robot.errors import NoCoarserMotion
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
@@ -38,7 +37,7 @@ from fesd_robot.repair import Repair
 from fesd_robot.sagittal_start import sagittal_start, with_own_starts
 from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
-from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
+from fesd_robot.strategies.attempts import AttemptedPlan, NoCoarserMotion, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import (
     FALLBACKS,

@@ -13,6 +13,10 @@ Stop = Callable[[int, float], bool]
 """(iteration, objective) -> whether the user wants the solve to end."""
 
 
+class NoCoarserMotion(Exception):
+    """A coarser control grid, on which an attempt should begin, led to no motion on the task's own."""
+
+
 class AttemptedPlan(NamedTuple):
     """What one attempt at a task gave.
 

@@ -12,9 +12,8 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from functools import partial
 
-from fesd_robot.errors import NoCoarserMotion
 from fesd_robot.plans.plan import Plan
-from fesd_robot.strategies.attempts import AttemptedPlan, Stop, stop_requested
+from fesd_robot.strategies.attempts import AttemptedPlan, NoCoarserMotion, Stop, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
 from fesd_robot.strategies.processes import ForkedPool, grant_processes, processes_of

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from fesd_robot import planner
-from fesd_robot.errors import NoCoarserMotion, TaskError
+from fesd_robot.errors import TaskError
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import formulate
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.report import report
 from fesd_robot.strategies import multistart
-from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.multistart import starts_of
 from fesd_robot.strategies.stations import Station
 from fesd_robot.task import Task
