@@ -40,7 +40,7 @@ from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.root import Root, square_placements
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.strategies.deadline import ANSWER_SECONDS, Deadline
+from fesd_robot.strategies.deadline import ANSWER_SECONDS
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
@@ -174,15 +174,15 @@ def with_promised_goal(motion: MotionProblem) -> MotionProblem:
     return replace(motion, task=with_promises(task, motion.robot, motion.limits))
 
 
-def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, deadline: Deadline) -> Certificate | None:
+def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
     """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
     Args:
         problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.
         tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
-        deadline: of the task; each of the certificate's two answers may take half of the time that is left.
+        seconds_left: of the task's time; each of the certificate's two answers may take half of it.
     """
-    seconds = min(ANSWER_SECONDS, 0.5 * deadline.left)
+    seconds = min(ANSWER_SECONDS, 0.5 * seconds_left)
     if not solution.solved or seconds <= 0:
         return None
     product = EXACT_PRODUCT if solution.exact else tolerance

@@ -87,11 +87,11 @@ def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certif
     """
     solution, tolerance = solved.solution, task.solver.tolerance
     if not solution.exact:
-        return certificate_of(solved.transcription.problem, solution, tolerance, deadline)
+        return certificate_of(solved.transcription.problem, solution, tolerance, deadline.left)
     held: frozenset[int] = frozenset()
     while True:
         problem = problem_around(solved.polisher, solved.branch, held)
-        certificate = certificate_of(problem, solution, tolerance, deadline)
+        certificate = certificate_of(problem, solution, tolerance, deadline.left)
         if certificate is None or certificate.direction is None:
             return certificate
         growing = _pivots(solved, certificate.direction).growing_for_nothing

@@ -124,17 +124,40 @@ class Neighbourhood:
             deadline: of the NLP.
             progress: called after it.
         """
-        fewer, w, branch = without_room(self.transcription, end.w, end.branch, self.elements)
         own = replace(self.solver.solution(end, earlier, 0.0), reports=earlier.reports)
-        polisher = BranchTranscription(fewer)
-        found = continue_on_branch(
-            fewer.problem,
-            polisher,
-            BranchPoint(w, branch),
-            own,
-            self.options,
-            seconds_left=deadline.remaining,
-            progress=progress,
-            stop=self.stop,
-        )
-        return (polisher, found) if found else (self.polisher, own)
+        return with_fewer_elements(self.polisher, own, self.elements, self.options, deadline, progress, self.stop)
+
+
+def with_fewer_elements(
+    polisher: BranchTranscription,
+    solution: MpccSolution,
+    least: Sequence[int],
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> tuple[BranchTranscription, MpccSolution]:
+    """Return an exact motion with as many elements as its modes need, as it is if that fails.
+
+    Args:
+        polisher, solution: the motion.
+        least: elements of every interval that are kept at least, (N).
+        options: of the homotopy.
+        deadline: of the NLP.
+        progress: called after it.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends it.
+    """
+    assert solution.branch is not None
+    transcription, w, branch = without_room(polisher.transcription, solution.w, solution.branch, least)
+    fewer = BranchTranscription(transcription)
+    found = continue_on_branch(
+        transcription.problem,
+        fewer,
+        BranchPoint(w, branch),
+        solution,
+        options,
+        seconds_left=deadline.remaining,
+        progress=progress,
+        stop=stop,
+    )
+    return (fewer, found) if found else (polisher, solution)

@@ -14,7 +14,7 @@ from fesd_robot.adapters import numeric_physics
 from fesd_robot.branch_of_modes import branch_in_modes
 from fesd_robot.contact import ContactMode, contact_modes
 from fesd_robot.fesd import Element, Transcription
-from fesd_robot.fesd.neighbours import with_counts, without_room
+from fesd_robot.fesd.neighbours import with_counts
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.force_variables import ForceVariables
 from fesd_robot.guessed_sequence import needs_guessed_start
@@ -26,8 +26,8 @@ from fesd_robot.mpcc import (
     MpccSolution,
     NlpReport,
     Trial,
-    continue_on_branch,
 )
+from fesd_robot.neighbourhood import with_fewer_elements
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.ocp.sagittal import SagittalTwin, sagittal_twin, space_configuration, space_velocity
 from fesd_robot.recovery.contact_rows import stacked_rows
@@ -124,21 +124,8 @@ def _lifted(
     if not any(end.branch.without_length):
         return polisher, solution
     # Elements that have shrunk are left out: their modes are undetermined, and a certificate would go through all.
-    transcription, w, branch = without_room(
-        lift.transcription, end.w, end.branch, [1] * len(lift.transcription.elements)
-    )
-    fewer = BranchTranscription(transcription)
-    found = continue_on_branch(
-        transcription.problem,
-        fewer,
-        BranchPoint(w, branch),
-        solution,
-        options,
-        seconds_left=deadline.remaining,
-        progress=progress,
-        stop=stop,
-    )
-    return (fewer, found) if found else (polisher, solution)
+    least = [1] * len(lift.transcription.elements)
+    return with_fewer_elements(polisher, solution, least, options, deadline, progress, stop)
 
 
 def _settled(start: BranchPoint, solver: BranchSolver, polisher: BranchTranscription) -> BranchPoint:

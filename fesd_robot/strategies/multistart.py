@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, NoCoarserMotion, Stop, stop_requested
@@ -81,16 +81,12 @@ def attempt_seeds(
         one attempt per seed; none if the task has a single start.
     """
     first, count = task.solver.seed, starts_of(task)
-    made: dict[int, AttemptedPlan] = {}
     starts = _Starts(task, attempt, quietly, deadline, stop, waiting)
     if count > 1:
-        open_ended = task.solver.starts is None and task.solver.coarse_to_fine == "auto"
-        further = first + COARSE_START if open_ended and coarser_intervals(task) is not None else None
-        for seed, one in starts.made(range(first, first + count), further):
-            made[seed] = one
+        for seed, one in starts.run(range(first, first + count)):
             if started:
                 started(seed, one.plan)
-    return [made[seed] for seed in sorted(made)]
+    return [starts.made[seed] for seed in sorted(starts.made)]
 
 
 def _disagree(attempts: Sequence[AttemptedPlan]) -> bool:
@@ -103,7 +99,12 @@ def _disagree(attempts: Sequence[AttemptedPlan]) -> bool:
 
 @dataclass(frozen=True)
 class _Starts:
-    """How starts are made; the args of `attempt_seeds`."""
+    """How starts are made.
+
+    Attributes:
+        task, attempt, quietly, deadline, stop, waiting: the args of `attempt_seeds`.
+        made: seed -> its attempt, of those that are there.
+    """
 
     task: Task
     attempt: Attempt
@@ -111,83 +112,90 @@ class _Starts:
     deadline: Deadline
     stop: Stop | None
     waiting: Callable[[], None]
+    made: dict[int, AttemptedPlan] = field(default_factory=dict)
 
-    def made(self, seeds: range, further: int | None) -> Iterator[tuple[int, AttemptedPlan]]:
+    def run(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
         """Yield seeds and their attempts, as they come, and the further one if these disagree."""
-        made: list[AttemptedPlan] = []
         cores = processes_of(self.task)
         beside = min(len(seeds), cores) - 1 if sys.platform == "linux" else 0
-        attempts = self._beside(seeds, further, cores, beside, made) if beside else self._in_turn(seeds, further, made)
-        for seed, one in attempts:
-            made.append(one)
+        for seed, one in self._beside(seeds, cores, beside) if beside else self._in_turn(seeds):
+            self.made[seed] = one
             yield seed, one
 
-    def _in_turn(
-        self, seeds: range, further: int | None, made: list[AttemptedPlan]
-    ) -> Iterator[tuple[int, AttemptedPlan]]:
+    def _in_turn(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
         yield from self._here(self.task, seeds)
-        if further is not None and not self._ended and _disagree(made):
-            one = self._attempted(self.task, further, self.attempt, further=True)
-            if one:
-                yield further, one
+        further = self._further
+        if further is not None and self._undecided:
+            yield from self._here(self.task, [further])
 
-    def _beside(
-        self, seeds: range, further: int | None, cores: int, beside: int, made: list[AttemptedPlan]
-    ) -> Iterator[tuple[int, AttemptedPlan]]:
-        share = cores // (beside + 1)
+    def _beside(self, seeds: range, cores: int, beside: int) -> Iterator[tuple[int, AttemptedPlan]]:
+        share, further = cores // (beside + 1), self._further
         own = with_overrides(self.task, {"solver.processes": cores - beside * share})
         pool = ForkedPool(beside + (further is not None), self._elsewhere, partial(grant_processes, share))
-        spare = _Spare(lambda: pool.submit((further, True)), wanted=further is not None)
+        spare = None if further is None else _Spare(partial(pool.submit, further))
         try:
-            jobs = {pool.submit((seed, False)): seed for seed in seeds[1:]}
-            for job in jobs:
-                job.add_done_callback(spare.begin)
+            jobs = {pool.submit(seed): seed for seed in seeds[1:]}
+            if spare:
+                for job in jobs:
+                    job.add_done_callback(spare.begin)
             yield from self._here(own, seeds[:1])
             for job, seed in reversed(jobs.items()):
                 if job.cancel() and not self._ended:
-                    yield from self._here(own, range(seed, seed + 1))
-            spare.begin()
+                    yield from self._here(own, [seed])
+            last = spare.begin() if spare else None
             yield from self._awaited({job: seed for job, seed in jobs.items() if not job.cancelled()})
-            if further is not None and spare.job and not self._ended and _disagree(made):
-                yield from self._awaited({spare.job: further})
+            if last and further is not None and self._undecided:
+                yield from self._awaited({last: further})
         except BrokenProcessPool:
             logger.warning("a process that planned from another initial guess was ended; its plan is left out")
         finally:
-            spare.close()
+            if spare:
+                spare.close()
             pool.end()
+
+    @cached_property
+    def _coarse(self) -> int | None:
+        """The seed that is planned on a coarser grid first; None where there is no such grid, or the task decides."""
+        solver = self.task.solver
+        wanted = solver.coarse_to_fine == "auto" and coarser_intervals(self.task) is not None
+        return solver.seed + COARSE_START if wanted else None
+
+    @property
+    def _further(self) -> int | None:
+        """That seed, where the task leaves open how many there are: it is made where the others disagree."""
+        return self._coarse if self.task.solver.starts is None else None
 
     @property
     def _ended(self) -> bool:
         return self.deadline.left <= 0 or stop_requested(self.stop)
 
-    def _here(self, task: Task, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
+    @property
+    def _undecided(self) -> bool:
+        return not self._ended and _disagree(list(self.made.values()))
+
+    def _here(self, task: Task, seeds: Sequence[int]) -> Iterator[tuple[int, AttemptedPlan]]:
         for number, seed in enumerate(seeds):
             if number and self._ended:
                 return
             if one := self._attempted(task, seed, self.attempt):
                 yield seed, one
 
-    def _elsewhere(self, start: tuple[int, bool]) -> AttemptedPlan | None:
-        seed, further = start
-        return self._attempted(self.task, seed, self.quietly, further=further)
+    def _elsewhere(self, seed: int) -> AttemptedPlan | None:
+        return self._attempted(self.task, seed, self.quietly)
 
-    def _attempted(self, task: Task, seed: int, attempt: Attempt, *, further: bool = False) -> AttemptedPlan | None:
+    def _attempted(self, task: Task, seed: int, attempt: Attempt) -> AttemptedPlan | None:
         """Return the attempt from a seed, in the time that is left; none of a further start that leads nowhere."""
-        begin, changes = time.perf_counter(), self._changes(seed)
+        begin = time.perf_counter()
+        changes: Overrides = {"solver.seed": seed}
+        if seed == self._coarse:
+            changes["solver.coarse_to_fine"] = True
         changed = with_overrides(task, {**changes, **time_left(self.deadline)})
         try:
-            plan = attempt(changed, strictly=further)
+            plan = attempt(changed, strictly=seed == self._further)
         except NoCoarserMotion as nowhere:
             logger.info("%s; no further start is made", nowhere)
             return None
         return AttemptedPlan(changes, plan, time.perf_counter() - begin)
-
-    def _changes(self, seed: int) -> Overrides:
-        """Return what sets a start apart: its seed, and that one of them is planned on a coarser grid first."""
-        solver = self.task.solver
-        coarse = solver.coarse_to_fine == "auto" and seed == solver.seed + COARSE_START
-        coarse = coarse and coarser_intervals(self.task) is not None
-        return {"solver.seed": seed, **({"solver.coarse_to_fine": True} if coarse else {})}
 
     def _awaited(self, jobs: dict[Future[AttemptedPlan | None], int]) -> Iterator[tuple[int, AttemptedPlan]]:
         remaining = set(jobs)
@@ -208,22 +216,23 @@ class _Spare:
 
     Args:
         submit: begins it.
-        wanted: whether it ever does.
     """
 
-    def __init__(self, submit: Callable[[], Future[AttemptedPlan | None]], *, wanted: bool) -> None:
-        self.job: Future[AttemptedPlan | None] | None = None
-        self._submit, self._wanted, self._lock = submit, wanted, threading.Lock()
+    def __init__(self, submit: Callable[[], Future[AttemptedPlan | None]]) -> None:
+        self._submit, self._lock = submit, threading.Lock()
+        self._job: Future[AttemptedPlan | None] | None = None
+        self._closed = False
 
-    def begin(self, ended: Future[AttemptedPlan | None] | None = None) -> None:
+    def begin(self, ended: Future[AttemptedPlan | None] | None = None) -> Future[AttemptedPlan | None] | None:
         """Begin the job if it has not begun, when another has ended; a pool that is broken is asked for nothing."""
         if ended and (ended.cancelled() or ended.exception()):
-            return
+            return None
         with self._lock:
-            if self._wanted and self.job is None:
-                self.job = self._submit()
+            if not self._closed and self._job is None:
+                self._job = self._submit()
+            return self._job
 
     def close(self) -> None:
         """Begin it no more."""
         with self._lock:
-            self._wanted = False
+            self._closed = True
