@@ -61,6 +61,11 @@ class SolvedMotion:
         return replace(own, search=self.search, rounds=self.rounds, seconds=self.seconds)
 
     @property
+    def cost(self) -> float:
+        """Of the solution."""
+        return self.solution.residuals.objective
+
+    @property
     def transcription(self) -> Transcription:
         """Of the problem that was solved."""
         return self.polisher.transcription

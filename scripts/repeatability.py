@@ -24,7 +24,7 @@ import numpy as np
 from arguments import ROOT, task_parser
 from moved_start import MOVED, moved
 
-from fesd_robot import load_task, plan, planner
+from fesd_robot import chain, load_task, plan
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 
@@ -45,7 +45,7 @@ def planned(name: str, processor: str) -> tuple[Plan, float]:
     """Return the plan of a task on a processor, and the seconds that it took."""
     task, begin = load_task(ROOT / "tasks" / f"{name}.yaml", PROCESSORS[processor]), time.perf_counter()
     seed = processor.rpartition(", ")[2] if processor.startswith("moved") else None
-    with mock.patch.object(planner, "solve", moved(planner.solve, int(seed)) if seed else planner.solve):
+    with mock.patch.object(chain, "solve", moved(chain.solve, int(seed)) if seed else chain.solve):
         return plan(task), time.perf_counter() - begin
 
 

@@ -62,10 +62,11 @@ def attempt_seeds(
     """Return the attempts at a task from its initial guesses, in the order of their seeds.
 
     The first is made in this process; the others beside it, in processes of their own, as far as cores are free, and
-    after it if none is. What each gives does not depend on that. Where a task leaves open how many, and these end in
-    motions that cost different amounts, or not all in one, a further one begins on a coarser control grid, if there is
-    one: it is made on the core that is free as soon as the first of them has ended, and dropped where they agree or the
-    coarser grid leads to no motion.
+    after it if none is. Which one is the cheapest does not depend on that; one that costs much more than another that
+    is solved by then is given up (`LeastCost`). Where a task leaves open how many, and these end in motions that cost
+    different amounts, or not all in one, a further one begins on a coarser control grid, if there is one: it is made on
+    the core that is free as soon as the first of them has ended, and dropped where they agree or the coarser grid leads
+    to no motion.
 
     Args:
         task: the task; its seeds are `solver.seed` and the numbers after it.

@@ -14,7 +14,6 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from types import FrameType
 from typing import Any
 
-from fesd_robot.strategies.attempts import Stop
 from fesd_robot.task import Task
 
 _PARENT_DEATH_SIGNAL = 1
@@ -45,28 +44,6 @@ def processes_of(task: Task) -> int:
     if multiprocessing.parent_process() is not None:
         return _granted
     return task.solver.processes or free_cores()
-
-
-class SharedStop:
-    """A wish to stop that processes which are forked later see, too.
-
-    Args:
-        stop: asks the user; none if there is nobody to ask.
-    """
-
-    def __init__(self, stop: Stop | None) -> None:
-        self._stop, self._wished = stop, multiprocessing.Event()
-
-    def here(self, iteration: int, objective: float) -> bool:
-        """Ask the user, and tell the others."""
-        if self._stop is None or not self._stop(iteration, objective):
-            return False
-        self._wished.set()
-        return True
-
-    def elsewhere(self, iteration: int, objective: float) -> bool:
-        """Return whether the user has wished to stop."""
-        return self._wished.is_set()
 
 
 class ForkedPool:

@@ -1,0 +1,205 @@
+"""From a formulated task to its motion: the first one, the cheapest nearby, and that refined."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from fesd_robot.adapters import homotopy_options, with_promised_goal
+from fesd_robot.coarse_start import coarse_start
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
+from fesd_robot.known_sequence import known_start
+from fesd_robot.local_search import Depth, searched
+from fesd_robot.mpcc import MpccSolution, NlpReport, solve
+from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.refine import refined
+from fesd_robot.repair import Repair
+from fesd_robot.sagittal_start import sagittal_start
+from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
+from fesd_robot.solved_motion import SolvedMotion
+from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
+from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.strategies.processes import processes_of
+from fesd_robot.strategies.search_steps import SearchSteps
+from fesd_robot.strategies.shared import LeastCost
+from fesd_robot.strategies.stations import Counted, Reached, Station
+from fesd_robot.task import Task
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """From a formulated task to its motion, and who is told about it.
+
+    Attributes:
+        deadline: of the task.
+        progress, stop, reached, counted: as in `planner.plan`; `reached` is its `station`.
+        reports: NLPs so far.
+        strictly: as in `planner.attempt`.
+        least: the cost of the cheapest motion that other starts have solved; None if there are no others.
+    """
+
+    deadline: Deadline
+    progress: Callable[[NlpReport], None] | None
+    stop: Stop | None
+    reached: Reached
+    counted: Counted
+    reports: list[NlpReport]
+    strictly: bool = False
+    least: LeastCost | None = None
+
+    def report(self, nlp: NlpReport) -> None:
+        """Note an NLP."""
+        self.reports.append(nlp)
+        if self.progress:
+            self.progress(nlp)
+
+    def solved(self, motion: MotionProblem, transcription: Transcription, *, promised: bool = False) -> SolvedMotion:
+        """Return the motion of a task: the first one, the cheapest nearby, and that refined.
+
+        Args:
+            motion, transcription: the formulated task.
+            promised: as in `planner.attempt`.
+        """
+        return self._before_and_after(motion, transcription, promised=promised).after
+
+    def _before_and_after(
+        self,
+        motion: MotionProblem,
+        transcription: Transcription,
+        *,
+        promised: bool = False,
+        with_spare: bool = True,
+        depth: Depth = Depth.DETOURS,
+    ) -> _Refined:
+        """Return the motion of a task before and after its refinement; args as in `solved`, `refined`, `searched`."""
+        task = motion.task
+        options, stop = homotopy_options(task), self.stop
+        first = self._first(motion, transcription)
+        if promised and task.goal.soft:
+            motion = with_promised_goal(motion)
+        solved = SolvedMotion.of(motion, first.polisher, first.solution)
+        wanted = task.solver.local_search
+        if first.search if wanted == "auto" else wanted:
+            self.reached(Station.IMPROVING)
+            searches = searched(
+                solved,
+                options,
+                self.deadline,
+                self.report,
+                stop,
+                processes_of(task),
+                depth=min(depth, first.depth),
+                tried=self.counted,
+            )
+        else:
+            searches = iter([solved])
+        found = _Refined(solved, solved)
+        for candidate in searches:  # the cheaper ones first; the first that is true is taken
+            found = _Refined(candidate, candidate)
+            if task.method.accuracy != "none" and not self._beaten(candidate):
+                self.reached(Station.REFINING)
+                accuracy, until = task.method.accuracy, self._until_beaten(candidate)
+                finer = refined(candidate, options, accuracy, self.deadline, self.report, until, with_spare=with_spare)
+                found = _Refined(candidate, finer)
+            if found.after.passes or self._beaten(candidate):
+                break
+        return found
+
+    def _beaten(self, motion: SolvedMotion) -> bool:
+        return self.least is not None and self.least.beats(motion.cost)
+
+    def _until_beaten(self, motion: SolvedMotion) -> Stop | None:
+        """Return a stop that is also true once another start has solved a motion that costs much less than this one."""
+        stop = self.stop
+        if self.least is None:
+            return stop
+        return lambda *reached: (stop is not None and stop(*reached)) or self._beaten(motion)
+
+    def _first(self, motion: MotionProblem, transcription: Transcription) -> _First:
+        """Return the motion of an earlier plan, of one on a coarser grid, let go or in the plane, on the contacts of
+        the guess, or of a homotopy."""
+        options, deadline, stop = homotopy_options(motion.task), self.deadline, self.stop
+        steps = SearchSteps(options, self.reached, self.counted)
+
+        def searching(nlp: NlpReport) -> None:
+            self.report(nlp)
+            steps.nlp(nlp)
+
+        def iterating(iteration: int, objective: float) -> bool:
+            steps.iteration()
+            return stop is not None and stop(iteration, objective)
+
+        if found := known_start(motion, transcription, options, deadline, searching, iterating):
+            return _First(*found, depth=Depth.QUICK)
+        if motion.task.solver.coarse_to_fine is True:
+            if found := coarse_start(motion, transcription, self._coarse, options, deadline, searching, iterating):
+                return _First(*found, depth=Depth.QUICK)
+            if self.strictly:
+                raise NoCoarserMotion("the coarser control grid leads to no motion of the task")
+            logger.warning("solver.coarse_to_fine leads to no motion of the task, which is planned without it")
+        if needs_simulated_start(motion) and (
+            found := simulated_start(motion, transcription, options, deadline, searching, iterating)
+        ):
+            return _First(*found)
+        if needs_guessed_start(motion):
+            if found := stepping_start(motion, transcription, options, deadline, searching, iterating):
+                return _First(*found, depth=Depth.QUICK)
+            if found := sagittal_start(motion, self._twin, options, deadline, searching, iterating):
+                return _First(*found, search=False)
+            if found := guessed_start(motion, transcription, options, deadline, searching, iterating):
+                return _First(*found, depth=Depth.QUICK)
+        repair = Repair(transcription, options, deadline, searching, iterating)
+        polisher = BranchTranscription(transcription)
+        # What other starts took is gone.
+        options = replace(options, time_limit=None if deadline.remaining() is None else max(deadline.left, 0.01))
+        solution = solve(
+            transcription.problem, options, polisher=polisher, progress=searching, stop=iterating, otherwise=repair
+        )
+        return _First(*repair.repaired(polisher, solution))
+
+    def _coarse(self, task: Task) -> SolvedMotion:
+        """Return the motion of a task on a coarser control grid, within half of the time that is left; detours took a
+        third of that, and gained nothing."""
+        motion = formulate(task)
+        chain = replace(self, deadline=self.deadline.share(0.5), least=None)
+        coarse = Transcription(motion.ocp, motion.fesd)
+        return chain._before_and_after(motion, coarse, with_spare=False, depth=Depth.PATIENT).after
+
+    def _twin(self, task: Task) -> list[SolvedMotion]:
+        """Return the motion of a task in the plane, refined and as it was before; a deeper search took two thirds of
+        the time on quadrupeds, and found nothing."""
+        motion = formulate(task)
+        transcription = Transcription(motion.ocp, motion.fesd)
+        chain = replace(self, least=None)
+        found = chain._before_and_after(motion, transcription, with_spare=False, depth=Depth.QUICK)
+        return [found.before] if found.after is found.before else [found.after, found.before]
+
+
+class _Refined(NamedTuple):
+    """A motion before and after its refinement."""
+
+    before: SolvedMotion
+    after: SolvedMotion
+
+
+class _First(NamedTuple):
+    """A first motion, and how cheaper ones are looked for near it.
+
+    Attributes:
+        polisher, solution: the motion.
+        search: whether they are if the task leaves it open; what was searched in the plane is not searched
+            in space again.
+        depth: of that search. Of an earlier plan a deep one gains little, and with several feet in space a trial takes
+            seconds.
+    """
+
+    polisher: BranchTranscription
+    solution: MpccSolution
+    search: bool = True
+    depth: Depth = Depth.DETOURS
