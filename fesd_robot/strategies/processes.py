@@ -14,17 +14,26 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from types import FrameType
 from typing import Any
 
+import psutil
+
 from fesd_robot.task import Task
+
+_GLANCE = 0.2
+"""s for which cores are looked at; this process sleeps meanwhile, so that its own counts as free."""
 
 _PARENT_DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
 
 def free_cores() -> int:
-    """Return how many cores this process may use that are not busy with others, at least one."""
-    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    others = max(os.getloadavg()[0] - 1.0, 0.0) if hasattr(os, "getloadavg") else 0.0
-    return max(1, own - round(others))
+    """Return how many cores this process may use that are not busy with others just now, at least one.
+
+    The load average still counts what ended a minute ago, and of two plans after each other the second would find a
+    single core.
+    """
+    busy = psutil.cpu_percent(interval=_GLANCE, percpu=True)
+    own = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(len(busy))
+    return max(1, round(sum(1.0 - busy[core] / 100.0 for core in own if core < len(busy))))
 
 
 _granted = 1

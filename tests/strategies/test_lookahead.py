@@ -100,8 +100,13 @@ def test_processes_of_others_have_one_core() -> None:
 
 
 def test_busy_cores_are_not_free(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of eight cores three are busy with others where the load is four: this process is one of them."""
-    monkeypatch.setattr(cores.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
-    for load, free in ((0.0, 8), (1.0, 8), (4.0, 5), (20.0, 1)):
-        monkeypatch.setattr(cores.os, "getloadavg", lambda load=load: (load, 0.0, 0.0), raising=False)
+    """Of the cores that this process may use those are free that do nothing; one of them is always its own."""
+    monkeypatch.setattr(cores.os, "sched_getaffinity", lambda _: {0, 1, 2, 5, 9}, raising=False)
+    for busy, free in (
+        ([0.0] * 10, 5),
+        ([100.0, 0.0, 95.0, 100.0, 100.0, 0.0, 100.0, 0.0, 0.0, 5.0], 3),
+        ([100.0] * 10, 1),
+        ([0.0] * 4, 3),
+    ):
+        monkeypatch.setattr(cores.psutil, "cpu_percent", lambda busy=busy, **_: busy)
         assert free_cores() == free
