@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from enum import IntEnum
 from typing import NamedTuple
@@ -32,6 +32,10 @@ DETOUR_LOSS = 0.25
 
 MOST_DETOURS = 10
 """How many of them are, the cheapest first."""
+
+SAME = 1e-4
+"""Of the cost: what ends nearer to a motion is that motion again, in other elements. These have neighbours that its own
+did not have, so that one detour may begin there; every further one tried the same neighbours anew, and led nowhere."""
 
 MOST_TRIALS = 300
 """Trials after which no detour is begun; long motions need as many without any."""
@@ -202,18 +206,25 @@ class _Search:
     def _detour(self, best: PolishingReport) -> list[PolishingReport]:
         """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does."""
         below, reach = self._bounds(best)
+        begun: list[float] = []
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
             if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
             start, moves = self._around.exact_after(trial), len(self._moves)
-            if start is None:
+            if start is None or self._known(start, begun):
                 continue
+            begun.append(start.residuals.objective)
             self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
             trail = [start, *self._descent(start, 1)]
             if trail[-1].residuals.objective < below:
                 return trail
             del self._moves[moves:]
         return []
+
+    @staticmethod
+    def _known(start: PolishingReport, begun: Sequence[float]) -> bool:
+        """Return whether a detour has begun at a motion of this cost."""
+        return any(abs(start.residuals.objective - cost) <= SAME * abs(cost) for cost in begun)
 
     @staticmethod
     def _bounds(best: PolishingReport) -> tuple[float, float]:

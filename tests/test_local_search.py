@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from fesd_robot import local_search
+from fesd_robot.local_search import SAME, _Search
 from fesd_robot.mpcc import BranchPoint, BranchSolver, PolishingReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
@@ -17,10 +21,52 @@ TASK = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
 SHORT_JUMP = ("horizon.duration=0.6", "horizon.intervals=8", "goal.configuration.root_x=0.6")
 
 
+class Searched(NamedTuple):
+    """A plan, and what its search did.
+
+    Attributes:
+        plan: of half a metre's jump, with search.
+        begun: costs at which detours began, those from one motion together.
+        known: how many did not, because another had begun at the same motion.
+    """
+
+    plan: Plan
+    begun: list[list[float]]
+    known: int
+
+
 @pytest.fixture(scope="module")
-def searched() -> Plan:
-    """A jump of half a metre, with search."""
-    return plan(load_task(TASK, list(SHORT_JUMP)))
+def watched() -> Iterator[Searched]:
+    """A search that is watched; nothing is changed in it."""
+    begun: list[list[float]] = []
+    known: list[bool] = []
+    detour, descent, seen = _Search._detour, _Search._descent, _Search._known
+
+    def detours(self: _Search, best: PolishingReport) -> list[PolishingReport]:
+        begun.append([])
+        return detour(self, best)
+
+    def descents(self: _Search, best: PolishingReport, patience: int) -> list[PolishingReport]:
+        if patience == 1:
+            begun[-1].append(best.residuals.objective)
+        return descent(self, best, patience)
+
+    def at_known(start: PolishingReport, costs: Sequence[float]) -> bool:
+        known.append(seen(start, costs))
+        return known[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(_Search, "_detour", detours)
+        patched.setattr(_Search, "_descent", descents)
+        patched.setattr(_Search, "_known", staticmethod(at_known))
+        result = plan(load_task(TASK, list(SHORT_JUMP)))
+    yield Searched(result, begun, sum(known))
+
+
+@pytest.fixture(scope="module")
+def searched(watched: Searched) -> Plan:
+    """The plan of it."""
+    return watched.plan
 
 
 def test_a_searched_plan_is_cheaper_and_true(searched: Plan) -> None:
@@ -54,6 +100,14 @@ def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.Mo
     assert costs[1] == sorted(costs[1], reverse=True)
     assert costs[0][: len(costs[1])] == costs[1] and costs[0][-1] == min(costs[0])
     assert ours.trials >= theirs.trials
+
+
+def test_no_two_detours_begin_at_the_same_motion(watched: Searched) -> None:
+    """Neighbours that lead back to one motion, as several do here, are gone on from once."""
+    for costs in watched.begun:
+        ordered = sorted(costs)
+        assert all(more - less > SAME * less for less, more in pairwise(ordered))
+    assert watched.known > 0
 
 
 def test_a_motion_that_is_lost_with_room_is_searched_from_one_nearby(
