@@ -16,7 +16,8 @@ from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, NoCoarserMotion, Stop, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
-from fesd_robot.strategies.processes import ForkedPool, grant_processes, processes_of
+from fesd_robot.strategies.processes import ForkedPool, processes_of, share_cores
+from fesd_robot.strategies.shared import SharedCores
 from fesd_robot.task import Task
 from fesd_robot.task.consistency import coarser_intervals
 
@@ -130,19 +131,22 @@ class _Starts:
             yield from self._here(self.task, [further])
 
     def _beside(self, seeds: range, cores: int, beside: int) -> Iterator[tuple[int, AttemptedPlan]]:
-        share, further = cores // (beside + 1), self._further
-        own = with_overrides(self.task, {"solver.processes": cores - beside * share})
-        pool = ForkedPool(beside + (further is not None), self._elsewhere, partial(grant_processes, share))
+        shared, further = SharedCores(cores), self._further
+        own = with_overrides(self.task, {"solver.processes": cores - beside * (cores // (beside + 1))})
+        pool = ForkedPool(
+            beside + (further is not None), partial(self._elsewhere, shared), partial(share_cores, shared)
+        )
         spare = None if further is None else _Spare(partial(pool.submit, further))
         try:
             jobs = {pool.submit(seed): seed for seed in seeds[1:]}
             if spare:
                 for job in jobs:
                     job.add_done_callback(spare.begin)
-            yield from self._here(own, seeds[:1])
-            for job, seed in reversed(jobs.items()):
-                if job.cancel() and not self._ended:
-                    yield from self._here(own, [seed])
+            with shared.working():
+                yield from self._here(own, seeds[:1])
+                for job, seed in reversed(jobs.items()):
+                    if job.cancel() and not self._ended:
+                        yield from self._here(own, [seed])
             last = spare.begin() if spare else None
             yield from self._awaited({job: seed for job, seed in jobs.items() if not job.cancelled()})
             if last and further is not None and self._undecided:
@@ -181,8 +185,9 @@ class _Starts:
             if one := self._attempted(task, seed, self.attempt):
                 yield seed, one
 
-    def _elsewhere(self, seed: int) -> AttemptedPlan | None:
-        return self._attempted(self.task, seed, self.quietly)
+    def _elsewhere(self, shared: SharedCores, seed: int) -> AttemptedPlan | None:
+        with shared.working():
+            return self._attempted(self.task, seed, self.quietly)
 
     def _attempted(self, task: Task, seed: int, attempt: Attempt) -> AttemptedPlan | None:
         """Return the attempt from a seed, in the time that is left; none of a further start that leads nowhere."""

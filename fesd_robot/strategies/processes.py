@@ -16,6 +16,7 @@ from typing import Any
 
 import psutil
 
+from fesd_robot.strategies.shared import SharedCores
 from fesd_robot.task import Task
 
 _GLANCE = 0.2
@@ -36,22 +37,22 @@ def free_cores() -> int:
     return max(1, round(sum(1.0 - busy[core] / 100.0 for core in own if core < len(busy))))
 
 
-_granted = 1
+_shared: SharedCores | None = None
 
 
-def grant_processes(count: int) -> None:
-    """Say how many processes this one, which was started to work beside others, may have."""
-    global _granted
-    _granted = count
+def share_cores(cores: SharedCores) -> None:
+    """Say which cores this process, which was started to work beside others, divides with them."""
+    global _shared
+    _shared = cores
 
 
 def processes_of(task: Task) -> int:
     """Return how many processes may work on a task at once: those it asks for, by default one a free core.
 
-    A process that was itself started to work beside others has as many as it was granted, by default one.
+    A process that was itself started to work beside others has its share of their cores, by default one.
     """
     if multiprocessing.parent_process() is not None:
-        return _granted
+        return _shared.share if _shared else 1
     return task.solver.processes or free_cores()
 
 

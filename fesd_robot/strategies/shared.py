@@ -1,9 +1,11 @@
-"""What processes share that plan from several initial guesses: the wish to stop, and the least cost so far."""
+"""What processes share that plan from several initial guesses: the wish to stop, the least cost so far, the cores."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import multiprocessing
+from collections.abc import Iterator
 
 from fesd_robot.strategies.attempts import Stop
 
@@ -54,3 +56,32 @@ class LeastCost:
         """Return whether a motion that costs so much is too dear to go on with (`DEARER`)."""
         least = self.value
         return cost - least > DEARER * abs(least) if math.isfinite(least) else False
+
+
+class SharedCores:
+    """Cores that processes which are forked later divide evenly among those of them that work just then.
+
+    Args:
+        cores: how many.
+    """
+
+    def __init__(self, cores: int) -> None:
+        self._cores, self._working = cores, multiprocessing.Value("i", 0)
+
+    @contextlib.contextmanager
+    def working(self) -> Iterator[None]:
+        """Count as one that works during the block."""
+        self._count(1)
+        try:
+            yield
+        finally:
+            self._count(-1)
+
+    @property
+    def share(self) -> int:
+        """How many processes one that works may have, at least one."""
+        return max(1, self._cores // max(1, self._working.value))
+
+    def _count(self, change: int) -> None:
+        with self._working.get_lock():
+            self._working.value += change
