@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from fesd_robot.strategies.attempts import Stop
 
-DEARER = 0.05
+DEARER = 0.02
 """Of the least cost: a motion that costs at least so much more is not worth refining or certifying. Refinement lowered
 the cost of none of 33 tasks by more than 3e-4 of it; most motions cost more afterwards."""
 
