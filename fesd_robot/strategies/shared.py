@@ -11,7 +11,7 @@ from fesd_robot.strategies.attempts import Stop
 
 DEARER = 0.02
 """Of the least cost: a motion that costs at least so much more is not worth refining or certifying. Refinement lowered
-the cost of none of 33 tasks by more than 3e-4 of it; most motions cost more afterwards."""
+the cost of none of 32 tasks by more than 5e-4 of it; most motions cost more afterwards."""
 
 
 class SharedStop:
