@@ -59,6 +59,10 @@ class Chain:
         if self.progress:
             self.progress(nlp)
 
+    def beaten(self, motion: SolvedMotion) -> bool:
+        """Return whether another start has solved a motion that costs so much less that this one is given up."""
+        return self.least is not None and self.least.beats(motion.cost)
+
     def solved(self, motion: MotionProblem, transcription: Transcription, *, promised: bool = False) -> SolvedMotion:
         """Return the motion of a task: the first one, the cheapest nearby, and that refined.
 
@@ -102,24 +106,21 @@ class Chain:
         found = _Refined(solved, solved)
         for candidate in searches:  # the cheaper ones first; the first that is true is taken
             found = _Refined(candidate, candidate)
-            if task.method.accuracy != "none" and not self._beaten(candidate):
+            if task.method.accuracy != "none" and not self.beaten(candidate):
                 self.reached(Station.REFINING)
                 accuracy, until = task.method.accuracy, self._until_beaten(candidate)
                 finer = refined(candidate, options, accuracy, self.deadline, self.report, until, with_spare=with_spare)
                 found = _Refined(candidate, finer)
-            if found.after.passes or self._beaten(candidate):
+            if found.after.passes or self.beaten(candidate):
                 break
         return found
-
-    def _beaten(self, motion: SolvedMotion) -> bool:
-        return self.least is not None and self.least.beats(motion.cost)
 
     def _until_beaten(self, motion: SolvedMotion) -> Stop | None:
         """Return a stop that is also true once another start has solved a motion that costs much less than this one."""
         stop = self.stop
         if self.least is None:
             return stop
-        return lambda *reached: (stop is not None and stop(*reached)) or self._beaten(motion)
+        return lambda *reached: (stop is not None and stop(*reached)) or self.beaten(motion)
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> _First:
         """Return the motion of an earlier plan, of one on a coarser grid, let go or in the plane, on the contacts of

@@ -154,8 +154,8 @@ def attempt(
     options = homotopy_options(task)
     solved = chain.solved(motion, transcription, promised=promised)
     motion, certificate = solved.motion, None
-    dearer = least is not None and least.beats(solved.cost)
-    if not dearer:
+    beaten = chain.beaten(solved)
+    if not beaten:
         solved, certificate = descended(solved, options, task, deadline, chain.report, stop, reached)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
@@ -167,7 +167,7 @@ def attempt(
     status = status_of(
         solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps, in_the_way
     )
-    if least and dearer:
+    if least and beaten:
         status = given_up(status, solved.cost, least.value)
     if least and status.solved:
         least.note(solved.cost)
