@@ -18,11 +18,13 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.force_variables import ForceVariables
 from fesd_robot.known_sequence import cheaper_start, exact_start
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport
-from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.ocp.formulate import gap_function
 from fesd_robot.stepping import steppings
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.strategies.fallbacks import with_overrides
+from fesd_robot.task import Task
 
 TOUCHING = 0.2
 """Part of the largest height of a contact up to which it touches the ground in the guess."""
@@ -45,6 +47,23 @@ logger = logging.getLogger(__name__)
 def needs_guessed_start(motion: MotionProblem) -> bool:
     """Return whether a motion is first looked for on the contact sequence of its guess: with several feet in space."""
     return motion.in_space and len(motion.contacts) > 1
+
+
+def with_own_starts(task: Task) -> Task:
+    """Return a task with one initial guess, where it leaves open how many and its motion begins on guessed contacts.
+
+    Another guess has the same contacts, or none that lead to a motion; two starts at once have one core each for a
+    search that uses every core that is free.
+
+    Args:
+        task: the task.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    if task.solver.starts is not None or task.solver.warm_start or not needs_guessed_start(formulate(task)):
+        return task
+    return with_overrides(task, {"solver.starts": 1})
 
 
 def guessed_start(

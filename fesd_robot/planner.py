@@ -14,6 +14,7 @@ from fesd_robot.adapters import (
 from fesd_robot.chain import Chain
 from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
+from fesd_robot.guessed_sequence import with_own_starts
 from fesd_robot.known_sequence import finite_elements_of
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.native import begin_building
@@ -25,7 +26,6 @@ from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import Effort, statistics_of
 from fesd_robot.plans.tables import settings_line
 from fesd_robot.plans.verdict import given_up, status_of
-from fesd_robot.sagittal_start import with_own_starts
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import (

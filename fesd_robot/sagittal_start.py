@@ -17,7 +17,6 @@ from fesd_robot.fesd import Element, Transcription
 from fesd_robot.fesd.neighbours import with_counts
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.force_variables import ForceVariables
-from fesd_robot.guessed_sequence import needs_guessed_start
 from fesd_robot.mpcc import (
     REGULARISED,
     BranchPoint,
@@ -28,7 +27,7 @@ from fesd_robot.mpcc import (
     Trial,
 )
 from fesd_robot.neighbourhood import with_fewer_elements
-from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.sagittal import SagittalTwin, sagittal_twin, space_configuration, space_velocity
 from fesd_robot.recovery.contact_rows import stacked_rows
 from fesd_robot.recovery.elements import ElementReader
@@ -37,7 +36,6 @@ from fesd_robot.robot.root import ROOT_PITCH
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
-from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
@@ -48,25 +46,6 @@ are not determined, and IPOPT does not end at a motion that is right."""
 
 SETTLING = Trial(REGULARISED, iterations=40, violation=np.inf)
 """How elements that shrink are found; so regularised, IPOPT does not end at an exact motion."""
-
-
-def with_own_starts(task: Task) -> Task:
-    """Return a task with one initial guess, where it leaves open how many and its motion is planned in the plane first.
-
-    The search there takes most of the time, and uses every core that is free; two starts at once have one each.
-
-    Args:
-        task: the task.
-
-    Raises:
-        TaskError: the task does not fit its robot; the message names file, line and key.
-    """
-    if task.solver.starts is not None or task.solver.warm_start or task.robot.root != "free_flyer":
-        return task
-    motion = formulate(task)
-    if not needs_guessed_start(motion) or sagittal_twin(motion) is None:
-        return task
-    return with_overrides(task, {"solver.starts": 1})
 
 
 def sagittal_start(

@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from fesd_robot import Plan, load_task, plan
-from fesd_robot.guessed_sequence import needs_guessed_start
+from fesd_robot.guessed_sequence import needs_guessed_start, with_own_starts
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.ocp import formulate
 from fesd_robot.task import Task
@@ -50,6 +50,20 @@ def test_it_stands_on_all_feet(task: Task) -> None:
     feet = [data.oMf[model.getFrameId(f"{leg}_FOOT")].translation[2] for leg in LEGS]
     np.testing.assert_allclose(feet, 0.0, atol=1e-9)
     assert q[:2] == pytest.approx([0, 0]) and np.linalg.norm(q[3:7]) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("name", ["solo12_jump_in_space", "solo12_sideways", "solo12_two_steps", "table_push"])
+def test_a_motion_that_begins_on_guessed_contacts_has_one_start(name: str) -> None:
+    """One initial guess where the task leaves it open, else as many as it says."""
+    file = TASKS / f"{name}.yaml"
+    assert with_own_starts(load_task(file)).solver.starts == 1
+    assert with_own_starts(load_task(file, ["solver.starts=3"])).solver.starts == 3
+
+
+@pytest.mark.parametrize("name", ["hopper_one_jump", "biped_step", "hopper_in_space"])
+def test_a_motion_that_begins_with_a_homotopy_has_the_usual_starts(name: str) -> None:
+    """The number of initial guesses stays open in the plane, and with a single contact in space."""
+    assert with_own_starts(load_task(TASKS / f"{name}.yaml")).solver.starts is None
 
 
 def test_the_guess_flies_as_long_as_a_fall_from_its_apex(task: Task) -> None:

@@ -59,8 +59,8 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
     with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
         with progress:
             from fesd_robot.cli.summary import summary
+            from fesd_robot.guessed_sequence import with_own_starts
             from fesd_robot.plans import check_output_folder
-            from fesd_robot.sagittal_start import with_own_starts
             from fesd_robot.strategies.multistart import starts_of
 
             task, folder = load()

@@ -258,8 +258,8 @@ class Solver(Section):
         default=None,
         description="How many initial guesses the task is solved from, at once where cores are free; the cheapest "
         "solved motion is kept, and the report lists the costs of all. Default: 2, and a third one "
-        "where these end in motions whose costs differ; 1 with a warm_start, or in space where both sides of "
-        "the robot are asked for the same.",
+        "where these end in motions whose costs differ; 1 with a warm_start, or with several contacts in "
+        "space, where other guesses have the same contact sequence.",
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,

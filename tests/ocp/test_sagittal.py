@@ -11,7 +11,6 @@ import pytest
 
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.ocp.sagittal import SagittalTwin, sagittal_twin, space_configuration, space_velocity
-from fesd_robot.sagittal_start import with_own_starts
 from fesd_robot.task import load_task
 from tests.quadruped_in_space import LEGS, standing
 
@@ -108,13 +107,3 @@ def test_a_motion_costs_the_same(twins: tuple[MotionProblem, MotionProblem, Sagi
 def test_what_leaves_the_plane_has_no_twin(goal: str, tmp_path: Path) -> None:
     """A goal sideways, turned, or with one leg ahead of the other cannot be asked for in the plane."""
     assert sagittal_twin(problem(tmp_path, JUMP.replace("{configuration: {root_joint.x: 0.2}}", goal))) is None
-
-
-def test_a_motion_planned_in_the_plane_first_has_one_start(tmp_path: Path) -> None:
-    """One initial guess where the task leaves it open and has a twin; otherwise as many as it says, or the default."""
-    file = tmp_path / "task.yaml"
-    file.write_text(JUMP, encoding="utf-8")
-    assert with_own_starts(load_task(file)).solver.starts == 1
-    assert with_own_starts(load_task(file, ["solver.starts=3"])).solver.starts == 3
-    sideways = load_task(file, ["goal.configuration.root_joint.y=0.1"])
-    assert with_own_starts(sideways).solver.starts is None
