@@ -13,7 +13,7 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import known_start
-from fesd_robot.local_search import Depth, searched
+from fesd_robot.local_search import Depth, Listeners, searched
 from fesd_robot.mpcc import MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.refine import refined
@@ -95,11 +95,10 @@ class Chain:
                 solved,
                 options,
                 self.deadline,
-                self.report,
+                Listeners(self.report, self.counted, self.progress),
                 stop,
                 processes_of(task),
                 depth=min(depth, first.depth),
-                tried=self.counted,
             )
         else:
             searches = iter([solved])

@@ -58,16 +58,29 @@ class Depth(IntEnum):
     DETOURS = 2
 
 
+class Listeners(NamedTuple):
+    """Who is told of a search, beside the trials, which are too many.
+
+    Attributes:
+        ended: called with every branch NLP of a motion that is yielded.
+        tried: called with the number of neighbours that were tried, and None for how many there will be.
+        cheaper: called with the NLP of every motion that costs less than all before.
+    """
+
+    ended: Callable[[NlpReport], None] | None = None
+    tried: Counted | None = None
+    cheaper: Callable[[NlpReport], None] | None = None
+
+
 def searched(
     solved: SolvedMotion,
     options: HomotopyOptions,
     deadline: Deadline,
-    progress: Callable[[NlpReport], None] | None,
+    listeners: Listeners,
     stop: Stop | None,
     processes: int = 1,
     *,
     depth: Depth = Depth.DETOURS,
-    tried: Counted | None = None,
 ) -> Iterator[SolvedMotion]:
     """Yield a motion none of whose neighbours is found to be cheaper, then ever earlier ones on the way to it.
 
@@ -83,16 +96,15 @@ def searched(
         solved: the motion to start from; the only one if it is not exact.
         options: of the homotopy.
         deadline: of the task.
-        progress: called after every branch NLP of a motion that is yielded; trials are too many.
+        listeners: who is told.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
         processes: how many try neighbours at once; the result does not depend on it.
         depth: how far the search goes on where no quick trial of a neighbour is cheaper.
-        tried: called with the number of neighbours that were tried, and None for how many there will be.
     """
     if not solved.solution.exact:
         yield solved
         return
-    yield from _Search(solved, options, deadline, progress, stop, processes, depth, tried).run()
+    yield from _Search(solved, options, deadline, listeners, stop, processes, depth).run()
 
 
 class _Untried(NamedTuple):
@@ -133,21 +145,20 @@ class _Search:
         solved: SolvedMotion,
         options: HomotopyOptions,
         deadline: Deadline,
-        progress: Callable[[NlpReport], None] | None,
+        listeners: Listeners,
         stop: Stop | None,
         processes: int,
         depth: Depth,
-        tried: Counted | None,
     ) -> None:
         self._begin, self._depth = time.perf_counter(), depth
-        self._solved, self._deadline, self._progress = solved, deadline, progress
+        self._solved, self._deadline, self._told = solved, deadline, listeners
         self._around = Neighbourhood.of(
             solved.transcription, solved.solution.w, solved.branch, options, deadline.share(SHARE_OF_TIME), stop
         )
         self._solver, self._transcription = self._around.solver, self._around.transcription
         self._conditions = self._around.polisher.conditions
         self._tried: set[object] = set()
-        self._trials, self._on_trial = 0, tried
+        self._trials, self._least = 0, solved.cost
         self._moves: list[str] = []
         self._rejected: list[tuple[Move, PolishingReport]] = []
         self._ahead = Lookahead(self._outcome, processes, stop, self._alone)
@@ -247,18 +258,27 @@ class _Search:
         for one, (found, reports) in zip(untried, self._ahead.results(candidates), strict=False):
             move = one.move
             self._trials += 1
-            if self._on_trial:
-                self._on_trial(self._trials, None)
+            if self._told.tried:
+                self._told.tried(self._trials, None)
             self._tried.add(one.seen)
             self._solver.reports += reports
             if found and found.residuals.constraint_violation <= trial.violation:
                 if not found.residuals.objective < below:
                     self._rejected.append((move, found))
                 elif (end := self._around.exact_after(found)) and end.residuals.objective < below:
+                    self._note(end)
                     return move, end
             if self._solver.ended_early:
                 break
         return None
+
+    def _note(self, end: PolishingReport) -> None:
+        """Say so if a motion is the cheapest so far."""
+        cost = end.residuals.objective
+        if cost < self._least:
+            self._least = cost
+            if self._told.cheaper:
+                self._told.cheaper(NlpReport.of_polishing(end))
 
     def _untried(
         self, best: PolishingReport, around: Surroundings, patience: int, last: tuple[str, int, str] | None
@@ -290,7 +310,7 @@ class _Search:
 
     def _without_room(self, best: PolishingReport, moves: list[str]) -> SolvedMotion:
         """Return a motion with as many elements as it needs, as it is if that fails."""
-        polisher, found = self._around.without_room(best, self._solved.solution, self._deadline, self._progress)
+        polisher, found = self._around.without_room(best, self._solved.solution, self._deadline, self._told.ended)
         return replace(self._solved.continued(polisher, found), search=self._summary(moves))
 
     def _summary(self, moves: list[str]) -> LocalSearch:

@@ -57,10 +57,10 @@ def plan(
 
     Args:
         task: from `load_task`; `task.solver.starts` is the number of initial guesses, each solved in a process of its
-            own as far as cores are free; where it is left open, a motion that is planned in the plane first has one.
+            own as far as cores are free; where it is left open, one with several contacts in space has one.
             `task.solver.retries` is the number of fallback settings (`strategies.fallbacks.FALLBACKS`); after them a
             motion is looked for that comes near to the goal.
-        progress: called after every NLP of the homotopy.
+        progress: called after every NLP of the homotopy, and with the NLPs of ever cheaper motions of the search.
         stop: called once an IPOPT iteration with (iteration, objective), and while starts are waited for with
             (0, NaN); True ends the solve, of other starts as well, and the best motion that one of them has by then is
             returned, or the best iterate as not solved.

@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot import local_search
 from fesd_robot.local_search import SAME, _Search
-from fesd_robot.mpcc import BranchPoint, BranchSolver, PolishingReport
+from fesd_robot.mpcc import BranchPoint, BranchSolver, NlpReport, PolishingReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.strategies.deadline import Deadline
@@ -28,11 +28,13 @@ class Searched(NamedTuple):
         plan: of half a metre's jump, with search.
         begun: costs at which detours began, those from one motion together.
         known: how many did not, because another had begun at the same motion.
+        told: the costs of the NLPs that were told while it was made.
     """
 
     plan: Plan
     begun: list[list[float]]
     known: int
+    told: list[float]
 
 
 @pytest.fixture(scope="module")
@@ -59,8 +61,9 @@ def watched() -> Iterator[Searched]:
         patched.setattr(_Search, "_detour", detours)
         patched.setattr(_Search, "_descent", descents)
         patched.setattr(_Search, "_known", staticmethod(at_known))
-        result = plan(load_task(TASK, list(SHORT_JUMP)))
-    yield Searched(result, begun, sum(known))
+        reports: list[NlpReport] = []
+        result = plan(load_task(TASK, list(SHORT_JUMP)), progress=reports.append)
+    yield Searched(result, begun, sum(known), [report.residuals.objective for report in reports])
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +80,15 @@ def test_a_searched_plan_is_cheaper_and_true(searched: Plan) -> None:
     assert costs[-1] == min(costs) and costs[-1] < 0.98 * search.cost_before
     assert searched.status.solved and searched.audit.violations == []
     assert searched.status.b_stationary != "unknown"
+
+
+def test_every_cheaper_motion_is_told_while_the_search_goes_on(watched: Searched) -> None:
+    """Of the moves that led to the plan, those that ended below all before are among the NLPs that are told."""
+    search = watched.plan.statistics.search
+    assert search is not None and search.moves
+    costs = [move.rsplit(": ", 1)[1] for move in search.moves]
+    lowest = [cost for number, cost in enumerate(costs) if float(cost) == min(map(float, costs[: number + 1]))]
+    assert set(lowest) <= {f"{cost:.6g}" for cost in watched.told}
 
 
 def test_processes_change_nothing_but_the_time(searched: Plan) -> None:
