@@ -155,7 +155,7 @@ CLAIMS: dict[str, Claim] = {
         }
     ),
     "solo12_sideways": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.03) for name in FEET}, airborne=0.1),
-    "solo12_turn": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.02) for name in FEET}, airborne=0.1),
+    "solo12_turn": Claim({name: ContactClaim((1, 1), longest=0.15, highest=0.05) for name in FEET}, airborne=0.1),
     "solo12_two_steps": Claim({name: ContactClaim((1, 1), longest=0.08, highest=0.02) for name in FEET}, carried=True),
     "table_push": Claim(
         {
