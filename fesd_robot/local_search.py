@@ -67,9 +67,9 @@ class Listeners(NamedTuple):
         cheaper: called with the NLP of every motion that costs less than all before.
     """
 
-    ended: Callable[[NlpReport], None] | None = None
-    tried: Counted | None = None
-    cheaper: Callable[[NlpReport], None] | None = None
+    ended: Callable[[NlpReport], None]
+    tried: Counted
+    cheaper: Callable[[NlpReport], None] | None
 
 
 def searched(
@@ -258,8 +258,7 @@ class _Search:
         for one, (found, reports) in zip(untried, self._ahead.results(candidates), strict=False):
             move = one.move
             self._trials += 1
-            if self._told.tried:
-                self._told.tried(self._trials, None)
+            self._told.tried(self._trials, None)
             self._tried.add(one.seen)
             self._solver.reports += reports
             if found and found.residuals.constraint_violation <= trial.violation:

@@ -36,7 +36,7 @@ from fesd_robot.strategies.fallbacks import (
     time_left,
     with_overrides,
 )
-from fesd_robot.strategies.multistart import attempt_seeds
+from fesd_robot.strategies.multistart import attempt_seeds, starts_of
 from fesd_robot.strategies.shared import LeastCost, SharedStop
 from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.strategies.suggestions import suggestions
@@ -49,6 +49,7 @@ def plan(
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
     retrying: Callable[[Overrides, Plan], None] | None = None,
+    starting: Callable[[int], None] | None = None,
     started: Callable[[int, Plan], None] | None = None,
     station: Reached | None = None,
     counted: Counted | None = None,
@@ -66,6 +67,7 @@ def plan(
             returned, or the best iterate as not solved.
         retrying: called before fallback settings or changes of the task are tried, with these and the plan that was not
             solved.
+        starting: called with the number of initial guesses, before the first of them.
         started: called with the seed and the plan of every one of several starts when it is there.
         station: called with what is done next.
         counted: called with the steps of the station that are done, and of how many, None if that is not known.
@@ -82,10 +84,12 @@ def plan(
     deadline, reached, shared = Deadline(task.solver.time_limit), station or _unseen, SharedStop(stop)
     stop, least = None if stop is None else shared.here, LeastCost()
 
-    promised = not task.goal.soft
+    promised, guessed = not task.goal.soft, with_own_starts(task)
+    if starting:
+        starting(starts_of(guessed))
     attempted = partial(attempt, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
     attempts = attempt_seeds(
-        with_own_starts(task),
+        guessed,
         partial(attempted, least=least),
         partial(attempt, stop=shared.elsewhere, least=least),
         deadline=deadline,

@@ -59,13 +59,11 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
     with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
         with progress:
             from fesd_robot.cli.summary import summary
-            from fesd_robot.guessed_sequence import with_own_starts
             from fesd_robot.plans import check_output_folder
-            from fesd_robot.strategies.multistart import starts_of
 
             task, folder = load()
             check_output_folder(folder)
-            progress.expect(task.solver.time_limit, starts_of(with_own_starts(task)))
+            progress.limit(task.solver.time_limit)
             result = _solve(task, progress, interrupts)
             written = _write(result, task, folder, progress, interrupts)
         if not quiet:
@@ -93,6 +91,7 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
         progress=progress.nlp,
         stop=stop,
         retrying=progress.retry,
+        starting=progress.starts,
         started=progress.start,
         station=progress.station,
         counted=progress.counted,

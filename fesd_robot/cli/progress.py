@@ -114,9 +114,13 @@ class Progress:
         self._cost: float | None = None
         self._stopping = False
 
-    def expect(self, time_limit: float | None, starts: int) -> None:
-        """Take note of how many seconds all may take, None for no limit, and of how many initial guesses there are."""
-        self._time_limit, self._starts = time_limit, starts
+    def limit(self, seconds: float | None) -> None:
+        """Take note of how many seconds all may take, None for no limit."""
+        self._time_limit = seconds
+
+    def starts(self, count: int) -> None:
+        """Take note of how many initial guesses there are."""
+        self._starts = count
 
     def station(self, station: Station) -> None:
         """Show what is done from now on."""

@@ -125,14 +125,13 @@ class _Starts:
             yield seed, one
 
     def _in_turn(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
-        yield from self._here(self.task, seeds)
+        yield from self._here(seeds)
         further = self._further
         if further is not None and self._undecided:
-            yield from self._here(self.task, [further])
+            yield from self._here([further])
 
     def _beside(self, seeds: range, cores: int, beside: int) -> Iterator[tuple[int, AttemptedPlan]]:
         shared, further = SharedCores(cores), self._further
-        own = with_overrides(self.task, {"solver.processes": cores - beside * (cores // (beside + 1))})
         pool = ForkedPool(
             beside + (further is not None), partial(self._elsewhere, shared), partial(share_cores, shared)
         )
@@ -142,11 +141,12 @@ class _Starts:
             if spare:
                 for job in jobs:
                     job.add_done_callback(spare.begin)
+            share_cores(shared)
             with shared.working():
-                yield from self._here(own, seeds[:1])
+                yield from self._here(seeds[:1])
                 for job, seed in reversed(jobs.items()):
                     if job.cancel() and not self._ended:
-                        yield from self._here(own, [seed])
+                        yield from self._here([seed])
             last = spare.begin() if spare else None
             yield from self._awaited({job: seed for job, seed in jobs.items() if not job.cancelled()})
             if last and further is not None and self._undecided:
@@ -154,6 +154,7 @@ class _Starts:
         except BrokenProcessPool:
             logger.warning("a process that planned from another initial guess was ended; its plan is left out")
         finally:
+            share_cores(None)
             if spare:
                 spare.close()
             pool.end()
@@ -178,24 +179,24 @@ class _Starts:
     def _undecided(self) -> bool:
         return not self._ended and _disagree(list(self.made.values()))
 
-    def _here(self, task: Task, seeds: Sequence[int]) -> Iterator[tuple[int, AttemptedPlan]]:
+    def _here(self, seeds: Sequence[int]) -> Iterator[tuple[int, AttemptedPlan]]:
         for number, seed in enumerate(seeds):
             if number and self._ended:
                 return
-            if one := self._attempted(task, seed, self.attempt):
+            if one := self._attempted(seed, self.attempt):
                 yield seed, one
 
     def _elsewhere(self, shared: SharedCores, seed: int) -> AttemptedPlan | None:
         with shared.working():
-            return self._attempted(self.task, seed, self.quietly)
+            return self._attempted(seed, self.quietly)
 
-    def _attempted(self, task: Task, seed: int, attempt: Attempt) -> AttemptedPlan | None:
+    def _attempted(self, seed: int, attempt: Attempt) -> AttemptedPlan | None:
         """Return the attempt from a seed, in the time that is left; none of a further start that leads nowhere."""
         begin = time.perf_counter()
         changes: Overrides = {"solver.seed": seed}
         if seed == self._coarse:
             changes["solver.coarse_to_fine"] = True
-        changed = with_overrides(task, {**changes, **time_left(self.deadline)})
+        changed = with_overrides(self.task, {**changes, **time_left(self.deadline)})
         try:
             plan = attempt(changed, strictly=seed == self._further)
         except NoCoarserMotion as nowhere:

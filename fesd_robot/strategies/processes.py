@@ -40,8 +40,8 @@ def free_cores() -> int:
 _shared: SharedCores | None = None
 
 
-def share_cores(cores: SharedCores) -> None:
-    """Say which cores this process, which was started to work beside others, divides with them."""
+def share_cores(cores: SharedCores | None) -> None:
+    """Say which cores this process divides with others that work beside it; none once they do no more."""
     global _shared
     _shared = cores
 
@@ -49,10 +49,12 @@ def share_cores(cores: SharedCores) -> None:
 def processes_of(task: Task) -> int:
     """Return how many processes may work on a task at once: those it asks for, by default one a free core.
 
-    A process that was itself started to work beside others has its share of their cores, by default one.
+    A process that works beside others has its share of their cores; one that was started to, and divides none, has one.
     """
+    if _shared:
+        return _shared.share
     if multiprocessing.parent_process() is not None:
-        return _shared.share if _shared else 1
+        return 1
     return task.solver.processes or free_cores()
 
 

@@ -49,7 +49,8 @@ ROW = ["1e-03", "5e-01", "converged", "57", "12.5", "3.0e-04", "2.0e-09", "4.2"]
 def test_plain_progress_says_what_is_done(capsys: pytest.CaptureFixture[str]) -> None:
     """A line for every station, and after `SILENCE` seconds one that counts; rows of NLPs only if asked for."""
     with PlainProgress() as progress:
-        progress.expect(60.0, 2)
+        progress.limit(60.0)
+        progress.starts(2)
         progress.station(Station.SEARCHING)
         progress.station(Station.SEARCHING)
         progress.counted(0, 12)
@@ -78,7 +79,8 @@ def test_the_table_has_a_row_for_every_nlp(capsys: pytest.CaptureFixture[str]) -
 def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
     """80 columns are enough for every station after hours, with many iterations, a cost and a time limit."""
     progress = Progress()
-    progress.expect(9999.0, 10)
+    progress.limit(9999.0)
+    progress.starts(10)
     progress.nlp(Report(sigma=0.0, residuals=Residuals(objective=-1.23456789e-11)))  # type: ignore[arg-type]
     progress._iterations = 99999
     progress._begin -= 999
@@ -91,7 +93,7 @@ def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
     """Starts count to their number; what follows them is an attempt, after the starts."""
     progress = Progress()
-    progress.expect(None, 2)
+    progress.starts(2)
     progress.station(Station.BUILDING)
     assert "start 1 of 2, building" in progress.line()
     progress.start(0, short_plan)

@@ -21,6 +21,7 @@ from fesd_robot.plans.report import report
 from fesd_robot.strategies import multistart
 from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.multistart import starts_of
+from fesd_robot.strategies.processes import processes_of
 from fesd_robot.strategies.stations import Station
 from fesd_robot.task import Task
 
@@ -147,11 +148,30 @@ def test_a_third_start_begins_on_a_free_core(
 ) -> None:
     """Where one of two starts beside each other has ended, it is begun before the other has, whichever that is."""
     begun: dict[int, float] = {}
+    announced: list[int] = []
     monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
     monkeypatch.setattr(planner, "attempt", Costs(short_plan, (1.0, 0.9, 0.5), seconds))
     task = load_short("horizon.intervals=8", "solver.processes=2")
-    plan(task, started=lambda seed, result: begun.update({seed: float(result.name)}))
-    assert begun[2] < begun[seconds.index(1.0)] + 1.0
+    plan(task, starting=announced.append, started=lambda seed, result: begun.update({seed: float(result.name)}))
+    assert begun[2] < begun[seconds.index(1.0)] + 1.0 and announced == [2]
+
+
+@pytest.mark.parametrize(("processes", "share"), [(1, 1), (2, 1), (4, 2)])
+def test_starts_divide_the_cores(
+    short_plan: Plan, load_short: Load, monkeypatch: Patch, processes: int, share: int
+) -> None:
+    """While another start works beside it a start has its share of the task's cores, and all of them afterwards."""
+    shares: list[int] = []
+
+    def attempt(task: Task, **_: object) -> Plan:
+        time.sleep(1.0 if multiprocessing.parent_process() else 0.3)  # the other has begun by then, and has not ended
+        shares.append(processes_of(task))
+        return short_plan
+
+    monkeypatch.setattr(planner, "attempt", attempt)
+    task = load_short("solver.starts=2", f"solver.processes={processes}")
+    plan(task)
+    assert shares[0] == share and processes_of(task) == processes
 
 
 def test_no_third_start_begins_after_the_time_limit(
