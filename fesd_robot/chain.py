@@ -23,7 +23,7 @@ from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.deadline import Deadline
-from fesd_robot.strategies.processes import processes_of
+from fesd_robot.strategies.processes import cores_for
 from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.shared import LeastCost
 from fesd_robot.strategies.stations import Counted, Reached, Station
@@ -97,7 +97,7 @@ class Chain:
                 self.deadline,
                 Listeners(self.report, self.counted, self.progress),
                 stop,
-                processes_of(task),
+                cores_for(task),
                 depth=min(depth, first.depth),
             )
         else:

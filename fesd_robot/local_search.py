@@ -19,6 +19,7 @@ from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.lookahead import Lookahead
+from fesd_robot.strategies.shared import Cores
 from fesd_robot.strategies.stations import Counted
 
 GAIN = 1e-3
@@ -78,7 +79,7 @@ def searched(
     deadline: Deadline,
     listeners: Listeners,
     stop: Stop | None,
-    processes: int = 1,
+    cores: Cores,
     *,
     depth: Depth = Depth.DETOURS,
 ) -> Iterator[SolvedMotion]:
@@ -98,13 +99,13 @@ def searched(
         deadline: of the task.
         listeners: who is told.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the search.
-        processes: how many try neighbours at once; the result does not depend on it.
+        cores: on which neighbours are tried at once; the result does not depend on them.
         depth: how far the search goes on where no quick trial of a neighbour is cheaper.
     """
     if not solved.solution.exact:
         yield solved
         return
-    yield from _Search(solved, options, deadline, listeners, stop, processes, depth).run()
+    yield from _Search(solved, options, deadline, listeners, stop, cores, depth).run()
 
 
 class _Untried(NamedTuple):
@@ -147,7 +148,7 @@ class _Search:
         deadline: Deadline,
         listeners: Listeners,
         stop: Stop | None,
-        processes: int,
+        cores: Cores,
         depth: Depth,
     ) -> None:
         self._begin, self._depth = time.perf_counter(), depth
@@ -161,7 +162,7 @@ class _Search:
         self._trials, self._least = 0, solved.cost
         self._moves: list[str] = []
         self._rejected: list[tuple[Move, PolishingReport]] = []
-        self._ahead = Lookahead(self._outcome, processes, stop, self._alone)
+        self._ahead = Lookahead(self._outcome, cores, stop, self._alone)
 
     def run(self) -> Iterator[SolvedMotion]:
         """Search until no neighbour is cheaper; yield the best motion, ever earlier ones on the way, and the first.

@@ -13,12 +13,13 @@ from typing import Any, Generic, TypeVar
 
 from fesd_robot.strategies.attempts import Stop, stop_requested
 from fesd_robot.strategies.processes import ForkedPool
+from fesd_robot.strategies.shared import Cores
 
 _POLL = 0.2
 """s between two looks at whether to stop."""
 
 _AHEAD = 1
-"""How many more arguments than there are processes wait for one."""
+"""How many more arguments than there are processes wait for one, where all cores are ours."""
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -29,36 +30,36 @@ logger = logging.getLogger(__name__)
 class Lookahead(Generic[Argument, Result]):
     """Results of a function in the order of its arguments, whatever the number of processes.
 
-    With several processes those are forked when the first results are asked for: they know what the function refers to
-    then, and it has to depend on nothing that changes later. Arguments and results are pickled. Only Linux can fork a
-    process safely; elsewhere everything is computed in this process.
+    There are as many of these as there are cores for them, which may change from one argument to the next; with one,
+    results are computed in this process. They are forked when several may work for the first time: they know what the
+    function refers to then, and it has to depend on nothing that changes later. Arguments and results are pickled. Only
+    Linux can fork a process safely; elsewhere everything is computed in this process.
 
     Args:
         function: argument -> result.
-        processes: how many; with one, everything is computed in this process.
+        cores: how many processes may work.
         stop: asked while results are waited for; True ends them.
         alone: called once in every other process, where nobody looks and nothing stops.
     """
 
     def __init__(
-        self, function: Callable[[Argument], Result], processes: int, stop: Stop | None, alone: Callable[[], None]
+        self, function: Callable[[Argument], Result], cores: Cores, stop: Stop | None, alone: Callable[[], None]
     ) -> None:
         self._function, self._stop, self._alone = function, stop, alone
-        self._processes = processes if sys.platform == "linux" else 1
+        self._cores = cores if sys.platform == "linux" else Cores(1)
         self._pool: ForkedPool | None = None
 
     def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:
         """Yield the results, in the order of the arguments; those that are not asked for are computed in vain."""
         done = 0
         try:
-            for result in self._elsewhere(arguments) if self._processes > 1 else ():
+            for result in self._computed(arguments):
                 yield result
                 done += 1
         except BrokenProcessPool:
             logger.warning("a process that tried neighbours of the motion was ended; the search goes on in one process")
             self.close()
-            self._processes = 1
-        if self._processes == 1:
+            self._cores = Cores(1)
             yield from map(self._function, arguments[done:])
 
     def close(self) -> None:
@@ -67,14 +68,18 @@ class Lookahead(Generic[Argument, Result]):
             self._pool.end()
         self._pool = None
 
-    def _elsewhere(self, arguments: Sequence[Argument]) -> Iterator[Result]:
-        self._pool = self._pool or ForkedPool(self._processes, self._function, self._alone)
-        running, begun = deque[Future[Result]](), 0
+    def _computed(self, arguments: Sequence[Argument]) -> Iterator[Result]:
+        running, waiting = deque[Future[Result]](), deque(arguments)
         try:
-            while running or begun < len(arguments):
-                while begun < len(arguments) and len(running) < self._processes + _AHEAD:
-                    running.append(self._pool.submit(arguments[begun]))
-                    begun += 1
+            while running or waiting:
+                share = self._cores.share
+                if share == 1 and not running:
+                    yield self._function(waiting.popleft())
+                    continue
+                self._pool = self._pool or ForkedPool(self._cores.most, self._function, self._alone)
+                most = share + _AHEAD if share == self._cores.most else share
+                while waiting and len(running) < most:
+                    running.append(self._pool.submit(waiting.popleft()))
                 while not running[0].done():
                     if stop_requested(self._stop):
                         return

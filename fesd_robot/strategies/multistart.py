@@ -16,7 +16,7 @@ from fesd_robot.plans.plan import Plan
 from fesd_robot.strategies.attempts import AttemptedPlan, NoCoarserMotion, Stop, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
-from fesd_robot.strategies.processes import ForkedPool, processes_of, share_cores
+from fesd_robot.strategies.processes import ForkedPool, cores_for, share_cores
 from fesd_robot.strategies.shared import SharedCores
 from fesd_robot.task import Task
 from fesd_robot.task.consistency import coarser_intervals
@@ -118,7 +118,7 @@ class _Starts:
 
     def run(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
         """Yield seeds and their attempts, as they come, and the further one if these disagree."""
-        cores = processes_of(self.task)
+        cores = cores_for(self.task).most
         beside = min(len(seeds), cores) - 1 if sys.platform == "linux" else 0
         for seed, one in self._beside(seeds, cores, beside) if beside else self._in_turn(seeds):
             self.made[seed] = one

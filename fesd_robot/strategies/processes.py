@@ -16,7 +16,7 @@ from typing import Any
 
 import psutil
 
-from fesd_robot.strategies.shared import SharedCores
+from fesd_robot.strategies.shared import Cores, SharedCores
 from fesd_robot.task import Task
 
 _GLANCE = 0.2
@@ -46,16 +46,16 @@ def share_cores(cores: SharedCores | None) -> None:
     _shared = cores
 
 
-def processes_of(task: Task) -> int:
-    """Return how many processes may work on a task at once: those it asks for, by default one a free core.
+def cores_for(task: Task) -> Cores:
+    """Return the cores on which a task may be planned: as many as it asks for, by default those that are free.
 
-    A process that works beside others has its share of their cores; one that was started to, and divides none, has one.
+    A process that works beside others divides theirs; one that was started to, and divides none, has one.
     """
     if _shared:
-        return _shared.share
+        return _shared
     if multiprocessing.parent_process() is not None:
-        return 1
-    return task.solver.processes or free_cores()
+        return Cores(1)
+    return Cores(task.solver.processes or free_cores())
 
 
 class ForkedPool:

@@ -58,15 +58,32 @@ class LeastCost:
         return cost - least > DEARER * abs(least) if math.isfinite(least) else False
 
 
-class SharedCores:
+class Cores:
+    """Cores that one process has for itself.
+
+    Args:
+        most: how many.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+
+    @property
+    def share(self) -> int:
+        """How many processes may work just now, at least one."""
+        return self.most
+
+
+class SharedCores(Cores):
     """Cores that processes which are forked later divide evenly among those of them that work just then.
 
     Args:
-        cores: how many.
+        most: how many.
     """
 
-    def __init__(self, cores: int) -> None:
-        self._cores, self._working = cores, multiprocessing.Value("i", 0)
+    def __init__(self, most: int) -> None:
+        super().__init__(most)
+        self._working = multiprocessing.Value("i", 0)
 
     @contextlib.contextmanager
     def working(self) -> Iterator[None]:
@@ -79,8 +96,8 @@ class SharedCores:
 
     @property
     def share(self) -> int:
-        """How many processes one that works may have, at least one."""
-        return max(1, self._cores // max(1, self._working.value))
+        """How many processes one that works may have just now, at least one."""
+        return max(1, self.most // max(1, self._working.value))
 
     def _count(self, change: int) -> None:
         with self._working.get_lock():

@@ -12,7 +12,8 @@ import pytest
 
 from fesd_robot.strategies import processes as cores
 from fesd_robot.strategies.lookahead import Lookahead
-from fesd_robot.strategies.processes import free_cores, processes_of
+from fesd_robot.strategies.processes import cores_for, free_cores
+from fesd_robot.strategies.shared import Cores, SharedCores
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
@@ -38,7 +39,7 @@ class Squares:
 
 def ahead(count: int, stop: bool = False) -> Lookahead[int, tuple[int, int]]:
     squares = Squares()
-    return Lookahead(squares, count, (lambda *_: stop), squares.alone)
+    return Lookahead(squares, Cores(count), (lambda *_: stop), squares.alone)
 
 
 @on_linux
@@ -73,6 +74,24 @@ def test_a_stop_ends_the_results() -> None:
 
 
 @on_linux
+def test_cores_that_others_leave_are_used() -> None:
+    """While another works on one of two cores results come from this process, afterwards from two others, and back."""
+    squares, cores = Squares(), SharedCores(2)
+    several = Lookahead(squares, cores, None, squares.alone)
+    with cores.working():
+        results = several.results(list(range(12)))
+        with cores.working():
+            busy = [next(results) for _ in range(3)]
+        free = [next(results) for _ in range(4)]
+        with cores.working():
+            rest = list(results)
+    several.close()
+    assert [square for square, _ in busy + free + rest] == [number**2 for number in range(12)]
+    assert {process for _, process in busy} == {0} and len({process for _, process in free} - {0}) == 2
+    assert [process for _, process in rest[-2:]] == [0, 0]
+
+
+@on_linux
 def test_a_lost_process_is_replaced_by_this_one(caplog: pytest.LogCaptureFixture) -> None:
     """Where a process dies, as by the kernel when memory is short, a warning says so and this process goes on."""
     squares = Squares()
@@ -83,7 +102,7 @@ def test_a_lost_process_is_replaced_by_this_one(caplog: pytest.LogCaptureFixture
             os._exit(1)
         return squares(number)[0]
 
-    several = Lookahead(fragile, 2, None, squares.alone)
+    several = Lookahead(fragile, Cores(2), None, squares.alone)
     assert list(several.results([0, 1, 2, 3])) == [0, 1, 4, 9]
     assert "was ended; the search goes on in one process" in caplog.text
     assert list(several.results([5])) == [25]
@@ -93,10 +112,10 @@ def test_processes_of_others_have_one_core() -> None:
     """A process that was started beside others has no further ones, even if its task asks for some; this one may."""
     assert 1 <= free_cores() <= (os.cpu_count() or 1)
     task = load_task(TASK, ["solver.processes=3"])
-    assert processes_of(task) == 3 and processes_of(load_task(TASK)) <= (os.cpu_count() or 1)
+    assert cores_for(task).share == 3 and cores_for(load_task(TASK)).share <= (os.cpu_count() or 1)
     with multiprocessing.get_context("spawn").Pool(1) as pool:
-        assert pool.apply(processes_of, (load_task(TASK),)) == 1
-        assert pool.apply(processes_of, (task,)) == 1
+        assert pool.apply(cores_for, (load_task(TASK),)).share == 1
+        assert pool.apply(cores_for, (task,)).share == 1
 
 
 def test_busy_cores_are_not_free(monkeypatch: pytest.MonkeyPatch) -> None:

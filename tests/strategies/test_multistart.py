@@ -21,7 +21,7 @@ from fesd_robot.plans.report import report
 from fesd_robot.strategies import multistart
 from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.multistart import starts_of
-from fesd_robot.strategies.processes import processes_of
+from fesd_robot.strategies.processes import cores_for
 from fesd_robot.strategies.stations import Station
 from fesd_robot.task import Task
 
@@ -165,13 +165,13 @@ def test_starts_divide_the_cores(
 
     def attempt(task: Task, **_: object) -> Plan:
         time.sleep(1.0 if multiprocessing.parent_process() else 0.3)  # the other has begun by then, and has not ended
-        shares.append(processes_of(task))
+        shares.append(cores_for(task).share)
         return short_plan
 
     monkeypatch.setattr(planner, "attempt", attempt)
     task = load_short("solver.starts=2", f"solver.processes={processes}")
     plan(task)
-    assert shares[0] == share and processes_of(task) == processes
+    assert shares[0] == share and cores_for(task).share == processes
 
 
 def test_no_third_start_begins_after_the_time_limit(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fesd_robot.strategies.processes import ForkedPool, processes_of, share_cores
+from fesd_robot.strategies.processes import ForkedPool, cores_for, share_cores
 from fesd_robot.strategies.shared import SharedCores
 from fesd_robot.task import load_task
 
@@ -63,7 +63,7 @@ def test_those_that_work_divide_the_cores() -> None:
 def cores_of(cores: SharedCores) -> int:
     """Return the share of one more that works."""
     with cores.working():
-        return processes_of(load_task(TASK))
+        return cores_for(load_task(TASK)).share
 
 
 def test_values_come_from_the_function() -> None:
