@@ -86,7 +86,11 @@ class BranchTranscription:
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """Return the bounds on variables and rows of `problem` that keep the active factors of a branch at zero."""
-        return BoundsBuilder(self).bounds(branch)
+        return self._builder.bounds(branch)
+
+    @cached_property
+    def _builder(self) -> BoundsBuilder:
+        return BoundsBuilder(self)
 
     def equally_long(self, branch: Branch) -> list[int]:
         """Return the elements whose successor in their interval has a length and the same mode, and so the same length.
