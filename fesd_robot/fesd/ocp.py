@@ -30,7 +30,7 @@ class RelaxedCost(NamedTuple):
     if_exploited: Callable[[ca.SX], ca.SX]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OptimalControlProblem:
     """min integral of the running cost + terminal cost over trajectories of a complementarity system.
 

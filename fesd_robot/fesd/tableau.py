@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ TOLERANCE = 1e-11
 """Up to this defect a condition of a tableau holds."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tableau:
     """A Runge-Kutta scheme: ``X_j = X_0 + h sum_r a_jr K_r``, ``X(1) = X_0 + h sum_r b_r K_r``, ``K_j = f(X_j)``.
 
@@ -168,6 +168,7 @@ class Tableau:
         return lagrange(self.nodes, np.asarray(fraction, dtype=float)) @ values
 
 
+@cache
 def make_tableau(scheme: Scheme, stages: int | None = None) -> Tableau:
     """Return the tableau of a scheme.
 

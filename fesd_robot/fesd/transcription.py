@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -23,6 +23,10 @@ from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.trajectory import Element, interval_elements
 from fesd_robot.mpcc import Block, Mpcc
+
+REMEMBERED = 8
+"""Problems, and equations of intervals, that are kept for when they are needed again: search and refinement return to
+the same numbers of elements."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +60,10 @@ class Transcription:
     @cached_property
     def intervals(self) -> dict[int, Interval]:
         """The equations of an interval by number of elements."""
-        counts, within = sorted(set(self.elements)), not self.apart
-        return {count: build_interval(self.ocp, self.options, count, within=within) for count in counts}
+        return {
+            count: _shared_interval(self.ocp, replace(self.options, elements=count), not self.apart)
+            for count in sorted(set(self.elements))
+        }
 
     @cached_property
     def apart(self) -> bool:
@@ -76,7 +82,10 @@ class Transcription:
 
     @cached_property
     def problem(self) -> Mpcc:
-        """The MPCC."""
+        """The MPCC; equal transcriptions share one."""
+        return _shared_problem(self)
+
+    def _problem(self) -> Mpcc:
         lower, upper, start = self.bounds_and_start()
         blocks = [self._initial_block()]
         for count, interval in self.intervals.items():
@@ -299,3 +308,14 @@ class Transcription:
             for name, cost in constraint_costs(constraint, block, w).items():
                 totals[name] = totals.get(name, 0.0) + cost
         return totals
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _shared_problem(transcription: Transcription) -> Mpcc:
+    return transcription._problem()
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _shared_interval(ocp: OptimalControlProblem, options: FesdOptions, within: bool) -> Interval:
+    assert isinstance(options.elements, int)
+    return build_interval(ocp, options, options.elements, within=within)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -38,6 +39,9 @@ CONTINUED = continued_at(1e-9, 1e-9)
 
 POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-12
 """Of IPOPT, for its scaled optimality and for the constraints."""
+
+REMEMBERED = 4
+"""Branch NLPs that are kept for when they are needed again: search and refinement return to the same elements."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,10 @@ class Window:
 
 class Polisher(Protocol):
     """A polisher: it names the branches of its problem on which a point may lie."""
+
+    def __hash__(self) -> int:
+        """Equal polishers share their branch NLP."""
+        ...
 
     @property
     def problem(self) -> Mpcc:
@@ -162,9 +170,9 @@ class BranchNlp:
 
     @classmethod
     def of(cls, polisher: Polisher, compiled: Compile, *, few_evaluations: bool = False) -> BranchNlp:
-        """Return the branch NLP with derivatives, see `assemble`; they are made once for all branches."""
-        scholtes = relaxation_named("scholtes")
-        return cls(polisher, assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations))
+        """Return the branch NLP with derivatives, see `assemble`; they are made once for all branches, and shared by
+        equal polishers."""
+        return _branch_nlp(polisher, compiled, few_evaluations)
 
     def window(self, free: np.ndarray) -> Window:
         """Return the part of the problem in which only some variables may move.
@@ -298,3 +306,9 @@ class BranchNlp:
         )
         limits.report(end)
         return end, result.point
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _branch_nlp(polisher: Polisher, compiled: Compile, few_evaluations: bool) -> BranchNlp:
+    scholtes = relaxation_named("scholtes")
+    return BranchNlp(polisher, assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations))

@@ -148,7 +148,7 @@ class Residuals:
     worst_pair: Label | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mpcc:
     """min f(w) s.t. lower <= w <= upper, g_lower <= g(w) <= g_upper, 0 <= G(w) complementary to H(w) >= 0.
 
