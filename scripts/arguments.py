@@ -1,9 +1,10 @@
-"""The arguments that scripts share which plan many tasks and write a page."""
+"""What scripts share which plan many tasks and write a page: their arguments, and the rows of the page so far."""
 
 from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -22,3 +23,16 @@ def task_parser(description: str, page: Path) -> argparse.ArgumentParser:
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--page", type=Path, default=page)
     return parser
+
+
+def earlier_rows(page: Path, header: Sequence[str]) -> dict[str, list[str]]:
+    """Return the rows of a page that was written before, by task.
+
+    Args:
+        page: with one table of these columns, if it is there.
+        header: the first column is the task.
+    """
+    if not page.exists():
+        return {}
+    lines = [line.strip("| \n").split(" | ") for line in page.read_text(encoding="utf-8").splitlines()]
+    return {cells[0]: cells for cells in lines if len(cells) == len(header) and cells[0] not in (header[0], "---")}

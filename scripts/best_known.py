@@ -26,7 +26,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
-from arguments import ROOT, task_parser
+from arguments import ROOT, earlier_rows, task_parser
 
 from fesd_robot import load_task, plan, read_plan, write_plan
 from fesd_robot.adapters import homotopy_options
@@ -152,18 +152,10 @@ def row(
     return [name, *numbers, f"{default[1]:.0f}", f"{seconds:.0f}"], above
 
 
-def earlier_rows(page: Path) -> dict[str, list[str]]:
-    """Return the rows of a page that was written before, by task."""
-    if not page.exists():
-        return {}
-    lines = [line.strip("| \n").split(" | ") for line in page.read_text(encoding="utf-8").splitlines()]
-    return {cells[0]: cells for cells in lines if len(cells) == len(HEADER) and cells[0] not in ("task", "---")}
-
-
 def main() -> int:
     """Plan every task from every start and write the table."""
     arguments = task_parser(__doc__, PAGE).parse_args()
-    rows, far = earlier_rows(arguments.page), []
+    rows, far = earlier_rows(arguments.page, HEADER), []
     with ProcessPoolExecutor(arguments.processes) as pool:
         jobs = {name: [pool.submit(planned, name, one) for one in (None, *STARTS)] for name in arguments.tasks}
         walks = {name: pool.submit(annealed, name, own[0].result()[0]) for name, own in jobs.items()}
