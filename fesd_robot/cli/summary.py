@@ -73,9 +73,9 @@ def _attempts(plan: Plan) -> list[str]:
     seconds, costs = sum(each.seconds for each in attempts), [each.objective for each in attempts if each.solved]
     if costs and plan.statistics.settings_tried == 1:
         spread = f", costs {min(costs):.6g} to {max(costs):.6g}" if len(costs) > 1 else ""
-        return [
-            f"{len(costs)} of {len(attempts)} starts solved in {seconds:.0f} s{spread}: kept is that with {settings}"
-        ]
+        dearer = sum(each.given_up for each in attempts)
+        solved = f"{len(costs)} of {len(attempts)} starts solved" + f", {dearer} given up as dearer," * (dearer > 0)
+        return [f"{solved} in {seconds:.0f} s{spread}: kept is that with {settings}"]
     outcome = f"solved with {settings}" if kept.solved else f"none solved, kept is that with {settings}"
     return [f"{len(attempts)} attempts in {seconds:.0f} s: {outcome}"]
 

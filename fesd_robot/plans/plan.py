@@ -104,6 +104,7 @@ class Status(Record):
         unresolved: pairs of which neither side is small enough to count as zero for the two answers above.
         audit_passed: every entry of `Audit.violations` is empty.
         near_miss: all that is missing is that entries of the audit are beyond their limits by a few per cent.
+        given_up: it was not gone on with, because another start's motion costs less.
         message: one sentence for the reader.
     """
 
@@ -120,6 +121,7 @@ class Status(Record):
     unresolved: int = 0
     audit_passed: bool
     near_miss: bool = False
+    given_up: bool = False
     message: str
 
 
@@ -151,6 +153,7 @@ class Attempt(Record):
         changes: ``section.key`` of the task -> value, of everything that was changed for it.
         kept: whether the plan is that of this attempt; False for all of them in plans that do not say it.
         solved, objective, iterations, seconds, message: what came of it, s with the time to build it.
+        given_up: it was not gone on with, because another start's motion costs less.
     """
 
     changes: dict[str, Any]
@@ -160,6 +163,7 @@ class Attempt(Record):
     iterations: int
     seconds: float
     message: str
+    given_up: bool = False
 
 
 class Refinement(Record):

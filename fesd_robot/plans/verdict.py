@@ -111,7 +111,7 @@ def given_up(status: Status, cost: float, least: float) -> Status:
     if status.solved or status.nlp != NlpStatus.CONVERGED:
         return status
     message = f"Not solved: given up at a cost of {cost:.6g}, because another start's motion costs {least:.6g}."
-    return status.model_copy(update={"message": message})
+    return status.model_copy(update={"given_up": True, "message": message})
 
 
 def _worst_finding(audit: Audit) -> Finding | None:

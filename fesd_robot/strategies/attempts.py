@@ -84,4 +84,5 @@ def _listed(attempt: AttemptedPlan, kept: bool) -> Attempt:
         iterations=plan.statistics.iterations,
         seconds=attempt.seconds,
         message=plan.status.message,
+        given_up=plan.status.given_up,
     )

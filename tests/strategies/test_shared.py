@@ -52,7 +52,7 @@ def test_a_motion_that_is_much_dearer_is_neither_refined_nor_certified(load_shor
     refinement = given_up.statistics.refinement
     assert refinement and refinement.rounds == 0
     assert Station.REFINING not in stations and Station.CERTIFYING not in stations
-    assert not given_up.status.solved and given_up.status.b_stationary == "unknown"
+    assert given_up.status.given_up and not given_up.status.solved and given_up.status.b_stationary == "unknown"
     assert "given up at a cost of" in given_up.status.message and f"{least.value:.6g}" in given_up.status.message
     assert least.value < cost
 
