@@ -31,7 +31,7 @@ class Lookahead(Generic[Argument, Result]):
     """Results of a function in the order of its arguments, whatever the number of processes.
 
     There are as many of these as there are cores for them, which may change from one argument to the next; with one,
-    results are computed in this process. They are forked when several may work for the first time: they know what the
+    results are computed in this process. They are forked when so many may work for the first time: they know what the
     function refers to then, and it has to depend on nothing that changes later. Arguments and results are pickled. Only
     Linux can fork a process safely; elsewhere everything is computed in this process.
 
@@ -48,6 +48,7 @@ class Lookahead(Generic[Argument, Result]):
         self._function, self._stop, self._alone = function, stop, alone
         self._cores = cores if sys.platform == "linux" else Cores(1)
         self._pool: ForkedPool | None = None
+        self._workers = 1
 
     def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:
         """Yield the results, in the order of the arguments; those that are not asked for are computed in vain."""
@@ -66,7 +67,7 @@ class Lookahead(Generic[Argument, Result]):
         """End the processes."""
         if self._pool:
             self._pool.end()
-        self._pool = None
+        self._pool, self._workers = None, 1
 
     def _computed(self, arguments: Sequence[Argument]) -> Iterator[Result]:
         running, waiting = deque[Future[Result]](), deque(arguments)
@@ -76,10 +77,11 @@ class Lookahead(Generic[Argument, Result]):
                 if share == 1 and not running:
                     yield self._function(waiting.popleft())
                     continue
-                self._pool = self._pool or ForkedPool(self._cores.most, self._function, self._alone)
-                most = share + _AHEAD if share == self._cores.most else share
-                while waiting and len(running) < most:
-                    running.append(self._pool.submit(waiting.popleft()))
+                if share <= self._workers or not running:
+                    pool = self._with_workers(share)
+                    most = share + _AHEAD if share == self._workers else share
+                    while waiting and len(running) < most:
+                        running.append(pool.submit(waiting.popleft()))
                 while not running[0].done():
                     if stop_requested(self._stop):
                         return
@@ -88,6 +90,13 @@ class Lookahead(Generic[Argument, Result]):
         finally:
             for future in running:
                 future.cancel()
+
+    def _with_workers(self, count: int) -> ForkedPool:
+        """Return the pool, one of at least so many processes; a smaller one has to be idle."""
+        if self._pool is None or self._workers < count:
+            self.close()
+            self._pool, self._workers = ForkedPool(count, self._function, self._alone), count
+        return self._pool
 
 
 def _wait(future: Future[Any]) -> None:

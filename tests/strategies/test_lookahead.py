@@ -75,20 +75,24 @@ def test_a_stop_ends_the_results() -> None:
 
 @on_linux
 def test_cores_that_others_leave_are_used() -> None:
-    """While another works on one of two cores results come from this process, afterwards from two others, and back."""
-    squares, cores = Squares(), SharedCores(2)
+    """Of four cores one is used beside three others that work, in this process; beside one two are, alone all four."""
+    squares, cores = Squares(), SharedCores(4)
     several = Lookahead(squares, cores, None, squares.alone)
+    numbers = [number % 2 for number in range(28)]
     with cores.working():
-        results = several.results(list(range(12)))
+        results = several.results(numbers)
         with cores.working():
-            busy = [next(results) for _ in range(3)]
-        free = [next(results) for _ in range(4)]
-        with cores.working():
+            with cores.working(), cores.working():
+                busy = [next(results) for _ in range(2)]
+            half = [next(results) for _ in range(6)]
+        alone = [next(results) for _ in range(10)]
+        with cores.working(), cores.working(), cores.working():
             rest = list(results)
     several.close()
-    assert [square for square, _ in busy + free + rest] == [number**2 for number in range(12)]
-    assert {process for _, process in busy} == {0} and len({process for _, process in free} - {0}) == 2
-    assert [process for _, process in rest[-2:]] == [0, 0]
+    assert [square for square, _ in busy + half + alone + rest] == numbers
+    assert {process for _, process in busy} == {0} and len({process for _, process in half}) == 2
+    assert len({process for _, process in alone}) >= 4 and 0 not in {process for _, process in alone}
+    assert rest[-1][1] == 0
 
 
 @on_linux
