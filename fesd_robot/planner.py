@@ -9,23 +9,24 @@ from fesd_robot.adapters import (
     assembled_plan,
     conflict_of,
     homotopy_options,
-    motion_outcome,
 )
 from fesd_robot.chain import Chain
 from fesd_robot.descent import descended
 from fesd_robot.fesd import Transcription
 from fesd_robot.guessed_sequence import with_own_starts
 from fesd_robot.known_sequence import finite_elements_of
-from fesd_robot.mpcc import NlpReport
+from fesd_robot.mpcc import Certificate, NlpReport
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan
 from fesd_robot.plans.assemble import controls_of
 from fesd_robot.plans.overlaps import overlaps_of_motion
+from fesd_robot.plans.plan import Status
 from fesd_robot.plans.replay_record import replay_summary
 from fesd_robot.plans.statistics import Effort, statistics_of
 from fesd_robot.plans.tables import settings_line
 from fesd_robot.plans.verdict import given_up, status_of
+from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import (
@@ -160,17 +161,13 @@ def attempt(
     motion, certificate = solved.motion, None
     beaten = chain.beaten(solved)
     if not beaten:
+        if least and solved.solution.solved and _status(solved, None, deadline).solved:
+            least.note(solved.cost)  # others that are dearer need not wait for the certificate
         solved, certificate = descended(solved, options, task, deadline, chain.report, stop, reached)
 
     transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
     problem, physics = transcription.problem, solved.physics
-    full_intervals = [] if solution.solved else solved.polisher.out_of_elements(w)
-    outcome = motion_outcome(motion, solved.physical, physics)
-    jumps = isinstance(task.reference, Jumps)
-    in_the_way = "" if solution.solved else conflict_of(motion, solved.polisher, w, deadline.left)
-    status = status_of(
-        solution, solved.audit, outcome, task.solver.tolerance, certificate, full_intervals, jumps, in_the_way
-    )
+    status = _status(solved, certificate, deadline)
     if least and beaten:
         status = given_up(status, solved.cost, least.value)
     if least and status.solved:
@@ -186,13 +183,28 @@ def attempt(
         controls_of(controls[: len(names)], names, motion.grid.duration(solved.physical.clock)),
         status=status,
         audit=solved.audit,
-        outcome=outcome,
+        outcome=solved.outcome,
         statistics=statistics,
     )
     summary = replay_summary(solved.replay, motion.robot.velocity_names)
     elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
     warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+def _status(solved: SolvedMotion, certificate: Certificate | None, deadline: Deadline) -> Status:
+    """Return the status of a motion, with its certificate if there is one."""
+    motion, solution, w, known = solved.motion, solved.solution, solved.solution.w, solved.solution.solved
+    return status_of(
+        solution,
+        solved.audit,
+        solved.outcome,
+        motion.task.solver.tolerance,
+        certificate,
+        [] if known else solved.polisher.out_of_elements(w),
+        isinstance(motion.task.reference, Jumps),
+        "" if known else conflict_of(motion, solved.polisher, w, deadline.left),
+    )
 
 
 def _further_settings(task: Task, attempts: Sequence[AttemptedPlan], stop: Stop | None) -> list[Overrides]:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fesd_robot.adapters import motion_audit, numeric_physics, physical_motion
+from fesd_robot.adapters import motion_audit, motion_outcome, numeric_physics, physical_motion
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -16,6 +16,7 @@ from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.mpcc import MpccSolution
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans.audit_record import Audit
+from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import LocalSearch, Refinement
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
@@ -90,6 +91,11 @@ class SolvedMotion:
     def audit(self) -> Audit:
         """What the audit says."""
         return motion_audit(self.motion, self.physical, self.physics, self.replay)
+
+    @cached_property
+    def outcome(self) -> Outcome:
+        """By how much it misses its task's goal, and what its contacts did."""
+        return motion_outcome(self.motion, self.physical, self.physics)
 
     @property
     def passes(self) -> bool:

@@ -71,6 +71,18 @@ def test_refinement_ends_once_another_start_is_much_cheaper(load_short: Load, sh
     assert "given up" in given_up.status.message
 
 
+def test_a_solved_motion_is_noted_before_its_certificate(load_short: Load, short_plan: Plan) -> None:
+    """Others know its cost when it is certified: a certificate may take a minute."""
+    least, known = LeastCost(), list[float]()
+
+    def station(reached: Station) -> None:
+        if reached is Station.CERTIFYING:
+            known.append(least.value)
+
+    attempt(load_short(), least=least, station=station)
+    assert known[0] == pytest.approx(short_plan.statistics.objective, rel=1e-6)
+
+
 @pytest.mark.parametrize("cheaper", [-0.2, 0.01])
 def test_a_motion_that_is_hardly_dearer_is_gone_on_with(load_short: Load, short_plan: Plan, cheaper: float) -> None:
     """It is the same motion as that of a start alone, and its cost is noted where it is the least."""
