@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -35,6 +35,7 @@ class Certificate:
             refuted.
         leaving: labels of the biactive pairs that it leaves.
         followed: number of branches on which the direction was followed without gain.
+        bound: lower bound on the slope over all branches; minus infinity if none was found in time.
     """
 
     kind: Literal["S", "M", "C", "W", "none"]
@@ -47,6 +48,7 @@ class Certificate:
     slope: float = 0.0
     leaving: tuple[Label, ...] = ()
     followed: int = 0
+    bound: float = -np.inf
 
 
 def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
@@ -83,5 +85,7 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
     # It begins with the same program, which has failed for want of time if none is left.
     b = b_stationary(problem, w, at=at, relaxed=relaxed, **activities, time_limit=time_limit if left else 0.0)
-    descent = (b.branch, b.direction, b.slope, b.leaving) if b.verdict == "refuted" else ()
-    return Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, *descent)
+    found = Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, bound=b.bound)
+    if b.verdict != "refuted":
+        return found
+    return replace(found, branch=b.branch, direction=b.direction, slope=b.slope, leaving=b.leaving)

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from math import isfinite
 
 from fesd_robot.mpcc import Certificate
 from fesd_robot.plans.conflict_words import interval_numbers
 
 
 def descent_words(certificate: Certificate | None) -> str:
-    """Return where the cost falls to first order and what following that came to; empty unless it is refuted.
+    """Return where the cost falls to first order and what following that came to, or by how much it falls at most.
+
+    Empty if it is certified, and where not even a bound was found.
 
     Args:
         certificate: of the motion that is kept.
     """
-    if certificate is None or certificate.b_stationary != "refuted":
+    if certificate is None or certificate.b_stationary == "certified":
         return ""
+    if certificate.b_stationary == "unknown":
+        falls = f"on no branch does the linearised cost fall by more than a slope of {certificate.bound:.1e}"
+        return falls if isfinite(certificate.bound) else ""
     places: dict[str, set[int]] = defaultdict(set)
     for label in certificate.leaving:
         if label.place.interval is not None:

@@ -99,7 +99,8 @@ class Status(Record):
         constraint_violation: max-norm of all equality, inequality and bound violations, recomputed.
         stationarity: ``S``, ``M``, ``C``, ``W`` or ``none`` of a solved problem, else ``unknown``.
         b_stationary: ``certified`` if no feasible direction descends to first order, ``refuted`` if one does.
-        b_stationary_reason: where a direction descends and what became of following it; empty unless it is refuted.
+        b_stationary_reason: where a direction descends and what became of following it if it is refuted; how far the
+            linearised cost falls at most if it is unknown and that was found; else empty.
         biactive: complementarity pairs of which both sides are zero.
         unresolved: pairs of which neither side is small enough to count as zero for the two answers above.
         audit_passed: every entry of `Audit.violations` is empty.

@@ -19,7 +19,8 @@ def stationarity_sentence(status: Status) -> str:
         reason = "no time was left" if status.solved else "it is asked of solved problems only, and while time is left"
         return f"Whether a cheaper motion is nearby is not known: {reason}."
     undetermined = f"; of {status.unresolved} pairs it is undetermined which side is zero" if status.unresolved else ""
+    bound = f"; {status.b_stationary_reason}" if status.b_stationary_reason else ""
     return (
         "Whether a cheaper motion is nearby is not known: the search over all branches came to no answer in its time"
-        f"{undetermined}."
+        f"{undetermined}{bound}."
     )

@@ -50,6 +50,7 @@ def test_no_stationary_point() -> None:
     """A point with a slope that no multiplier takes is none, and refuted."""
     certificate = certify(_problem((X - 1) ** 2 + (Y - 2) ** 2 + Z), np.array([0.0, 2.0, 0.0]))
     assert (certificate.kind, certificate.b_stationary) == ("none", "refuted")
+    assert certificate.bound <= certificate.slope < 0.0
 
 
 def test_the_problem_is_linearised_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,7 @@ from fesd_robot.plans import Plan
 from fesd_robot.plans.audit_record import ENTRIES, AuditScales, Finding
 from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome
 from fesd_robot.plans.plan import Audit
+from fesd_robot.plans.stationarity_words import stationarity_sentence
 from fesd_robot.plans.verdict import status_of
 
 REACHED = Outcome(goal=[], contacts={})
@@ -190,6 +191,17 @@ def test_a_refuted_certificate_has_its_reason(clean: Audit) -> None:
         solution("converged", solved=True), clean, REACHED, 1e-8, replace(refuted, b_stationary="certified")
     )
     assert certified.b_stationary_reason == ""
+
+
+def test_without_an_answer_there_is_a_bound(clean: Audit) -> None:
+    """Where the search over branches came to no answer, it is said by how much the linearised cost falls at most."""
+    for bound, words in (
+        (-9.4e-4, "on no branch does the linearised cost fall by more than a slope of -9.4e-04"),
+        (-np.inf, ""),
+    ):
+        unknown = Certificate("W", "unknown", 3, 0, 0.0, bound=bound)
+        status = status_of(solution("converged", solved=True), clean, REACHED, 1e-8, unknown)
+        assert status.b_stationary_reason == words and words in stationarity_sentence(status)
 
 
 def audit_of(**values: float) -> Audit:
