@@ -19,7 +19,7 @@ _POLL = 0.2
 """s between two looks at whether to stop."""
 
 _AHEAD = 1
-"""How many more arguments than there are processes wait for one, where all cores are ours."""
+"""How many more arguments than there are processes wait for one, where all processes may work."""
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -48,7 +48,6 @@ class Lookahead(Generic[Argument, Result]):
         self._function, self._stop, self._alone = function, stop, alone
         self._cores = cores if sys.platform == "linux" else Cores(1)
         self._pool: ForkedPool | None = None
-        self._workers = 1
 
     def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:
         """Yield the results, in the order of the arguments; those that are not asked for are computed in vain."""
@@ -67,7 +66,7 @@ class Lookahead(Generic[Argument, Result]):
         """End the processes."""
         if self._pool:
             self._pool.end()
-        self._pool, self._workers = None, 1
+        self._pool = None
 
     def _computed(self, arguments: Sequence[Argument]) -> Iterator[Result]:
         running, waiting = deque[Future[Result]](), deque(arguments)
@@ -77,9 +76,9 @@ class Lookahead(Generic[Argument, Result]):
                 if share == 1 and not running:
                     yield self._function(waiting.popleft())
                     continue
-                if share <= self._workers or not running:
-                    pool = self._with_workers(share)
-                    most = share + _AHEAD if share == self._workers else share
+                pool = self._pool_of(share, idle=not running)
+                if share <= pool.processes:
+                    most = share + _AHEAD if share == pool.processes else share
                     while waiting and len(running) < most:
                         running.append(pool.submit(waiting.popleft()))
                 while not running[0].done():
@@ -91,11 +90,11 @@ class Lookahead(Generic[Argument, Result]):
             for future in running:
                 future.cancel()
 
-    def _with_workers(self, count: int) -> ForkedPool:
-        """Return the pool, one of at least so many processes; a smaller one has to be idle."""
-        if self._pool is None or self._workers < count:
+    def _pool_of(self, count: int, idle: bool) -> ForkedPool:
+        """Return the pool, one of at least so many processes once a smaller one is idle."""
+        if self._pool is None or (idle and self._pool.processes < count):
             self.close()
-            self._pool, self._workers = ForkedPool(count, self._function, self._alone), count
+            self._pool = ForkedPool(count, self._function, self._alone)
         return self._pool
 
 

@@ -65,13 +65,13 @@ class ForkedPool:
     are pickled.
 
     Args:
-        processes: how many.
+        processes: how many; an attribute, too.
         function: argument -> value.
         first: called once in each process.
     """
 
     def __init__(self, processes: int, function: Callable[[Any], Any], first: Callable[[], None]) -> None:
-        context = multiprocessing.get_context("fork")
+        self.processes, context = processes, multiprocessing.get_context("fork")
         self._pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(function, first))
 
     def submit(self, argument: Any) -> Future[Any]:
