@@ -15,8 +15,8 @@ from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).resolve().parent.parent
 
-MANY, FEW = 12, 4
-"""Variations of a task, and of one that takes minutes."""
+MANY, TEN, FEW = 12, 10, 4
+"""Variations of a task, of the monopeds, and of other tasks that take minutes."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ VARIED = {
     "hopper_one_jump": Varied("root_x", efforts=("robot.actuators.leg_force.lower", "robot.actuators.leg_force.upper")),
     "hopper_stairs": Varied("root_x", count=FEW),
     "hopper_wedge": Varied("root_x"),
-    "monoped_three_holes": Varied("root_x", count=FEW),
-    "monoped_two_jumps": Varied("root_x", count=FEW),
+    "monoped_three_holes": Varied("root_x", count=TEN),
+    "monoped_two_jumps": Varied("root_x", count=TEN),
     "published_hopper_five_jumps": Varied("root_x", count=FEW),
     "published_hopper_one_jump": Varied(
         "root_x", efforts=("robot.actuators.leg_force.lower", "robot.actuators.leg_force.upper")
