@@ -173,6 +173,35 @@ def test_what_happens_at_once_moves_together() -> None:
     assert flying == [[4], [1, 2, 3]]
 
 
+def test_a_block_slides_off_as_it_is_hit() -> None:
+    """The pusher meets the slider inside an interval, which slips from then on: in the impact, and not before it; and
+    the pusher takes off an interval earlier together with the slider that stops an interval after it."""
+    pushed = polisher("pusher_slider", "horizon.intervals=8", "method.elements=3")
+    start, intervals = pushed.transcription.problem.start, intervals_of(pushed.transcription.elements)
+    resting, _ = branch_of(pushed, set(), {0, 1, 2, 6, 7})
+    forwards = next(i for i, label in enumerate(resting.conditions) if "sole forwards" in str(label))
+    factors = list(resting.factors)
+    for e in range(intervals[3].start, intervals[6].stop):
+        factors[e] = tuple(ActiveFactor.H if i == forwards else one for i, one in enumerate(factors[e]))
+    branch = replace(resting, factors=tuple(factors))
+    sole, push = ContactModes.of(pushed.conditions, branch)
+    stick, slip = (patterns(pushed, sole, branch)[k][0] for k in (0, 3))
+    found = list(moves(pushed.transcription, pushed.conditions, start, branch))
+
+    together = "stick or slip of contact 'sole' and touchdown of contact 'push' in interval 2 into interval 2"
+    hit = next(move.branch for move in found if move.what == together)
+    before, impact, after = (hit.factors[e] for e in intervals[2])
+    assert [sole.of_factors(one) for one in (before, impact, after)] == [stick, slip, slip]
+    assert push.is_flight(push.of_factors(before)) and push.is_impact(push.of_factors(impact))
+    assert not push.is_impact(push.of_factors(after)) and not push.is_flight(push.of_factors(after))
+
+    withdrawn = next(
+        move.branch for move in found if "take-off" in move.what and "sole" in move.what and "earlier" in move.what
+    )
+    assert patterns(pushed, push, withdrawn)[4:7] == [patterns(pushed, push, branch)[4], (push.flight,), (push.flight,)]
+    assert patterns(pushed, sole, withdrawn)[5:7] == [(slip,), (stick,)]
+
+
 def test_windows_end_where_a_contact_has_a_force() -> None:
     """The part of the motion that a trial solves again goes on to the next interval in which a contact pushes."""
     long = polisher("hopper_one_jump", "horizon.intervals=80", "horizon.duration=4", "method.elements=1")

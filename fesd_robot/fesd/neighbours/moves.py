@@ -183,7 +183,7 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
         alike = [other for other in near if other.name == switch.name]
         at_once = [other for other in every if other.interval == switch.interval]
         pairs = combinations(alike, PAIR) if len(alike) > PAIR else ()
-        for group in (alike, at_once, *map(list, pairs)):
+        for group in (alike, at_once, near, *map(list, pairs)):
             contacts = {other.modes.name for other in group}
             members = frozenset((other.modes.name, other.number) for other in group)
             if len(group) < 2 or len(contacts) < len(group) or members in seen:

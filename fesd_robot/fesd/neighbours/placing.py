@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby, product, takewhile
+from itertools import groupby, product
 
 import numpy as np
 
@@ -45,14 +45,14 @@ class Placing:
         """Yield elements and branches in which contacts have given modes in some intervals.
 
         Where another contact switches in the same interval, there are two: the new switches come before or after the
-        others; where impacts of both end the interval, also two in which they begin together, which takes an element
-        less. There is none where an interval has too few elements.
+        others; where one of them is hit, also two in which both switch as the impact begins, as a block begins to slide
+        that is hit, which takes an element less. There is none where an interval has too few elements.
 
         Args:
             steps: contacts and their modes by interval, placed one after the other.
         """
         seen: set[Branch] = set()
-        for at_once, first in product((False, True), (True, False)):
+        for at_once, first in product((True, False), repeat=2):
             placing: Placing | None = self
             for modes, patterns in steps:
                 placing = placing and placing._one_placed(modes, patterns, first, at_once)
@@ -92,14 +92,15 @@ class Placing:
             modes, pattern: the contact, and its modes in the interval.
             interval: the interval.
             first: whether before.
-            at_once: whether only impacts that end the interval come before or after each other.
+            at_once: whether they switch where an impact begins, of the contact or of another one.
         """
         others = self._others(modes, interval)
-        own_ends, ends = _before_impacts(pattern), _before_impacts(others)
-        if not at_once or own_ends in (0, len(pattern)) or ends in (0, len(others)):
+        own_switch, switch = _switch_of(pattern), _switch_of(others)
+        impact = any(map(modes.is_impact, (*pattern, *others)))
+        if not (at_once and impact and own_switch and switch):
             return _merged(modes, pattern, others, first)
-        before = _merged(modes, pattern[:own_ends], others[:ends], first)
-        return before + _merged(modes, pattern[own_ends:], others[ends:], first)
+        before = _merged(modes, pattern[:own_switch], others[:switch], first)
+        return before + _merged(modes, pattern[own_switch:], others[switch:], first)
 
     def with_sequences(self, sequences: Mapping[int, Sequence[Factors]]) -> Placing:
         """Return elements and branch with other factors in some intervals, whose elements become equally long.
@@ -139,9 +140,11 @@ class Placing:
         return self.elements[min(same, key=lambda e: abs(e - at), default=at)].z
 
 
-def _before_impacts(factors: Sequence[Factors]) -> int:
-    """Return how many factors, of a contact or of all, come before the impacts that end a sequence of them."""
-    return len(factors) - sum(1 for _ in takewhile(ContactModes.is_impact, reversed(factors)))
+def _switch_of(factors: Sequence[Factors]) -> int:
+    """Return how many factors, of a contact or of all, come before the first impact, or before the only switch of a
+    sequence without one; 0 if there is neither."""
+    first = next((n for n, one in enumerate(factors) if ContactModes.is_impact(one)), None)
+    return int(len(factors) == 2) if first is None else first
 
 
 def _merged(modes: ContactModes, pattern: Pattern, others: Sequence[Factors], first: bool) -> list[Factors]:
