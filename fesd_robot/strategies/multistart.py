@@ -25,7 +25,8 @@ DEFAULT_STARTS = 2
 """Initial guesses of a task that does not say how many, unless it begins from an earlier motion."""
 
 COARSE_START = 2
-"""Number, after the first, of the start that is planned on a coarser control grid first."""
+"""Number, after the first, of the start that is planned on a coarser control grid first. It is the second of a task
+that does not say how many: it takes half of the time of another guess, and is less like the first."""
 
 AGREEING = 1e-3
 """Part of the cost: starts that end nearer to each other found the same motion, and no further one is made for a task
@@ -64,10 +65,10 @@ def attempt_seeds(
 
     The first is made in this process; the others beside it, in processes of their own, as far as cores are free, and
     after it if none is. Which one is the cheapest does not depend on that; one that costs much more than another that
-    is solved by then is given up (`LeastCost`). Where a task leaves open how many, and these end in motions that cost
-    different amounts, or not all in one, a further one begins on a coarser control grid, if there is one: it is made on
-    the core that is free as soon as the first of them has ended, and dropped where they agree or the coarser grid leads
-    to no motion.
+    is solved by then is given up (`LeastCost`). Where a task leaves open how many, and there is a coarser control grid,
+    the second begins there, and a further one from another guess where the two end in motions that cost different
+    amounts, or not both in one, or where the coarser grid leads to none: it is made on the core that is free as soon as
+    the first of them has ended, and dropped where they agree.
 
     Args:
         task: the task; its seeds are `solver.seed` and the numbers after it.
@@ -82,21 +83,18 @@ def attempt_seeds(
     Returns:
         one attempt per seed; none if the task has a single start.
     """
-    first, count = task.solver.seed, starts_of(task)
     starts = _Starts(task, attempt, quietly, deadline, stop, waiting)
-    if count > 1:
-        for seed, one in starts.run(range(first, first + count)):
+    if starts_of(task) > 1:
+        for seed, one in starts.run():
             if started:
                 started(seed, one.plan)
     return [starts.made[seed] for seed in sorted(starts.made)]
 
 
-def _disagree(attempts: Sequence[AttemptedPlan]) -> bool:
-    """Return whether one of several starts was solved, and others were not, or end at other costs."""
+def _agree(attempts: Sequence[AttemptedPlan]) -> bool:
+    """Return whether there are several starts, all of them are solved, and they end at one cost."""
     costs = [one.plan.statistics.objective for one in attempts if one.plan.status.solved]
-    if not costs or len(attempts) == 1:
-        return False
-    return len(costs) < len(attempts) or max(costs) - min(costs) > AGREEING * abs(min(costs))
+    return 1 < len(costs) == len(attempts) and max(costs) - min(costs) <= AGREEING * abs(min(costs))
 
 
 @dataclass(frozen=True)
@@ -116,21 +114,21 @@ class _Starts:
     waiting: Callable[[], None]
     made: dict[int, AttemptedPlan] = field(default_factory=dict)
 
-    def run(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
-        """Yield seeds and their attempts, as they come, and the further one if these disagree."""
-        cores = cores_for(self.task).most
+    def run(self) -> Iterator[tuple[int, AttemptedPlan]]:
+        """Yield seeds and their attempts, as they come, and the further one if these do not agree."""
+        cores, seeds = cores_for(self.task).most, self._seeds
         beside = min(len(seeds), cores) - 1 if sys.platform == "linux" else 0
         for seed, one in self._beside(seeds, cores, beside) if beside else self._in_turn(seeds):
             self.made[seed] = one
             yield seed, one
 
-    def _in_turn(self, seeds: range) -> Iterator[tuple[int, AttemptedPlan]]:
+    def _in_turn(self, seeds: Sequence[int]) -> Iterator[tuple[int, AttemptedPlan]]:
         yield from self._here(seeds)
         further = self._further
         if further is not None and self._undecided:
             yield from self._here([further])
 
-    def _beside(self, seeds: range, cores: int, beside: int) -> Iterator[tuple[int, AttemptedPlan]]:
+    def _beside(self, seeds: Sequence[int], cores: int, beside: int) -> Iterator[tuple[int, AttemptedPlan]]:
         shared, further = SharedCores(cores), self._further
         pool = ForkedPool(
             beside + (further is not None), partial(self._elsewhere, shared), partial(share_cores, shared)
@@ -167,9 +165,22 @@ class _Starts:
         return solver.seed + COARSE_START if wanted else None
 
     @property
+    def _open(self) -> bool:
+        """Whether the task leaves open how many there are, and there is a coarser grid."""
+        return self.task.solver.starts is None and self._coarse is not None
+
+    @property
+    def _seeds(self) -> list[int]:
+        """The seeds of the starts that are made in any case."""
+        first = self.task.solver.seed
+        if self._open and self._coarse is not None:
+            return [first, self._coarse]
+        return list(range(first, first + starts_of(self.task)))
+
+    @property
     def _further(self) -> int | None:
-        """That seed, where the task leaves open how many there are: it is made where the others disagree."""
-        return self._coarse if self.task.solver.starts is None else None
+        """The seed of the one that is made where these do not agree."""
+        return self.task.solver.seed + 1 if self._open else None
 
     @property
     def _ended(self) -> bool:
@@ -177,7 +188,7 @@ class _Starts:
 
     @property
     def _undecided(self) -> bool:
-        return not self._ended and _disagree(list(self.made.values()))
+        return not self._ended and not _agree(list(self.made.values()))
 
     def _here(self, seeds: Sequence[int]) -> Iterator[tuple[int, AttemptedPlan]]:
         for number, seed in enumerate(seeds):
@@ -191,16 +202,16 @@ class _Starts:
             return self._attempted(seed, self.quietly)
 
     def _attempted(self, seed: int, attempt: Attempt) -> AttemptedPlan | None:
-        """Return the attempt from a seed, in the time that is left; none of a further start that leads nowhere."""
+        """Return the attempt from a seed, in the time that is left; none where the coarser grid leads nowhere."""
         begin = time.perf_counter()
         changes: Overrides = {"solver.seed": seed}
         if seed == self._coarse:
             changes["solver.coarse_to_fine"] = True
         changed = with_overrides(self.task, {**changes, **time_left(self.deadline)})
         try:
-            plan = attempt(changed, strictly=seed == self._further)
+            plan = attempt(changed, strictly=self._open and seed == self._coarse)
         except NoCoarserMotion as nowhere:
-            logger.info("%s; no further start is made", nowhere)
+            logger.info("%s; it begins from another guess instead", nowhere)
             return None
         return AttemptedPlan(changes, plan, time.perf_counter() - begin)
 
