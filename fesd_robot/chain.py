@@ -13,8 +13,8 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import known_start
-from fesd_robot.local_search import Depth, Listeners, searched
-from fesd_robot.mpcc import MpccSolution, NlpReport, solve
+from fesd_robot.local_search import GAIN, Depth, Listeners, searched
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
@@ -102,17 +102,25 @@ class Chain:
             )
         else:
             searches = iter([solved])
-        found = _Refined(solved, solved)
-        for candidate in searches:  # the cheaper ones first; the first that is true is taken
-            found = _Refined(candidate, candidate)
-            if task.method.accuracy != "none" and not self.beaten(candidate):
-                self.reached(Station.REFINING)
-                accuracy, until = task.method.accuracy, self._until_beaten(candidate)
-                finer = refined(candidate, options, accuracy, self.deadline, self.report, until, with_spare=with_spare)
-                found = _Refined(candidate, finer)
-            if found.after.passes or self.beaten(candidate):
+        found: _Refined | None = None
+        for candidate in searches:  # the cheaper ones first; refined, one may cost more than another
+            if found and found.after.passes and not candidate.cost < found.after.cost - GAIN * abs(found.after.cost):
                 break
-        return found
+            finer = candidate if self.beaten(candidate) else self._refined(candidate, options, with_spare=with_spare)
+            if not (found and found.after.passes) or (finer.passes and finer.cost < found.after.cost):
+                found = _Refined(candidate, finer)
+            if self.beaten(candidate):
+                break
+        return found or _Refined(solved, solved)
+
+    def _refined(self, motion: SolvedMotion, options: HomotopyOptions, *, with_spare: bool) -> SolvedMotion:
+        """Return a motion as accurate as its task asks for, unless another start beats it meanwhile."""
+        accuracy = motion.motion.task.method.accuracy
+        if accuracy == "none":
+            return motion
+        self.reached(Station.REFINING)
+        until = self._until_beaten(motion)
+        return refined(motion, options, accuracy, self.deadline, self.report, until, with_spare=with_spare)
 
     def _until_beaten(self, motion: SolvedMotion) -> Stop | None:
         """Return a stop that is also true once another start has solved a motion that costs much less than this one."""
