@@ -234,7 +234,8 @@ class Solver(Section):
     coarse_to_fine: bool | Literal["auto"] = Field(
         default="auto",
         description="Whether the motion is planned on a control grid half as fine first (a third, where the number of "
-        "intervals is odd), and the search on the task's own grid begins there. auto: by the third of several starts.",
+        "intervals is odd), and the search on the task's own grid begins there. auto: by one of two or three starts if "
+        "solver.starts is left open, else by the third of several.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
@@ -257,9 +258,9 @@ class Solver(Section):
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
         description="How many initial guesses the task is solved from, at once where cores are free; the cheapest "
-        "solved motion is kept, and the report lists the costs of all. Default: 2, and a third one "
-        "where these end in motions whose costs differ; 1 with a warm_start, or with several contacts in "
-        "space, where other guesses have the same contact sequence.",
+        "solved motion is kept, and the report lists the costs of all. Default: 2, one of them on a coarser control "
+        "grid first, and a third where these end in motions whose costs differ; 1 with a warm_start, or with several "
+        "contacts in space, where other guesses have the same contact sequence.",
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
