@@ -92,7 +92,7 @@ def moves(
       with an impact and the other softly, the other one gets the impact.
     - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
       of several contacts that happen at most an interval apart, and all switches of several contacts that happen at
-      once, as a block begins to slide where a pusher meets it.
+      once, as a block begins to slide where a pusher meets it, or at most an interval apart.
     - A bounce, an impact between two flights, moves into the interval before or after.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
       boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
@@ -176,7 +176,7 @@ def _shifted_bounces(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterat
 
 
 def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
-    """Yield the changes that move the same switch of several contacts, or all switches that happen at once."""
+    """Yield the changes that move the same switch of several contacts, or all switches that happen nearly at once."""
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
         near = [other for other in every if abs(other.interval - switch.interval) <= NEAR]
