@@ -1,4 +1,4 @@
-"""Feet that touch the ground between the stages of an element."""
+"""What feet and their forces do between the stages of an element."""
 
 from __future__ import annotations
 
@@ -48,6 +48,37 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
     found = [one.bound for one in violated]
     bounds = [one for one in found if isinstance(one, BoundBetween) and one.variable == gap and one.element == 4]
     assert bounds == ([] if held is None else [BoundBetween(4, gap, -1, held, of_mode=held > 0)])
+
+
+@pytest.mark.parametrize("hit", [False, True])
+def test_a_foot_may_leave_the_ground_with_a_force_in_an_impact_only(hit: bool) -> None:
+    """Inside a control interval a force ends at zero, unless another foot lands hard as this one takes off."""
+    motion = formulate(load_task(TASKS / "solo12_jump.yaml"))
+    transcription = Transcription(motion.ocp, motion.fesd)
+    conditions, n_x = BranchTranscription(transcription).conditions, motion.ocp.system.state.numel()
+    elements = transcription.unpack(transcription.problem.start)
+    front = [i for i, label in enumerate(conditions.labels) if label.contact == "front"]
+    forces = {
+        variable - n_x
+        for i in front
+        if conditions.members[i].invariant_state is not None
+        for variable in conditions.variables(conditions.members[i].H)
+    }
+    first = transcription.elements[0]
+    elements[first].z[:, sorted(forces)] = 0.04
+    closed = (ActiveFactor.G,) * len(conditions.members)
+    taken_off = tuple(ActiveFactor.H if i in front else ActiveFactor.G for i in range(len(closed)))
+    landing = tuple(
+        ActiveFactor.COMPLEMENT if hit and i not in front and one.complement is not None else factor
+        for i, (one, factor) in enumerate(zip(conditions.members, taken_off, strict=True))
+    )
+    factors = ((closed,) * (first + 1) + (landing,) + (taken_off,) * len(elements))[: len(elements)]
+    branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
+    violated = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
+    ends = [one for one in violated if isinstance(one.bound, BoundBetween) and one.bound.end_only]
+    held = {(one.bound.element, one.bound.variable - n_x) for one in ends if isinstance(one.bound, BoundBetween)}
+    assert held == (set() if hit else {(first, force) for force in forces})
+    assert all(one.violation == pytest.approx(0.04) for one in ends)
 
 
 def test_a_force_leaves_its_cone_between_the_stages_although_what_is_unused_does_not(tmp_path: Path) -> None:

@@ -65,9 +65,9 @@ def violated_between_stages(
 
     Looked at are the states with their limits, gaps among them, the path constraints, and the multipliers of the
     conditions, which are not negative: at the left boundary, where controls jump, a negative one is a contact that
-    pulls or leaves its cone. The multipliers of a contact that opens inside a control interval have to be zero when it
-    does: a force that ends although neither state nor control jumps is that of a motion that is not the only one
-    (Painleve).
+    pulls or leaves its cone. The multipliers of a contact that opens inside a control interval, not in an impact, have
+    to be zero when it does: a force that ends although neither state nor control jumps is that of a motion that is not
+    the only one (Painleve).
 
     Args:
         transcription: of a collocation scheme.
@@ -247,11 +247,14 @@ def _ends_of_contact(
 ) -> Iterator[Violated]:
     """Yield the multipliers of contacts that end at once inside a control interval, and their upper bound.
 
+    Not where an impact follows: as another foot lands, a foot may leave the ground with a force.
+
     Args:
         whole: numbers of the elements with a length.
     """
     for e, following in pairwise(whole):
-        if elements[e].interval != elements[following].interval:
+        impact = ActiveFactor.COMPLEMENT in branch.factors[following] or conditions.jumping(branch.factors[following])
+        if impact or elements[e].interval != elements[following].interval:
             continue
         for at, member in enumerate(conditions.members):
             before, after = branch.factors[e][at], branch.factors[following][at]
