@@ -29,16 +29,17 @@ def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
 
     Looked at are the control intervals that a replay leaves, and in them the elements in which a contact is closed in a
     posture where several motions obey Coulomb's law, or none that is near: there a force at the edge of its cone is no
-    beginning of a slip.
+    beginning of a slip. What is held already is not asked for again.
 
     Args:
         solved: a motion whose local errors are small.
     """
     missing = dict(_missing(solved))
-    if not missing:
-        return
+    held = {(one.constraint, one.element): one.margin for one in solved.transcription.added.paths}
     for step in (0.0, HALF):
-        yield [PathBetween(constraint, e, -step * by) for (constraint, e), by in missing.items()]
+        paths = [PathBetween(*place, -step * by) for place, by in missing.items()]
+        if stricter := [one for one in paths if one.margin > held.get((one.constraint, one.element), -np.inf)]:
+            yield stricter
 
 
 def _missing(solved: SolvedMotion) -> Iterator[tuple[tuple[int, int], float]]:
