@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -10,7 +11,11 @@ import pytest
 
 from fesd_robot import load_task
 from fesd_robot.adapters import numeric_physics
+from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.determinacy import HALF, determined
 from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.determinacy import DETERMINACY, MARGIN
 
@@ -51,3 +56,35 @@ def test_a_contact_without_friction_needs_none():
     """Without friction there is nothing to decide."""
     motion = formulate(load_task(TASKS / "published_hopper_one_jump.yaml", ["ground.friction=0"]))
     assert not any(one.name.startswith(DETERMINACY) for one in motion.ocp.constraints)
+
+
+def test_what_is_held_is_not_asked_for_again(monoped):
+    """In an interval that its replay leaves a closed contact is held in such postures, at once or half of the way; once
+    they are held, nothing is left to ask for, and half of the way leaves the other half."""
+    transcription = Transcription(monoped.ocp, monoped.fesd)
+    (number,) = (i for i, one in enumerate(monoped.ocp.constraints) if one.name.startswith(DETERMINACY))
+    constraint, n_q = monoped.ocp.constraints[number], monoped.robot.model.nq
+    rows, draw = ca.Function("rows", [constraint.variables], [constraint.rows]), np.random.default_rng(0)
+    rest = np.zeros(constraint.variables.numel() - n_q)
+    postures = draw.uniform(-1.5, 1.5, (200, n_q))
+    crouching = min(postures, key=lambda q: float(rows(np.concatenate([q, rest])).full().min()))
+    elements = transcription.unpack(transcription.problem.start)
+    own = [e for e, element in enumerate(elements) if element.interval == 4]
+    for e in own:
+        elements[e].x[:, :n_q] = crouching
+    conditions = BranchTranscription(transcription).conditions
+    factors = ((ActiveFactor.G,) * len(conditions.members),) * len(elements)
+    solved = SimpleNamespace(
+        replay=SimpleNamespace(intervals=[SimpleNamespace(interval=4, velocity_error=np.ones(1))]),
+        transcription=transcription,
+        solution=SimpleNamespace(w=transcription.pack(elements)),
+        branch=Branch(tuple(conditions.labels), factors, (False,) * len(elements)),
+    )
+    whole, half = determined(solved)
+    assert [(one.constraint, one.element, one.margin) for one in whole] == [(number, e, 0.0) for e in own]
+    missing = MARGIN - rows(np.concatenate([crouching, rest])).full().min()
+    assert [one.margin for one in half] == pytest.approx([-HALF * missing] * len(own))
+
+    for held, left in ((whole, []), (half, [whole])):
+        solved.transcription = with_bounds_between(transcription, held)
+        assert list(determined(solved)) == left
