@@ -26,7 +26,7 @@ DEFAULT_STARTS = 2
 
 COARSE_START = 2
 """Number, after the first, of the start that is planned on a coarser control grid first. It is the second of a task
-that does not say how many: it takes half of the time of another guess, and is less like the first."""
+that does not say how many: that it agrees with the first says more than that another guess does."""
 
 AGREEING = 1e-3
 """Part of the cost: starts that end nearer to each other found the same motion, and no further one is made for a task
