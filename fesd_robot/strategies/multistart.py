@@ -165,22 +165,20 @@ class _Starts:
         return solver.seed + COARSE_START if wanted else None
 
     @property
-    def _open(self) -> bool:
-        """Whether the task leaves open how many there are, and there is a coarser grid."""
-        return self.task.solver.starts is None and self._coarse is not None
+    def _second(self) -> int | None:
+        """That seed, where the task leaves open how many there are: it is the second, and another one the third."""
+        return self._coarse if self.task.solver.starts is None else None
 
     @property
     def _seeds(self) -> list[int]:
         """The seeds of the starts that are made in any case."""
-        first = self.task.solver.seed
-        if self._open and self._coarse is not None:
-            return [first, self._coarse]
-        return list(range(first, first + starts_of(self.task)))
+        first, second = self.task.solver.seed, self._second
+        return list(range(first, first + starts_of(self.task))) if second is None else [first, second]
 
     @property
     def _further(self) -> int | None:
         """The seed of the one that is made where these do not agree."""
-        return self.task.solver.seed + 1 if self._open else None
+        return None if self._second is None else self.task.solver.seed + 1
 
     @property
     def _ended(self) -> bool:
@@ -209,7 +207,7 @@ class _Starts:
             changes["solver.coarse_to_fine"] = True
         changed = with_overrides(self.task, {**changes, **time_left(self.deadline)})
         try:
-            plan = attempt(changed, strictly=self._open and seed == self._coarse)
+            plan = attempt(changed, strictly=seed == self._second)
         except NoCoarserMotion as nowhere:
             logger.info("%s; it begins from another guess instead", nowhere)
             return None
