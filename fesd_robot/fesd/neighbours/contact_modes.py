@@ -77,6 +77,12 @@ class ContactModes:
         """Whether the clock stands still."""
         return ActiveFactor.COMPLEMENT in mode
 
+    def mirrored(self, mode: ContactMode) -> ContactMode:
+        """Return a mode in which the contact slips to the other side; the mode itself if it does not slip."""
+        sides = [mode[n] for n in self.parts]
+        turned = dict(zip(self.parts, reversed(sides), strict=True)) if len(sides) == 2 else {}
+        return tuple(turned.get(n, factor) for n, factor in enumerate(mode))
+
     def impacts(self, contact: ContactMode, state: np.ndarray, algebraic: np.ndarray) -> list[ContactMode]:
         """Return the modes of an impact that ends in a mode of contact, in the order in which they follow each other.
 

@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, pairwise
+from itertools import chain, combinations, groupby, pairwise
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern, Run, intervals_of, pattern_of, runs_of
 from fesd_robot.fesd.neighbours.placing import Placing
-from fesd_robot.fesd.neighbours.switches import EARLIER, LATER, WITH_IMPACT, WITHOUT_IMPACT, Switch, switches_of
+from fesd_robot.fesd.neighbours.switches import (
+    EARLIER,
+    LATER,
+    WITH_IMPACT,
+    WITHOUT_IMPACT,
+    Switch,
+    switches_of,
+    without_impacts,
+)
 from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
 from fesd_robot.fesd.transcription import Transcription
 
@@ -92,13 +100,17 @@ def moves(
       with an impact and the other softly, the other one gets the impact.
     - Both ends of a flight, or of a contact, move an interval earlier or later; so do the touchdowns, or the take-offs,
       of several contacts that happen at most an interval apart, and all switches of several contacts that happen at
-      once, as a block begins to slide where a pusher meets it, or at most an interval apart.
-    - A bounce, an impact between two flights, moves into the interval before or after.
+      once, as a block begins to slide where a pusher meets it, or at most an interval apart. Where one of them is hit
+      and moves to the end of the next interval, the others switch there after its impact, or as it begins.
+    - What begins and ends in one interval, a bounce (an impact between two flights) or a short mode, moves into the
+      interval before or after.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
       boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
+    - Last, for they seldom gain: of a contact between two flights only the impact is left; an impact slips to the other
+      side, alone or with the slip after it.
     - If `joints` are asked for, one with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
@@ -114,13 +126,15 @@ def moves(
     patterns = [[pattern_of(modes, branch, own) for own in intervals] for modes in contacts]
     runs = [runs_of(modes, own) for modes, own in zip(contacts, patterns, strict=True)]
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
-    changes: list[_Change] = []
+    changes, seldom = list[_Change](), list[_Change]()
     for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
         others = {switch.interval for every in switches if every is not shifts for switch in every}
-        changes += [*_shifted(shifts, others), *_shifted_runs(shifts), *_shifted_bounces(modes, own)]
+        changes += [*_shifted(shifts, others), *_shifted_runs(shifts), *_shifted_within(modes, own)]
         changes += [*_without_run(modes, of_contact), *_swapped(modes, of_contact), *_with_flight(modes, of_contact)]
+        seldom += [*_bouncing(modes, own, of_contact), *_slipping_the_other_way(modes, own, of_contact)]
     together = [*_shifted_together(switches), *_exchanged(switches)]
-    for change in (*together, *changes) if len(switches) > PAIR else (*changes, *together):
+    ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
+    for change in [*ordered, *seldom]:
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
             yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts))
@@ -159,20 +173,58 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
                     yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
 
 
-def _shifted_bounces(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[_Change]:
-    """Yield the changes that move an impact between two flights."""
-    ends: list[Pattern] = [(), *patterns, ()]
-    for k, pattern in enumerate(patterns):
-        impacts = tuple(mode for mode in pattern if modes.is_impact(mode))
-        around = [*ends[k][-1:], *(mode for mode in pattern if mode not in impacts), *ends[k + 2][:1]]
-        if not impacts or not all(modes.is_flight(mode) for mode in around):
+def _shifted_within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[_Change]:
+    """Yield the changes that move what begins and ends in one interval: an impact between two flights, or a mode."""
+    flat = [without_impacts(modes, pattern) for pattern in patterns]
+    for k, own in enumerate(flat):
+        before, after = flat[k - 1][-1] if k else own[0], flat[k + 1][0] if k + 1 < len(flat) else own[-1]
+        within = own[own[0] == before : len(own) - (own[-1] == after)]
+        bounces = len(own) < len(patterns[k]) and all(map(modes.is_flight, (before, *own, after)))
+        if not within and not bounces:
             continue
-        flight = (around[0],)
-        for where, other in ((EARLIER, k - 1), (LATER, k + 1)):
-            if 0 <= other < len(patterns) and patterns[other] == flight:
-                what = f"bounce of {modes.in_words} in interval {k} {where}"
-                moved = {k: flight, other: (*flight, *impacts, *flight)}
-                yield _Change((modes.name, k, f"bounce {where}"), what, [(modes, moved)])
+        kind = "bounce" if bounces else "flight" if modes.is_flight(within[0]) else "contact"
+        for where, other, left in ((EARLIER, k - 1, after), (LATER, k + 1, before)):
+            if 0 <= other < len(patterns) and len(patterns[other]) == 1:
+                what = f"{kind} of {modes.in_words} in interval {k} {where}"
+                moved = {k: (left,), other: patterns[k]}
+                yield _Change((modes.name, k, f"{kind} {where}"), what, [(modes, moved)])
+
+
+def _bouncing(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[_Change]:
+    """Yield the changes in which nothing but the impact is left of a contact between two flights."""
+    for n, (before, run, after) in enumerate(zip(runs, runs[1:], runs[2:], strict=False)):
+        hit = [k for k in range(before.last, run.last + 1) if any(map(modes.is_impact, patterns[k]))]
+        if not hit or modes.is_flight(run.mode) or before.mode != after.mode:
+            continue
+        flying = {
+            k: tuple(mode for mode, _ in groupby(after.mode if mode == run.mode else mode for mode in patterns[k]))
+            for k in range(run.first, run.last + 1)
+        }
+        what = f"only a bounce of {modes.in_words} in intervals {run.first} to {run.last}"
+        yield _Change((modes.name, n, "only a bounce"), what, [(modes, flying)])
+
+
+def _slipping_the_other_way(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[_Change]:
+    """Yield the changes in which a contact slips to the other side in an impact, or also as long as it does after it.
+
+    A trial cannot turn the side itself: the impulse, at the edge of its cone, would have to cross it.
+    """
+    for k, pattern in enumerate(patterns):
+        impacts = set(filter(modes.is_impact, pattern))
+        if (other := _mirrored(modes, pattern, impacts)) == pattern:
+            continue
+        what = f"impact of {modes.in_words} in interval {k} slipping the other way"
+        yield _Change((modes.name, k, "the other way"), what, [(modes, {k: other})])
+        after = next((run for run in runs if run.last >= k and not modes.is_flight(run.mode)), None)
+        if after and modes.mirrored(after.mode) != after.mode:
+            slipping = range(min(k, after.first), after.last + 1)
+            turned = {at: _mirrored(modes, patterns[at], {*impacts, after.mode}) for at in slipping}
+            yield _Change((modes.name, k, "the other way"), f"{what}, and after it", [(modes, turned)])
+
+
+def _mirrored(modes: ContactModes, pattern: Pattern, turned: Collection[ContactMode]) -> Pattern:
+    """Return a pattern some of whose modes slip to the other side."""
+    return tuple(modes.mirrored(mode) if mode in turned else mode for mode in pattern)
 
 
 def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
@@ -194,6 +246,19 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
                     what = f"{_in_words(group)} in interval {switch.interval} {where}"
                     steps = [(other.modes, other.choices[where]) for other in group]
                     yield _Change((switch.modes.name, switch.number, f"together {where}"), what, steps)
+                    if where == LATER and (steps := _as_impacts_begin(group)):
+                        yield _Change((switch.modes.name, switch.number, f"together {where}"), f"{what} at once", steps)
+
+
+def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactModes, Mapping[int, Pattern]]]:
+    """Return the patterns in which contacts move an interval later where some of them are hit, and the others switch as
+    these impacts begin; none if none is hit, or all are."""
+    hit = [any(map(one.modes.is_impact, chain(*one.choices[LATER].values()))) for one in group]
+    into = [one.choices.get(f"into interval {one.interval + 1}") for one in group]
+    if all(hit) or not any(hit) or not all(own or is_hit for own, is_hit in zip(into, hit, strict=True)):
+        return []
+    chosen = [one.choices[LATER] if is_hit else own for one, own, is_hit in zip(group, into, hit, strict=True)]
+    return [(one.modes, patterns) for one, patterns in zip(group, chosen, strict=True) if patterns]
 
 
 def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:

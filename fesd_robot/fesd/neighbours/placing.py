@@ -78,10 +78,9 @@ class Placing:
         return len(self._others(modes, interval)) == 1
 
     def _others(self, modes: ContactModes, interval: int) -> list[Factors]:
-        """Return the factors in the elements of an interval, those of a contact taken from the first of them."""
+        """Return the factors in the elements of an interval, as if a contact were in flight."""
         own = sequence_of(self.branch, self._intervals[interval])
-        mode = modes.of_factors(own[0])
-        return [factors for factors, _ in groupby(with_mode(modes, one, mode) for one in own)]
+        return [factors for factors, _ in groupby(with_mode(modes, one, modes.flight) for one in own)]
 
     def _with_others(
         self, modes: ContactModes, pattern: Pattern, interval: int, first: bool, at_once: bool
