@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,53 +10,21 @@ import pytest
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.neighbours import Pivots, Surroundings, filled, moves, with_room, without_room
-from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
-from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of, pattern_of
+from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
-from fesd_robot.ocp import formulate
-from fesd_robot.task import load_task
 
+from .branches import branch_of, flight_and_stick, patterns, polisher
 from .systems import scalar
 
-TASKS = Path(__file__).parents[2] / "tasks"
 OPTIONS = HomotopyOptions(tolerance=1e-6)
-
-
-def polisher(task: str, *overrides: str) -> BranchTranscription:
-    """The branch transcription of a shipped task with changes."""
-    motion = formulate(load_task(TASKS / f"{task}.yaml", list(overrides)))
-    return BranchTranscription(Transcription(motion.ocp, motion.fesd))
 
 
 @pytest.fixture(scope="module")
 def hopper() -> BranchTranscription:
     """A hopper that may not slip, over six intervals with four elements each."""
     return polisher("hopper_one_jump", "horizon.intervals=6", "method.elements=4")
-
-
-def flight_and_stick(modes: ContactModes) -> tuple[ContactMode, ContactMode]:
-    """The mode without force, and that in which nothing moves."""
-    return (ActiveFactor.H,) * len(modes.members), (ActiveFactor.G,) * len(modes.members)
-
-
-def branch_of(transcription: BranchTranscription, *flying: set[int]) -> tuple[Branch, list[ContactModes]]:
-    """The branch in which contact c flies in the intervals `flying[c]` and sticks in all others."""
-    labels = transcription.conditions.labels
-    contacts = list(dict.fromkeys(label.contact for label in labels))
-    factors = []
-    for k, own in enumerate(intervals_of(transcription.transcription.elements)):
-        one = tuple(
-            ActiveFactor.H if k in flying[contacts.index(label.contact)] else ActiveFactor.G for label in labels
-        )
-        factors += [one] * len(own)
-    branch = Branch(labels, tuple(factors), (False,) * len(factors))
-    return branch, ContactModes.of(transcription.conditions, branch)
-
-
-def patterns(transcription: BranchTranscription, modes: ContactModes, branch: Branch) -> list[Pattern]:
-    """What a contact does in every interval."""
-    return [pattern_of(modes, branch, own) for own in intervals_of(transcription.transcription.elements)]
 
 
 def test_every_move_changes_its_intervals_only(hopper: BranchTranscription) -> None:
@@ -378,34 +345,3 @@ def test_an_impact_on_a_boundary_goes_with_its_touchdown(hopper: BranchTranscrip
     assert earlier[2:5] == [(flight,), (*impact, stick), (stick,)]
     later = after["touchdown of contact 'foot' in interval 3 an interval later"]
     assert later[3:5] == [(flight,), (flight, *impact)]
-
-
-def test_a_bounce_moves_to_a_neighbouring_interval() -> None:
-    """An impact between two flights goes into the interval before or after, between flights as before."""
-    transcription = polisher("ball_bat", "horizon.intervals=4", "method.elements=3")
-    flying, contacts = branch_of(transcription, {0, 1, 2, 3})
-    (modes,) = contacts
-    conditions = transcription.conditions.members
-    flight = modes.flight
-    impact = tuple(
-        ActiveFactor.COMPLEMENT if conditions[i].complement is not None else ActiveFactor.G for i in modes.members
-    )
-    factors = [list(own) for own in flying.factors]
-    for i, factor in zip(modes.members, impact, strict=True):
-        factors[4][i] = factor  # the middle element of interval 1
-    branch = replace(flying, factors=tuple(tuple(own) for own in factors))
-    assert patterns(transcription, modes, branch) == [(flight,), (flight, impact, flight), (flight,), (flight,)]
-    w = transcription.transcription.problem.start
-    found = {
-        move.what: patterns(transcription, modes, move.branch)
-        for move in moves(transcription.transcription, transcription.conditions, w, branch)
-        if "bounce" in move.what
-    }
-    assert found == {
-        "bounce of contact 'hit' in interval 1 an interval earlier": [(flight, impact, flight), *[(flight,)] * 3],
-        "bounce of contact 'hit' in interval 1 an interval later": [
-            *[(flight,)] * 2,
-            (flight, impact, flight),
-            (flight,),
-        ],
-    }

@@ -1,0 +1,127 @@
+"""Neighbours of a branch with impacts: where these go, to which side they slip, and what others do meanwhile."""
+
+from __future__ import annotations
+
+import pytest
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd.neighbours import moves
+from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.patterns import Pattern
+from fesd_robot.fesd.polishing import BranchTranscription
+
+from .branches import branch_of, flight_and_stick, in_impact, patterns, polisher, with_modes
+
+
+@pytest.fixture(scope="module")
+def hopper() -> BranchTranscription:
+    """A hopper over six intervals with four elements each."""
+    return polisher("hopper_one_jump", "horizon.intervals=6", "method.elements=4")
+
+
+@pytest.fixture(scope="module")
+def feet() -> BranchTranscription:
+    """A quadruped in the plane, with four elements in an interval."""
+    return polisher("solo12_jump", "method.elements=4")
+
+
+def neighbours(transcription: BranchTranscription, branch: Branch, modes: ContactModes) -> dict[str, list[Pattern]]:
+    """The moves, in words, and what a contact does after them."""
+    start = transcription.transcription.problem.start
+    found = moves(transcription.transcription, transcription.conditions, start, branch)
+    return {move.what: patterns(transcription, modes, move.branch) for move in found}
+
+
+def test_a_bounce_moves_to_a_neighbouring_interval() -> None:
+    """An impact between two flights goes into the interval before or after, between flights as before."""
+    bat = polisher("ball_bat", "horizon.intervals=4", "method.elements=3")
+    flying, (hit,) = branch_of(bat, {0, 1, 2, 3})
+    flight, impact = hit.flight, in_impact(hit)
+    branch = with_modes(bat, flying, hit, {1: [flight, impact, flight]})
+    assert patterns(bat, hit, branch) == [(flight,), (flight, impact, flight), (flight,), (flight,)]
+    found = {what: after for what, after in neighbours(bat, branch, hit).items() if "bounce" in what}
+    assert found == {
+        "bounce of contact 'hit' in interval 1 an interval earlier": [(flight, impact, flight), *[(flight,)] * 3],
+        "bounce of contact 'hit' in interval 1 an interval later": [
+            *[(flight,)] * 2,
+            (flight, impact, flight),
+            (flight,),
+        ],
+    }
+    first = with_modes(bat, flying, hit, {0: [flight, impact, flight]})
+    later = neighbours(bat, first, hit)["bounce of contact 'hit' in interval 0 an interval later"]
+    assert later == [(flight,), (flight, impact, flight), (flight,), (flight,)]
+
+
+def test_only_the_impact_of_a_contact_is_left(hopper: BranchTranscription) -> None:
+    """A stance of two intervals between flights becomes a bounce where it began; one that begins softly does not."""
+    soft, (foot,) = branch_of(hopper, {0, 1, 4, 5})
+    flight, stick = flight_and_stick(foot)
+    impact = in_impact(foot, 0)
+    hard = with_modes(hopper, soft, foot, {2: [impact, stick, stick, stick]})
+    after = neighbours(hopper, hard, foot)["only a bounce of contact 'foot' in intervals 2 to 3"]
+    assert after == [*[(flight,)] * 2, (impact, flight), *[(flight,)] * 3]
+    assert not any("bounce" in what for what in neighbours(hopper, soft, foot))
+
+
+def test_an_impact_slips_to_the_other_side(hopper: BranchTranscription) -> None:
+    """Where a foot slips in an impact, it slips the other way there, or also as long as it slips after it; one that
+    sticks has no other side."""
+    soft, (foot,) = branch_of(hopper, {0, 1, 4, 5})
+    flight, stick = flight_and_stick(foot)
+    sides = [in_impact(foot, side) for side in (0, 1)]
+    slips = [tuple(factor if n in foot.parts else stick[n] for n, factor in enumerate(one)) for one in sides]
+    branch = with_modes(hopper, soft, foot, {2: [sides[0], *[slips[0]] * 3], 3: [slips[0]] * 4})
+    found = neighbours(hopper, branch, foot)
+    what = "impact of contact 'foot' in interval 2 slipping the other way"
+    assert found[what][1:5] == [(flight,), (sides[1], slips[0]), (slips[0],), (flight,)]
+    assert found[f"{what}, and after it"][1:5] == [(flight,), (sides[1], slips[1]), (slips[1],), (flight,)]
+    sticking = with_modes(hopper, soft, foot, {2: [in_impact(foot), stick, stick, stick]})
+    assert not any("other way" in one for one in neighbours(hopper, sticking, foot))
+    landing = with_modes(hopper, soft, foot, {2: [sides[1], stick, stick, stick]})
+    assert [one for one in neighbours(hopper, landing, foot) if "other way" in one] == [what]
+
+
+def test_what_begins_and_ends_in_an_interval_moves(hopper: BranchTranscription) -> None:
+    """A short contact, with its impact, goes into the interval before or after, and so does a short flight."""
+    flying, (foot,) = branch_of(hopper, set(range(6)))
+    flight, stick = flight_and_stick(foot)
+    touch = [in_impact(foot, 0), stick, flight, flight]
+    found = neighbours(hopper, with_modes(hopper, flying, foot, {2: touch}), foot)
+    for where, k in (("earlier", 1), ("later", 3)):
+        after = found[f"contact of contact 'foot' in interval 2 an interval {where}"]
+        assert after == [(touch[0], stick, flight) if k == at else (flight,) for at in range(6)]
+    standing, _ = branch_of(hopper, set())
+    hopping = with_modes(hopper, standing, foot, {2: [stick, flight, stick, stick]})
+    after = neighbours(hopper, hopping, foot)["flight of contact 'foot' in interval 2 an interval later"]
+    assert after == [(stick, flight, stick) if at == 3 else (stick,) for at in range(6)]
+
+
+def test_a_foot_takes_off_as_another_is_hit(feet: BranchTranscription) -> None:
+    """A foot has no force any more while the clock stands still for the other one's impact, which begins an interval;
+    it has none after both have moved, to the end of the interval or into it."""
+    soft, (front, hind) = branch_of(feet, set(range(4, 20)), {0, 1, 2, 3})
+    flight, stick = flight_and_stick(front)
+    impact = in_impact(hind, 0)
+    branch = with_modes(feet, soft, hind, {4: [impact, stick, stick, stick]})
+    what = "take-off of contact 'front' and touchdown of contact 'hind' in interval 3"
+    assert neighbours(feet, branch, front)[f"{what} an interval later at once"][3:6] == [
+        (stick,),
+        (stick, flight),
+        (flight,),
+    ]
+    assert neighbours(feet, branch, hind)[f"{what} an interval later at once"][3:6] == [
+        (flight,),
+        (flight, impact),
+        (stick,),
+    ]
+    start = feet.transcription.problem.start
+    for where, name in (("an interval later at once", "later"), ("into interval 4", "into")):
+        found = [
+            move.branch
+            for move in moves(feet.transcription, feet.conditions, start, branch)
+            if move.what == f"{what} {where}"
+        ]
+        assert found, name
+        hit = [one for one in found[0].factors if hind.is_impact(hind.of_factors(one))]
+        assert hit and all(front.is_flight(front.of_factors(one)) for one in hit), name
