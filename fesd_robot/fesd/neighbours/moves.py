@@ -108,7 +108,6 @@ def moves(
       boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
-    - A flight at an end of the motion ends in a contact there.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
     - Last, for they seldom gain: of a contact between two flights only the impact is left; an impact slips to the other
       side, alone or with the slip after it.
@@ -132,7 +131,6 @@ def moves(
         others = {switch.interval for every in switches if every is not shifts for switch in every}
         changes += [*_shifted(shifts, others), *_shifted_runs(shifts), *_shifted_within(modes, own)]
         changes += [*_without_run(modes, of_contact), *_swapped(modes, of_contact), *_with_flight(modes, of_contact)]
-        seldom += _in_contact_at_ends(modes, of_contact)
         seldom += [*_bouncing(modes, own, of_contact), *_slipping_the_other_way(modes, own, of_contact)]
     together = [*_shifted_together(switches), *_exchanged(switches)]
     ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
@@ -309,15 +307,6 @@ def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
                 what = f"stick or slip of {modes.in_words} swapped in intervals {run.first} to {run.last}"
                 patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
                 yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])
-
-
-def _in_contact_at_ends(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
-    """Yield the changes in which a flight at an end of the motion is one interval shorter, and a contact is there."""
-    for n, beside, name in ((0, 1, "first"), (-1, -2, "last")):
-        if len(runs) > 1 and modes.is_flight(runs[n].mode) and runs[n].last > runs[n].first:
-            k = runs[n].last if n else runs[n].first
-            what = f"contact of {modes.in_words} in the {name} interval"
-            yield _Change((modes.name, k, "at an end"), what, [(modes, {k: (runs[beside].mode,)})])
 
 
 def _with_flight(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
