@@ -91,6 +91,8 @@ def test_what_begins_and_ends_in_an_interval_moves(hopper: BranchTranscription) 
     for where, k in (("earlier", 1), ("later", 3)):
         after = found[f"contact of contact 'foot' in interval 2 an interval {where}"]
         assert after == [(touch[0], stick, flight) if k == at else (flight,) for at in range(6)]
+    alone = with_modes(hopper, flying, foot, {2: [in_impact(foot, 0)] * 4})
+    assert not any("contact of" in what for what in neighbours(hopper, alone, foot)), "nothing but an impact"
     standing, _ = branch_of(hopper, set())
     hopping = with_modes(hopper, standing, foot, {2: [stick, flight, stick, stick]})
     after = neighbours(hopper, hopping, foot)["flight of contact 'foot' in interval 2 an interval later"]

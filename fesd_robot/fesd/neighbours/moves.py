@@ -177,16 +177,19 @@ def _shifted_within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterato
     """Yield the changes that move what begins and ends in one interval: an impact between two flights, or a mode."""
     flat = [without_impacts(modes, pattern) for pattern in patterns]
     for k, own in enumerate(flat):
-        before, after = flat[k - 1][-1] if k else own[0], flat[k + 1][0] if k + 1 < len(flat) else own[-1]
-        within = own[own[0] == before : len(own) - (own[-1] == after)]
-        bounces = len(own) < len(patterns[k]) and all(map(modes.is_flight, (before, *own, after)))
+        before, after = (flat[k - 1] if k else own)[-1:], (flat[k + 1] if k + 1 < len(flat) else own)[:1]
+        if not (before and own and after):
+            continue  # an interval with nothing but an impact
+        within = own[own[:1] == before : len(own) - (own[-1:] == after)]
+        bounces = len(own) < len(patterns[k]) and all(map(modes.is_flight, (*before, *own, *after)))
         if not within and not bounces:
             continue
-        kind = "bounce" if bounces else "flight" if modes.is_flight(within[0]) else "contact"
+        kind = "stick or slip" if modes.is_joint else "contact"
+        kind = "bounce" if bounces else "flight" if modes.is_flight(within[0]) else kind
         for where, other, left in ((EARLIER, k - 1, after), (LATER, k + 1, before)):
             if 0 <= other < len(patterns) and len(patterns[other]) == 1:
                 what = f"{kind} of {modes.in_words} in interval {k} {where}"
-                moved = {k: (left,), other: patterns[k]}
+                moved = {k: left, other: patterns[k]}
                 yield _Change((modes.name, k, f"{kind} {where}"), what, [(modes, moved)])
 
 
