@@ -9,6 +9,7 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode, contact_modes
 from fesd_robot.fesd.path_between import PathBetween
+from fesd_robot.fesd.refinement.between_stages import STRICTER
 from fesd_robot.ocp.determinacy import DeterminacyConstraint
 from fesd_robot.solved_motion import SolvedMotion
 
@@ -29,7 +30,7 @@ def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
 
     Looked at are the control intervals that a replay leaves, and in them the elements in which a contact is closed in a
     posture where several motions obey Coulomb's law, or none that is near: there a force at the edge of its cone is no
-    beginning of a slip. What is held already is not asked for again.
+    beginning of a slip. What is held already, at places in an element, and missed between them, becomes stricter.
 
     Args:
         solved: a motion whose local errors are small.
@@ -37,9 +38,21 @@ def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
     missing = dict(_missing(solved))
     held = {(one.constraint, one.element): one.margin for one in solved.transcription.added.paths}
     for step in (0.0, HALF):
-        paths = [PathBetween(*place, -step * by) for place, by in missing.items()]
-        if stricter := [one for one in paths if one.margin > held.get((one.constraint, one.element), -np.inf)]:
-            yield stricter
+        if paths := [PathBetween(*place, _margin(held.get(place), by, step)) for place, by in missing.items()]:
+            yield paths
+
+
+def _margin(held: float | None, by: float, step: float) -> float:
+    """Return how strictly a posture is to be held that misses its bounds by something, if at all already.
+
+    Args:
+        held: how strictly it is, negative on the way there; None if it is not.
+        by: what is missing.
+        step: the part of the way that is left for later.
+    """
+    if held is None or held < 0:
+        return step * (-by if held is None else held)
+    return held + STRICTER * (1 - step) * by
 
 
 def _missing(solved: SolvedMotion) -> Iterator[tuple[tuple[int, int], float]]:

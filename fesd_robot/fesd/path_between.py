@@ -17,7 +17,7 @@ from fesd_robot.mpcc import Block
 
 PLACES = 8
 """Equal parts of an element at whose inner ends a path constraint is held; one on request, which is not held at the
-stages, at the end of the element, too."""
+stages, at the ends of the element, too."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def _block(
     layout, s = indices.layout(0), tableau.stages
     x, z = ca.SX.sym("x", layout.n_x, s + 1), ca.SX.sym("z", layout.n_z, s)
     u, margin = ca.SX.sym("u", layout.n_u), ca.SX.sym("margin")
-    inner = np.arange(1, PLACES + constraint.on_request) / PLACES
+    inner = np.arange(1 - constraint.on_request, PLACES + constraint.on_request) / PLACES
     states = ca.mtimes(x, ca.DM(lagrange(tableau.nodes, inner).T))
     algebraic = ca.mtimes(z, ca.DM(lagrange(tableau.c, inner).T))
     function = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])

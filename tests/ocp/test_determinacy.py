@@ -16,6 +16,7 @@ from fesd_robot.determinacy import HALF, determined
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import with_bounds_between
+from fesd_robot.fesd.refinement.between_stages import STRICTER
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.determinacy import DETERMINACY, MARGIN
 
@@ -58,9 +59,9 @@ def test_a_contact_without_friction_needs_none():
     assert not any(one.name.startswith(DETERMINACY) for one in motion.ocp.constraints)
 
 
-def test_what_is_held_is_not_asked_for_again(monoped):
-    """In an interval that its replay leaves a closed contact is held in such postures, at once or half of the way; once
-    they are held, nothing is left to ask for, and half of the way leaves the other half."""
+def test_what_is_held_and_missed_is_held_more_strictly(monoped):
+    """In an interval that its replay leaves a closed contact is held in such postures, at once or half of the way; half
+    of the way leaves the other half, or half of that; what is held and missed all the same becomes stricter."""
     transcription = Transcription(monoped.ocp, monoped.fesd)
     (number,) = (i for i, one in enumerate(monoped.ocp.constraints) if one.name.startswith(DETERMINACY))
     constraint, n_q = monoped.ocp.constraints[number], monoped.robot.model.nq
@@ -85,6 +86,10 @@ def test_what_is_held_is_not_asked_for_again(monoped):
     missing = MARGIN - rows(np.concatenate([crouching, rest])).full().min()
     assert [one.margin for one in half] == pytest.approx([-HALF * missing] * len(own))
 
-    for held, left in ((whole, []), (half, [whole])):
+    for held, margins in (
+        (whole, (STRICTER * missing, HALF * STRICTER * missing)),
+        (half, (0.0, -(HALF**2) * missing)),
+    ):
         solved.transcription = with_bounds_between(transcription, held)
-        assert list(determined(solved)) == left
+        for asked, margin in zip(determined(solved), margins, strict=True):
+            assert [one.margin for one in asked] == pytest.approx([margin] * len(own))
