@@ -181,8 +181,8 @@ def test_no_third_start_begins_after_the_time_limit(
 ) -> None:
     """Two that disagree and take all the time are the only ones."""
     monkeypatch.setattr(multistart, "DEFAULT_STARTS", 2)
-    monkeypatch.setattr(planner, "attempt", Costs(short_plan, (1.0, 0.9, 0.5), (0.2, 0.0, 0.2)))
-    plan(load_short("horizon.intervals=8", "solver.processes=1", "solver.time_limit=0.3"), started=started)
+    monkeypatch.setattr(planner, "attempt", Costs(short_plan, (1.0, 0.9, 0.5), (0.2, 0.0, 2.0)))
+    plan(load_short("horizon.intervals=8", "solver.processes=1", "solver.time_limit=2.0"), started=started)
     assert started.seeds == [0, 2]
 
 
