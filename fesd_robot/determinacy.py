@@ -36,10 +36,11 @@ def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
         solved: a motion whose local errors are small.
     """
     missing = dict(_missing(solved))
+    if not missing:
+        return
     held = {(one.constraint, one.element): one.margin for one in solved.transcription.added.paths}
     for step in (0.0, HALF):
-        if paths := [PathBetween(*place, _margin(held.get(place), by, step)) for place, by in missing.items()]:
-            yield paths
+        yield [PathBetween(*place, _margin(held.get(place), by, step)) for place, by in missing.items()]
 
 
 def _margin(held: float | None, by: float, step: float) -> float:
