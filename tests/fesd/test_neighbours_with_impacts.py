@@ -66,7 +66,7 @@ def test_only_the_impact_of_a_contact_is_left(hopper: BranchTranscription) -> No
 
 def test_an_impact_slips_to_the_other_side(hopper: BranchTranscription) -> None:
     """Where a foot slips in an impact, it slips the other way there, or also as long as it slips after it; one that
-    sticks has no other side."""
+    sticks has no other side, and a slip long after a bounce does not turn with the bounce."""
     soft, (foot,) = branch_of(hopper, {0, 1, 4, 5})
     flight, stick = flight_and_stick(foot)
     sides = [in_impact(foot, side) for side in (0, 1)]
@@ -80,6 +80,10 @@ def test_an_impact_slips_to_the_other_side(hopper: BranchTranscription) -> None:
     assert not any("other way" in one for one in neighbours(hopper, sticking, foot))
     landing = with_modes(hopper, soft, foot, {2: [sides[1], stick, stick, stick]})
     assert [one for one in neighbours(hopper, landing, foot) if "other way" in one] == [what]
+    slip = [slips[0]] * 4
+    bounce = with_modes(hopper, soft, foot, {0: [flight, sides[0], flight, flight], 2: slip, 3: slip})
+    turned = [one for one in neighbours(hopper, bounce, foot) if "other way" in one]
+    assert turned == ["impact of contact 'foot' in interval 0 slipping the other way"]
 
 
 def test_what_begins_and_ends_in_an_interval_moves(hopper: BranchTranscription) -> None:

@@ -218,7 +218,7 @@ def _slipping_the_other_way(modes: ContactModes, patterns: Sequence[Pattern], ru
             continue
         what = f"impact of {modes.in_words} in interval {k} slipping the other way"
         yield _Change((modes.name, k, "the other way"), what, [(modes, {k: other})])
-        after = next((run for run in runs if run.last >= k and not modes.is_flight(run.mode)), None)
+        after = next((run for run in runs if run.first - 1 <= k <= run.last and not modes.is_flight(run.mode)), None)
         if after and modes.mirrored(after.mode) != after.mode:
             slipping = range(min(k, after.first), after.last + 1)
             turned = {at: _mirrored(modes, patterns[at], {*impacts, after.mode}) for at in slipping}
