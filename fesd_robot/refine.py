@@ -113,10 +113,11 @@ def refined(
 
     A round gives every element one more stage if many errors are larger than the accuracy, else divides those
     elements, else holds the bounds that are violated between stages, all of them or those that are violated least;
-    where these are violated by much more than errors explain, that comes first. What two rounds would do is tried
-    at once where it is clear beforehand (`_two_at_once`). Both only as long as no round has failed. Else it holds
-    contacts in postures where Coulomb's law decides the motion, where its replay shows that it does not, and solves
-    the branch NLP again from the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the
+    where these are violated by much more than errors explain, that comes first. Else it holds contacts in postures
+    where Coulomb's law decides the motion, where its replay shows that it does not; before all else where it leaves
+    the motion by more than errors explain. What two rounds would do is tried at once where it is clear beforehand
+    (`_two_at_once`). Something comes first only as long as no round has failed. The branch NLP is solved again from
+    the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the
     audit alone decides whether to go on: not if all of its entries have something to spare. A coarse motion may do
     what no finer one does: where there is no solution, or one that costs much more, branches near by are looked for
     (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`; the last motion that passes the audit is
@@ -222,8 +223,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     Args:
         solved: the motion.
         accuracy: largest local error of an element.
-        early: whether two rounds are tried at once, and bounds that are violated by more than errors explain held
-            before these are small.
+        early: whether two rounds are tried at once, and what errors do not explain is held before these are small:
+            bounds, and postures in which Coulomb's law decides.
     """
     errors, gross = solved.local_errors, max(GROSS, accuracy)
     asking = errors > accuracy
@@ -231,6 +232,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     violated = violated_between_stages(transcription, conditions, solved.solution.w, solved.branch)
     worst = max((one.violation for one in violated), default=0.0)
     if early:
+        yield from _in_other_postures(solved)
         yield from _two_at_once(solved, accuracy, violated)
         if asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
             yield _with_bounds(solved, violated)
@@ -247,10 +249,15 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
                 yield _with_bounds(solved, violated)
             yield _in_parts(solved, transcription, excess)
     yield from _with_more_bounds(solved, violated)
-    if not asking.any():
-        for paths in determined(solved):
-            finer = with_bounds_between(transcription, paths)
-            yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
+    if not (early or asking.any()):
+        yield from _in_other_postures(solved)
+
+
+def _in_other_postures(solved: SolvedMotion) -> Iterator[Finer]:
+    """Yield it with contacts held in postures where Coulomb's law decides the motion, all of the way and half of it."""
+    for paths in determined(solved):
+        finer = with_bounds_between(solved.transcription, paths)
+        yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
 
 
 def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Violated]) -> Iterator[Finer]:

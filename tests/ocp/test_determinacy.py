@@ -78,6 +78,7 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
     solved = SimpleNamespace(
         replay=SimpleNamespace(intervals=[SimpleNamespace(interval=4, velocity_error=np.ones(1))]),
         transcription=transcription,
+        local_errors=np.zeros(len(elements)),
         solution=SimpleNamespace(w=transcription.pack(elements)),
         branch=Branch(tuple(conditions.labels), factors, (False,) * len(elements)),
     )
@@ -93,3 +94,6 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
         solved.transcription = with_bounds_between(transcription, held)
         for asked, margin in zip(determined(solved), margins, strict=True):
             assert [one.margin for one in asked] == pytest.approx([margin] * len(own))
+
+    solved.local_errors = np.full(len(elements), 1.0)
+    assert not list(determined(solved)), "an error of the motion's own explains that the replay leaves it"
