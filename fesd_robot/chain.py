@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from fesd_robot.adapters import homotopy_options, with_promised_goal
 from fesd_robot.coarse_start import coarse_start
+from fesd_robot.determinacy import in_deciding_postures
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.schemes import MAX_STAGES
+from fesd_robot.finer import continued
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import known_start
 from fesd_robot.local_search import GAIN, Depth, Listeners, searched
@@ -30,6 +33,9 @@ from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
+
+MOST_HOLDS = 3
+"""How often a motion is held in other postures and searched from there; a search may end in such postures elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +89,7 @@ class Chain:
     ) -> _Refined:
         """Return the motion of a task before and after its refinement; args as in `solved`, `refined`, `searched`."""
         task = motion.task
-        options, stop = homotopy_options(task), self.stop
+        options = homotopy_options(task)
         first = self._first(motion, transcription)
         if promised and task.goal.soft:
             motion = with_promised_goal(motion)
@@ -91,15 +97,7 @@ class Chain:
         wanted = task.solver.local_search
         if first.search if wanted == "auto" else wanted:
             self.reached(Station.IMPROVING)
-            searches = searched(
-                solved,
-                options,
-                self.deadline,
-                Listeners(self.report, self.counted, self.progress),
-                stop,
-                cores_for(task),
-                depth=min(depth, first.depth),
-            )
+            searches = self._searched(solved, options, min(depth, first.depth))
         else:
             searches = iter([solved])
         found: _Refined | None = None
@@ -112,6 +110,38 @@ class Chain:
             if self.beaten(candidate):
                 break
         return found or _Refined(solved, solved)
+
+    def _searched(self, solved: SolvedMotion, options: HomotopyOptions, depth: Depth) -> Iterator[SolvedMotion]:
+        """Yield the cheapest motion near by, then ever earlier ones on the way; args as in `searched`.
+
+        Where Coulomb's law does not decide the cheapest, it is held in postures where it does, and searched from there.
+        """
+        listeners = Listeners(self.report, self.counted, self.progress)
+        for left in reversed(range(1 + MOST_HOLDS)):
+            searches = searched(
+                solved, options, self.deadline, listeners, self.stop, cores_for(solved.motion.task), depth=depth
+            )
+            cheapest = next(searches)
+            held = self._held(cheapest, options) if left and not self.beaten(cheapest) else None
+            if held is None:
+                yield cheapest
+                yield from searches
+                break
+            solved = held
+
+    def _held(self, motion: SolvedMotion, options: HomotopyOptions) -> SolvedMotion | None:
+        """Return a motion held in postures where Coulomb's law decides it, None if that is not needed or fails.
+
+        Without local errors nobody knows whether these or the postures are why a replay leaves the motion.
+        """
+        if not motion.solution.exact or motion.search is None or motion.stages == MAX_STAGES:
+            return None
+        for finer in in_deciding_postures(motion):
+            if held := continued(motion, finer, options, self.deadline, self.report, self.stop):
+                move = f"held in postures in which Coulomb's law decides the motion: {held.cost:.6g}"
+                search = motion.search.model_copy(update={"moves": [*motion.search.moves, move]})
+                return replace(held, rounds=motion.rounds, search=search)
+        return None
 
     def _refined(self, motion: SolvedMotion, options: HomotopyOptions, *, with_spare: bool) -> SolvedMotion:
         """Return a motion as accurate as its task asks for, unless another start beats it meanwhile."""

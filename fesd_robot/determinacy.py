@@ -10,14 +10,17 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode, contact_modes
 from fesd_robot.fesd.path_between import PathBetween
+from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.fesd.refinement.between_stages import STRICTER
+from fesd_robot.finer import Finer
+from fesd_robot.mpcc import BranchPoint
 from fesd_robot.ocp.determinacy import DeterminacyConstraint
 from fesd_robot.solved_motion import SolvedMotion
 
 FOLLOWED = 1e-3
 """m/s or rad/s; a control interval whose replay ends this close to the plan is the plan's motion."""
 
-UNEXPLAINED = 1000.0
+UNEXPLAINED = 200.0
 """How many times the local error of a control interval's elements its replay must leave the plan by, if that is not to
 be for the error: before refinement it is up to a hundred times, where no other motion obeys Coulomb's law."""
 
@@ -30,8 +33,8 @@ HALF = 0.5
 _OPEN = (ContactMode.FLIGHT, ContactMode.IMPACT)
 
 
-def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
-    """Yield what to hold so that rigid bodies decide a motion where they do not: all of it at once, then half the way.
+def in_deciding_postures(solved: SolvedMotion) -> Iterator[Finer]:
+    """Yield a motion held in postures where rigid bodies decide it, if it is not: all of the way at once, then half.
 
     Looked at are the control intervals that a replay leaves by more than local errors explain, and in them the elements
     in which a contact is closed in a posture where several motions obey Coulomb's law, or none that is near: there a
@@ -48,10 +51,12 @@ def determined(solved: SolvedMotion) -> Iterator[list[PathBetween]]:
         return
     held = {(one.constraint, one.element): one.margin for one in solved.transcription.added.paths}
     for step in (0.0, HALF):
-        yield [
+        paths = [
             PathBetween(one.constraint, one.element, _margin(held.get((one.constraint, one.element)), one.by, step))
             for one in missing
         ]
+        finer = with_bounds_between(solved.transcription, paths)
+        yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
 
 
 def _margin(held: float | None, by: float, step: float) -> float:

@@ -314,11 +314,14 @@ class _Search:
         return replace(self._solved.continued(polisher, found), search=self._summary(moves))
 
     def _summary(self, moves: list[str]) -> LocalSearch:
-        """Return what was done, and which moves lead to a motion."""
+        """Return what was done, by a search before this one, too, and which moves lead to a motion."""
+        earlier = self._solved.search or LocalSearch(
+            seconds=0.0, iterations=0, trials=0, cost_before=self._solved.cost, moves=[]
+        )
         return LocalSearch(
-            seconds=time.perf_counter() - self._begin,
-            iterations=sum(report.iterations for report in self._solver.reports),
-            trials=self._trials,
-            cost_before=self._solved.solution.residuals.objective,
-            moves=moves,
+            seconds=earlier.seconds + time.perf_counter() - self._begin,
+            iterations=earlier.iterations + sum(report.iterations for report in self._solver.reports),
+            trials=earlier.trials + self._trials,
+            cost_before=earlier.cost_before,
+            moves=[*earlier.moves, *moves],
         )

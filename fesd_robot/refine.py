@@ -7,13 +7,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from fesd_robot.determinacy import determined
+from fesd_robot.determinacy import in_deciding_postures
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import (
     Violated,
     multiplier_errors,
@@ -23,8 +21,8 @@ from fesd_robot.fesd.refinement import (
     with_stages,
 )
 from fesd_robot.fesd.schemes import MAX_STAGES
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport, continue_on_branch
-from fesd_robot.repair import repaired
+from fesd_robot.finer import Finer, continued
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop, stop_requested
 from fesd_robot.strategies.deadline import Deadline
@@ -81,20 +79,6 @@ MULTIPLIER_ACCURACY = 100.0
 """Error of multipliers near their bounds, relative to the accuracy; one of 1e-5 is a force of 1e-4 robot weights."""
 
 
-class Finer(NamedTuple):
-    """A finer transcription, and where to start.
-
-    Attributes:
-        transcription: the transcription.
-        start: a point of it, and its branch.
-        repair: whether other branches near it are looked for, too.
-    """
-
-    transcription: Transcription
-    start: BranchPoint
-    repair: bool = False
-
-
 def refined(
     solved: SolvedMotion,
     options: HomotopyOptions,
@@ -132,7 +116,7 @@ def refined(
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
         with_spare: whether the accuracy is tightened where the audit passes with little to spare.
     """
-    continued = partial(_continued, options=options, deadline=deadline, progress=progress, stop=stop)
+    go_on = partial(continued, options=options, deadline=deadline, progress=progress, stop=stop)
 
     def over(needed: float = 0.0) -> bool:
         return deadline.left <= needed or stop_requested(stop)
@@ -141,7 +125,7 @@ def refined(
     if not solved.solution.exact or _is_no_motion(solved):
         return solved
     for factor in TIGHTENED if with_spare else TIGHTENED[:1]:
-        solved = _to_accuracy(solved, factor * accuracy, continued, over)
+        solved = _to_accuracy(solved, factor * accuracy, go_on, over)
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
@@ -153,7 +137,7 @@ def refined(
 def _to_accuracy(
     solved: SolvedMotion,
     accuracy: float,
-    continued: Callable[[SolvedMotion, Finer], SolvedMotion | None],
+    go_on: Callable[[SolvedMotion, Finer], SolvedMotion | None],
     over: Callable[..., bool],
 ) -> SolvedMotion:
     """Return an exact solution refined to an accuracy, or as far as its audit passes.
@@ -161,7 +145,7 @@ def _to_accuracy(
     Args:
         solved: of a collocation scheme.
         accuracy: largest local error of an element.
-        continued: solves a finer transcription.
+        go_on: solves a finer transcription.
         over: whether nothing more is to begin; called with the seconds that it may take, none if left out. A round
             takes those of the last one: its NLP looks at the clock, but building, errors and audit do not.
     """
@@ -180,12 +164,12 @@ def _to_accuracy(
         for finer in _finer(solved, accuracy, early=not failures):
             if finer.repair and repairs == MOST_REPAIRS:
                 continue
-            following = continued(solved, finer)
+            following = go_on(solved, finer)
             failures += following is None and not finer.repair
             repairs += finer.repair
             costly = following is not None and _cost(following) > (1 + COST_LOSS) * _cost(solved)
             if costly and not finer.repair and repairs < MOST_REPAIRS:
-                other, repairs = continued(solved, finer._replace(repair=True)), repairs + 1
+                other, repairs = go_on(solved, finer._replace(repair=True)), repairs + 1
                 following = min((one for one in (following, other) if one), key=_cost)
             if following is not None or failures >= MOST_FAILURES or over():
                 break
@@ -232,7 +216,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     violated = violated_between_stages(transcription, conditions, solved.solution.w, solved.branch)
     worst = max((one.violation for one in violated), default=0.0)
     if early:
-        yield from _in_other_postures(solved)
+        yield from in_deciding_postures(solved)
         yield from _two_at_once(solved, accuracy, violated)
         if asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
             yield _with_bounds(solved, violated)
@@ -250,14 +234,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
             yield _in_parts(solved, transcription, excess)
     yield from _with_more_bounds(solved, violated)
     if not (early or asking.any()):
-        yield from _in_other_postures(solved)
-
-
-def _in_other_postures(solved: SolvedMotion) -> Iterator[Finer]:
-    """Yield it with contacts held in postures where Coulomb's law decides the motion, all of the way and half of it."""
-    for paths in determined(solved):
-        finer = with_bounds_between(solved.transcription, paths)
-        yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
+        yield from in_deciding_postures(solved)
 
 
 def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Violated]) -> Iterator[Finer]:
@@ -340,32 +317,3 @@ def _with_more_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Ite
 def _with_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Finer:
     finer = with_bounds_between(solved.transcription, [one.bound for one in violated])
     return Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
-
-
-def _continued(
-    solved: SolvedMotion,
-    finer: Finer,
-    options: HomotopyOptions,
-    deadline: Deadline,
-    progress: Callable[[NlpReport], None] | None,
-    stop: Stop | None,
-) -> SolvedMotion | None:
-    """Return the solution of a finer transcription on its branch, None if there is none."""
-    transcription, start, repair = finer
-    if repair:
-        found = repaired(transcription, start, solved.solution, options, deadline, progress, stop)
-        return replace(solved.continued(*found), rounds=solved.rounds + 1) if found else None
-    polisher = BranchTranscription(transcription)
-    solution = continue_on_branch(
-        transcription.problem,
-        polisher,
-        start,
-        solved.solution,
-        options,
-        seconds_left=deadline.remaining,
-        progress=progress,
-        stop=stop,
-    )
-    if solution is None:
-        return None
-    return replace(solved.continued(polisher, solution), rounds=solved.rounds + 1)

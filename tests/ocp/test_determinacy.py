@@ -12,7 +12,7 @@ import pytest
 from fesd_robot import load_task
 from fesd_robot.adapters import numeric_physics
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.determinacy import HALF, determined
+from fesd_robot.determinacy import HALF, in_deciding_postures
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import with_bounds_between
@@ -82,7 +82,7 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
         solution=SimpleNamespace(w=transcription.pack(elements)),
         branch=Branch(tuple(conditions.labels), factors, (False,) * len(elements)),
     )
-    whole, half = determined(solved)
+    whole, half = (finer.transcription.added.paths for finer in in_deciding_postures(solved))
     assert [(one.constraint, one.element, one.margin) for one in whole] == [(number, e, 0.0) for e in own]
     missing = MARGIN - rows(np.concatenate([crouching, rest])).full().min()
     assert [one.margin for one in half] == pytest.approx([-HALF * missing] * len(own))
@@ -92,8 +92,8 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
         (half, (0.0, -(HALF**2) * missing)),
     ):
         solved.transcription = with_bounds_between(transcription, held)
-        for asked, margin in zip(determined(solved), margins, strict=True):
-            assert [one.margin for one in asked] == pytest.approx([margin] * len(own))
+        for finer, margin in zip(in_deciding_postures(solved), margins, strict=True):
+            assert [one.margin for one in finer.transcription.added.paths] == pytest.approx([margin] * len(own))
 
     solved.local_errors = np.full(len(elements), 1.0)
-    assert not list(determined(solved)), "an error of the motion's own explains that the replay leaves it"
+    assert not list(in_deciding_postures(solved)), "an error of the motion's own explains that the replay leaves it"

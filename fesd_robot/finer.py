@@ -1,0 +1,67 @@
+"""A finer transcription of an exact motion, and the motion that continues it there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport, continue_on_branch
+from fesd_robot.repair import repaired
+from fesd_robot.solved_motion import SolvedMotion
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+
+class Finer(NamedTuple):
+    """A finer transcription, or one with more rows, and where to start.
+
+    Attributes:
+        transcription: the transcription.
+        start: a point of it, and its branch.
+        repair: whether other branches near it are looked for, too.
+    """
+
+    transcription: Transcription
+    start: BranchPoint
+    repair: bool = False
+
+
+def continued(
+    solved: SolvedMotion,
+    finer: Finer,
+    options: HomotopyOptions,
+    deadline: Deadline,
+    progress: Callable[[NlpReport], None] | None,
+    stop: Stop | None,
+) -> SolvedMotion | None:
+    """Return the solution of a finer transcription on its branch, None if there is none.
+
+    Args:
+        solved: the motion that it continues.
+        finer: the transcription.
+        options: of the homotopy.
+        deadline: of the task.
+        progress: called after every NLP.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends it.
+    """
+    transcription, start, repair = finer
+    if repair:
+        found = repaired(transcription, start, solved.solution, options, deadline, progress, stop)
+        return replace(solved.continued(*found), rounds=solved.rounds + 1) if found else None
+    polisher = BranchTranscription(transcription)
+    solution = continue_on_branch(
+        transcription.problem,
+        polisher,
+        start,
+        solved.solution,
+        options,
+        seconds_left=deadline.remaining,
+        progress=progress,
+        stop=stop,
+    )
+    if solution is None:
+        return None
+    return replace(solved.continued(polisher, solution), rounds=solved.rounds + 1)
