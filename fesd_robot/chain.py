@@ -16,7 +16,7 @@ from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.finer import continued
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import known_start
-from fesd_robot.local_search import GAIN, Depth, Listeners, searched
+from fesd_robot.local_search import Depth, Listeners, searched
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.refine import refined
@@ -33,6 +33,13 @@ from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
+
+ORDINARY_LOSS = 0.05
+"""Of the cost: refinement of a motion costs one or two hundredths, and of another on the way of
+the same search as much. Only a motion that costs less by more than this is refined, too, where one has passed."""
+
+HELD = "held in postures in which Coulomb's law decides the motion"
+"""What is said of it among the moves of a search."""
 
 MOST_HOLDS = 3
 """How often a motion is held in other postures and searched from there; a search may end in such postures elsewhere."""
@@ -102,7 +109,7 @@ class Chain:
             searches = iter([solved])
         found: _Refined | None = None
         for candidate in searches:  # the cheaper ones first; refined, one may cost more than another
-            if found and found.after.passes and not candidate.cost < found.after.cost - GAIN * abs(found.after.cost):
+            if found and found.after.passes and not candidate.cost < _clearly_below(found.after.cost):
                 break
             finer = candidate if self.beaten(candidate) else self._refined(candidate, options, with_spare=with_spare)
             if not (found and found.after.passes) or (finer.passes and finer.cost < found.after.cost):
@@ -134,12 +141,12 @@ class Chain:
 
         Without local errors nobody knows whether these or the postures are why a replay leaves the motion.
         """
-        if not motion.solution.exact or motion.search is None or motion.stages == MAX_STAGES:
+        if motion.search is None or not motion.solution.exact or motion.stages == MAX_STAGES:
             return None
         for finer in in_deciding_postures(motion):
             if held := continued(motion, finer, options, self.deadline, self.report, self.stop):
-                move = f"held in postures in which Coulomb's law decides the motion: {held.cost:.6g}"
-                search = motion.search.model_copy(update={"moves": [*motion.search.moves, move]})
+                moves = [*motion.search.moves, f"{HELD}: {held.cost:.6g}"]
+                search = motion.search.model_copy(update={"moves": moves})
                 return replace(held, rounds=motion.rounds, search=search)
         return None
 
@@ -241,3 +248,8 @@ class _First(NamedTuple):
     solution: MpccSolution
     search: bool = True
     depth: Depth = Depth.DETOURS
+
+
+def _clearly_below(cost: float) -> float:
+    """Return the cost below which refinement is likely to end below a cost."""
+    return cost - ORDINARY_LOSS * abs(cost)
