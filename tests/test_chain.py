@@ -60,7 +60,7 @@ def test_the_cheapest_motion_that_is_true_is_kept(
     kept: float,
     refined: int,
 ) -> None:
-    """Candidates come the cheaper ones first; those that cost clearly less than the best that passes are refined, no others.
+    """Candidates come the cheaper ones first; those that cost clearly less than the best that passes are refined.
 
     The last is kept where none passes.
     """
