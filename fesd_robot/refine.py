@@ -121,9 +121,9 @@ def refined(
     def over(needed: float = 0.0) -> bool:
         return deadline.left <= needed or stop_requested(stop)
 
-    best = unrefined = solved
     if not solved.solution.exact or _is_no_motion(solved):
         return solved
+    best = unrefined = solved = solved.without_shrunk
     for factor in TIGHTENED if with_spare else TIGHTENED[:1]:
         solved = _to_accuracy(solved, factor * accuracy, go_on, over)
         idle = best is not unrefined and not _improves(solved, best)
@@ -176,7 +176,7 @@ def _to_accuracy(
         if following is None:
             break
         earlier.append(solved)
-        solved = following
+        solved = following.without_shrunk
     best = _last_that_passes([*earlier, solved])
     return best.counted(solved.rounds, solved.seconds + time.perf_counter() - begin)
 

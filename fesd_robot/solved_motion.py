@@ -62,6 +62,16 @@ class SolvedMotion:
         return replace(own, search=self.search, rounds=self.rounds, seconds=self.seconds)
 
     @property
+    def without_shrunk(self) -> SolvedMotion:
+        """The same exact motion, on whose branch elements that have shrunk to nothing have no length."""
+        branch = self.polisher.branch_of_exact(self.branch, self.solution.w)
+        return (
+            self
+            if branch == self.branch
+            else replace(self, branch=branch, solution=replace(self.solution, branch=branch))
+        )
+
+    @property
     def cost(self) -> float:
         """Of the solution."""
         return self.solution.residuals.objective

@@ -17,6 +17,9 @@ from fesd_robot.fesd.trajectory import Element
 WITHOUT_LENGTH = 0.03
 """An element shorter than this times its equal part of the interval has no length: nothing happens in it."""
 
+SHRUNK = 1e-9
+"""The same of an element of an exact motion: one at its least length, a tolerance of IPOPT above it."""
+
 GRAZING_FLIGHT = 2e-3
 """A flight that stays this low (m) between two elements with contact is one with contact."""
 
@@ -54,15 +57,18 @@ def read_branch(
     return Branch(conditions.labels, tuple(tuple(own) for own in factors), without_length)
 
 
-def drop_elements(branch: Branch, elements: Sequence[Element], steps: np.ndarray) -> Branch | None:
+def drop_elements(
+    branch: Branch, elements: Sequence[Element], steps: np.ndarray, shortest: float = WITHOUT_LENGTH
+) -> Branch | None:
     """Return the branch in which the elements that have shrunk to nothing have no length; None if there are none.
 
     Args:
         branch: of the elements.
         elements: of the trajectory, in time order.
         steps: equal part of the interval of every element, numerical time.
+        shortest: of their equal parts, what has a length.
     """
-    short = [e.step < WITHOUT_LENGTH * h for e, h in zip(elements, steps, strict=True)]
+    short = [e.step < shortest * h for e, h in zip(elements, steps, strict=True)]
     without_length = tuple(bool(old or new) for old, new in zip(branch.without_length, short, strict=True))
     return None if without_length == branch.without_length else replace(branch, without_length=without_length)
 

@@ -15,7 +15,7 @@ from fesd_robot.fesd.element import read_elements
 from fesd_robot.fesd.layout import layout_of
 from fesd_robot.fesd.polishing.bounds import BoundsBuilder
 from fesd_robot.fesd.polishing.conditions import ElementConditions, conditions_of
-from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, drop_elements, out_of_elements, read_branch
+from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, SHRUNK, drop_elements, out_of_elements, read_branch
 from fesd_robot.fesd.polishing.rows import ElementRows
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import Block, BranchBounds, Mpcc
@@ -83,6 +83,13 @@ class BranchTranscription:
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
         """Return the branch with the elements that have shrunk to nothing at w; None if there are none."""
         return drop_elements(branch, self.transcription.unpack(w), self._equal_steps)
+
+    def branch_of_exact(self, branch: Branch, w: np.ndarray) -> Branch:
+        """Return the branch of an exact motion, on which elements at their least length have none.
+
+        A switch at such an element is one at the boundary of control intervals, where controls jump.
+        """
+        return drop_elements(branch, self.transcription.unpack(w), self._equal_steps, SHRUNK) or branch
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """Return the bounds on variables and rows of `problem` that keep the active factors of a branch at zero."""
