@@ -41,6 +41,9 @@ the same search as much. Only a motion that costs less by more than this is refi
 HELD = "held in postures in which Coulomb's law decides the motion"
 """What is said of it among the moves of a search."""
 
+HOLDING_LOSS = 0.01
+"""Of the cost: what a motion may lose where it is held in other postures without being searched from again."""
+
 MOST_HOLDS = 3
 """How often a motion is held in other postures and searched from there; a search may end in such postures elsewhere."""
 
@@ -121,7 +124,8 @@ class Chain:
     def _searched(self, solved: SolvedMotion, options: HomotopyOptions, depth: Depth) -> Iterator[SolvedMotion]:
         """Yield the cheapest motion near by, then ever earlier ones on the way; args as in `searched`.
 
-        Where Coulomb's law does not decide the cheapest, it is held in postures where it does, and searched from there.
+        Where Coulomb's law does not decide the cheapest, it is held in postures where it does, and searched from there
+        if it costs clearly more: else its neighbours would be those that have been tried.
         """
         listeners = Listeners(self.report, self.counted, self.progress)
         for left in reversed(range(1 + MOST_HOLDS)):
@@ -130,8 +134,8 @@ class Chain:
             )
             cheapest = next(searches)
             held = self._held(cheapest, options) if left and not self.beaten(cheapest) else None
-            if held is None:
-                yield cheapest
+            if held is None or held.cost <= cheapest.cost + HOLDING_LOSS * abs(cheapest.cost):
+                yield held or cheapest
                 yield from searches
                 break
             solved = held

@@ -84,14 +84,21 @@ def test_the_cheapest_motion_that_is_true_is_kept(
 
 
 @pytest.mark.parametrize(
-    ("undecided", "fails", "holds"), [(0, False, 0), (1, False, 1), (9, False, MOST_HOLDS), (1, True, 0)]
+    ("undecided", "loss", "searches", "holds"),
+    [(0, 0.1, 1, 0), (1, 0.1, 2, 1), (9, 0.1, 1 + MOST_HOLDS, MOST_HOLDS), (1, None, 1, 0), (1, 0.001, 1, 1)],
 )
 def test_a_search_goes_on_from_postures_that_decide_the_motion(
-    load_short: Callable[..., Task], monkeypatch: pytest.MonkeyPatch, undecided: int, fails: bool, holds: int
+    load_short: Callable[..., Task],
+    monkeypatch: pytest.MonkeyPatch,
+    undecided: int,
+    loss: float | None,
+    searches: int,
+    holds: int,
 ) -> None:
     """Where Coulomb's law does not decide what a search ends with, this is held, and searched from there, a few times.
 
-    The record of the search says so; where it cannot be held, what the search has found is taken as it is.
+    The record of the search says so. Where that costs little, there is no further search; where it cannot be held, what
+    the search has found is taken as it is.
     """
     task = load_short("solver.local_search=true", "method.accuracy=none")
     motion = formulate(task)
@@ -105,14 +112,15 @@ def test_a_search_goes_on_from_postures_that_decide_the_motion(
         yield own
 
     def held(one: Candidate, *_: Any) -> Candidate | None:
-        return None if fails else replace(one, cost=one.cost + 0.1, rounds=1)
+        return None if loss is None else replace(one, cost=one.cost + loss, rounds=1)
 
     own = chain_from(Candidate(motion, 2.0, 2.0), monkeypatch)
     monkeypatch.setattr(chain, "searched", searched)
     monkeypatch.setattr(chain, "in_deciding_postures", lambda one: [None] if one.undecided else [])
     monkeypatch.setattr(chain, "continued", held)
     found = own.solved(motion, Transcription(motion.ocp, motion.fesd))
-    assert begun == pytest.approx([2.0 - 0.4 * number for number in range(1 + holds)])
-    assert found.cost == pytest.approx(begun[-1] - 0.5) and found.rounds == 0
+    assert begun == pytest.approx([2.0 - 0.4 * number for number in range(searches)])
+    left = 0.0 if loss is None or holds == searches - 1 else loss
+    assert found.cost == pytest.approx(begun[-1] - 0.5 + left) and found.rounds == 0
     assert found.search is not None
     assert [move.split(":")[0] for move in found.search.moves] == [HELD] * holds

@@ -149,5 +149,5 @@ def test_what_is_no_motion_is_not_refined(errors: list[float], none: bool) -> No
     if none:
         assert refined(cast(Any, motion), cast(Any, None), 1e-7, Deadline(), None, None) is motion
     else:
-        with pytest.raises(AttributeError, match="rounds"):  # it goes on
+        with pytest.raises(AttributeError, match="without_shrunk"):  # it goes on
             refined(cast(Any, motion), cast(Any, None), 1e-7, Deadline(), None, None)
