@@ -35,8 +35,8 @@ from fesd_robot.task import Task
 logger = logging.getLogger(__name__)
 
 ORDINARY_LOSS = 0.05
-"""Of the cost: refinement of a motion costs one or two hundredths, and of another on the way of its search as much. Only
-a motion that costs less by more than this is refined, too, where one has passed."""
+"""Of the cost: refinement of a motion costs one or two hundredths, and of another on the way of its search as much.
+Only a motion that costs less by more than this is refined, too, where one has passed."""
 
 HELD = "held in postures in which Coulomb's law decides the motion"
 """What is said of it among the moves of a search."""
