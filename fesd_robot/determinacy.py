@@ -10,10 +10,8 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode, contact_modes
 from fesd_robot.fesd.path_between import PathBetween
-from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.fesd.refinement.between_stages import STRICTER
-from fesd_robot.finer import Finer
-from fesd_robot.mpcc import BranchPoint
+from fesd_robot.finer import Finer, with_bounds
 from fesd_robot.ocp.determinacy import DeterminacyConstraint
 from fesd_robot.solved_motion import SolvedMotion
 
@@ -55,8 +53,7 @@ def in_deciding_postures(solved: SolvedMotion) -> Iterator[Finer]:
             PathBetween(one.constraint, one.element, _margin(held.get((one.constraint, one.element)), one.by, step))
             for one in missing
         ]
-        finer = with_bounds_between(solved.transcription, paths)
-        yield Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
+        yield with_bounds(solved, paths)
 
 
 def _margin(held: float | None, by: float, step: float) -> float:

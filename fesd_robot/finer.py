@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.added_rows import BoundBetween
+from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport, continue_on_branch
 from fesd_robot.repair import repaired
 from fesd_robot.solved_motion import SolvedMotion
@@ -27,6 +30,12 @@ class Finer(NamedTuple):
     transcription: Transcription
     start: BranchPoint
     repair: bool = False
+
+
+def with_bounds(solved: SolvedMotion, bounds: Sequence[BoundBetween | PathBetween]) -> Finer:
+    """Return a motion's own transcription with further bounds between stages, from which its start may be far."""
+    finer = with_bounds_between(solved.transcription, bounds)
+    return Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
 
 
 def continued(

@@ -16,12 +16,11 @@ from fesd_robot.fesd.refinement import (
     Violated,
     multiplier_errors,
     violated_between_stages,
-    with_bounds_between,
     with_parts,
     with_stages,
 )
 from fesd_robot.fesd.schemes import MAX_STAGES
-from fesd_robot.finer import Finer, continued
+from fesd_robot.finer import Finer, continued, with_bounds
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop, stop_requested
@@ -101,11 +100,10 @@ def refined(
     where Coulomb's law decides the motion, where its replay shows that it does not; before all else where it leaves
     the motion by more than errors explain. What two rounds would do is tried at once where it is clear beforehand
     (`_two_at_once`). Something comes first only as long as no round has failed. The branch NLP is solved again from
-    the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the
-    audit alone decides whether to go on: not if all of its entries have something to spare. A coarse motion may do
-    what no finer one does: where there is no solution, or one that costs much more, branches near by are looked for
-    (`repair`). A round that finds none ends it, and so do `MOST_FAILURES`; the last motion that passes the audit is
-    kept, if one does.
+    the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the audit alone decides whether to
+    go on: not if all of its entries have something to spare. A coarse motion may do what no finer one does: where there
+    is no solution, or one that costs much more, branches near by are looked for (`repair`). A round that finds none
+    ends it, and so do `MOST_FAILURES`; the last motion that passes the audit is kept, if one does.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact, or too coarse to be a motion at all.
@@ -219,7 +217,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
         yield from in_deciding_postures(solved)
         yield from _two_at_once(solved, accuracy, violated)
         if asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
-            yield _with_bounds(solved, violated)
+            yield with_bounds(solved, [one.bound for one in violated])
     for most in dict.fromkeys((gross, accuracy)):
         if 0 < (errors > most).sum() <= _many(solved):
             yield _in_parts(solved, transcription, np.maximum(errors / most, 1.0))
@@ -230,7 +228,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
         excess = np.maximum(errors / (MULTIPLIER_ACCURACY * accuracy), 1.0)
         if excess.max(initial=1.0) > 1.0:
             if early and worst > errors.max():
-                yield _with_bounds(solved, violated)
+                yield with_bounds(solved, [one.bound for one in violated])
             yield _in_parts(solved, transcription, excess)
     yield from _with_more_bounds(solved, violated)
     if not (early or asking.any()):
@@ -250,7 +248,7 @@ def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Viola
     errors, gross, many = solved.local_errors, max(GROSS, accuracy), _many(solved)
     few = 0 < (errors > accuracy).sum() <= many
     if few and violated and errors.max() <= gross:
-        bounds = _with_bounds(solved, violated)
+        bounds = with_bounds(solved, [one.bound for one in violated])
         parts = _in_parts(solved, bounds.transcription, np.maximum(errors / accuracy, 1.0))
         yield parts._replace(start=replace(parts.start, freer=True))
     elif not few and 0 < (errors > gross).sum() <= many:
@@ -307,13 +305,8 @@ def _with_more_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Ite
     """Yield it with all bounds that are violated between stages, and with those of them that are violated least."""
     few = violated
     while few:
-        finer = _with_bounds(solved, few)
+        finer = with_bounds(solved, [one.bound for one in few])
         yield finer
         if few is violated:
             yield finer._replace(start=replace(finer.start, freer=False), repair=True)
         few = few[: len(few) // 2]
-
-
-def _with_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Finer:
-    finer = with_bounds_between(solved.transcription, [one.bound for one in violated])
-    return Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
