@@ -88,11 +88,17 @@ class Neighbourhood:
         return self.polisher.transcription
 
     def filled(self, end: PolishingReport | None) -> PolishingReport | None:
-        """Return an exact motion with all elements in use, the given one if there is none nearby."""
+        """Return an exact motion with all elements in use, the given one if there is none nearby.
+
+        An element is out of use if its branch says so, and also if the NLP has left it at its least length.
+        """
+        if end is None:
+            return None
         for _ in range(MOST_FILLINGS):
-            if end is None or not any(end.branch.without_length):
+            branch = self.polisher.branch_of_exact(end.branch, end.w)
+            if not any(branch.without_length):
                 break
-            end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, end.branch))) or end
+            end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, branch))) or end
         return end
 
     def exact_after(self, trial: PolishingReport) -> PolishingReport | None:
