@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.neighbours import intervals_of
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import BranchPoint, PolishingReport, solve
 from fesd_robot.neighbourhood import Neighbourhood
@@ -26,9 +26,8 @@ Motion = tuple[Neighbourhood, PolishingReport]
 @pytest.fixture(scope="module")
 def motion() -> Motion:
     """A block that slides, waits and is pushed on, with room in every interval, and its exact end there."""
-    task = load_task(TASKS / "block_push.yaml")
-    options, (ocp, fesd) = homotopy_options(task), ((own := formulate(task)).ocp, own.fesd)
-    transcription = Transcription(ocp, fesd)
+    own = formulate(task := load_task(TASKS / "block_push.yaml"))
+    options, transcription = homotopy_options(task), Transcription(own.ocp, own.fesd)
     solution = solve(transcription.problem, options, polisher=BranchTranscription(transcription))
     assert solution.branch is not None
     around = Neighbourhood.of(transcription, solution.w, solution.branch, options, Deadline(), None)
@@ -48,9 +47,9 @@ def test_an_element_at_its_least_length_is_put_to_use_whether_its_branch_says_so
     """A motion that ends with an element of no length costs what it does with all of them in use, also where the
     branch does not say that this element has none: what fewer elements gain by their errors is no gain."""
     around, end = motion
-    interval = next(k for k, own in enumerate(_by_interval(around, end)) if len(set(own)) == 1)
-    first = sum(around.transcription.elements[:interval])
-    without = tuple(e in (first, first + 1) for e in range(len(end.branch.without_length)))
+    intervals = intervals_of(around.transcription.elements)
+    in_one_mode = next(own for own in intervals if len({end.branch.factors[e] for e in own}) == 1)
+    without = tuple(e in in_one_mode[:2] for e in range(len(end.branch.without_length)))
     shrunk = around.solver.exact(BranchPoint(end.w, replace(end.branch, without_length=without)))
     assert shrunk is not None and _lengths(around, shrunk).min() < 1e-9
     unsaid = replace(shrunk, branch=replace(shrunk.branch, without_length=(False,) * len(without)))
@@ -58,9 +57,3 @@ def test_an_element_at_its_least_length_is_put_to_use_whether_its_branch_says_so
         whole = around.filled(one)
         assert whole is not None and _lengths(around, whole).min() > 1e-3
         assert whole.residuals.objective == pytest.approx(end.residuals.objective, rel=1e-6)
-
-
-def _by_interval(around: Neighbourhood, end: PolishingReport) -> list[list[object]]:
-    """Return the factors of the elements of every interval."""
-    bounds = np.cumsum([0, *around.transcription.elements])
-    return [list(end.branch.factors[a:b]) for a, b in pairwise(bounds)]
