@@ -1,13 +1,19 @@
-"""What scripts share which plan many tasks and write a page: their arguments, and the rows of the page so far."""
+"""What scripts share which plan many tasks and write a page: arguments, rows so far, and the program that made them."""
 
 from __future__ import annotations
 
 import argparse
 import os
+import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+PROGRAM_IS = (
+    "*Program* is the last commit that changed the program, its models or the task when a row was made, with + where "
+    "the checkout differed from it."
+)
+"""What a page says of the column."""
 
 
 def task_parser(description: str, page: Path) -> argparse.ArgumentParser:
@@ -36,3 +42,18 @@ def earlier_rows(page: Path, header: Sequence[str]) -> dict[str, list[str]]:
         return {}
     lines = [line.strip("| \n").split(" | ") for line in page.read_text(encoding="utf-8").splitlines()]
     return {cells[0]: cells for cells in lines if len(cells) == len(header) and cells[0] not in (header[0], "---")}
+
+
+def program_of(task: str) -> str:
+    """Return which program plans a task: the last commit that changed it, and + where the checkout differs from that.
+
+    Args:
+        task: its name; its own file counts, those of other tasks do not.
+    """
+    paths = ["fesd_robot", "models", f"tasks/{task}.yaml"]
+
+    def git(*words: str) -> str:
+        command = ["git", "-C", str(ROOT), *words, "--", *paths]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+    return git("log", "-1", "--format=%h") + ("+" if git("status", "--porcelain") else "")

@@ -26,7 +26,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
-from arguments import ROOT, earlier_rows, task_parser
+from arguments import PROGRAM_IS, ROOT, earlier_rows, program_of, task_parser
 
 from fesd_robot import load_task, plan, read_plan, write_plan
 from fesd_robot.adapters import homotopy_options
@@ -75,6 +75,7 @@ HEADER = [
     "annealed walk",
     "seconds",
     "all seconds",
+    "program",
 ]
 
 
@@ -149,7 +150,7 @@ def row(
         median,
         f"{annealing:.5g}",
     ]
-    return [name, *numbers, f"{default[1]:.0f}", f"{seconds:.0f}"], above
+    return [name, *numbers, f"{default[1]:.0f}", f"{seconds:.0f}", program_of(name)], above
 
 
 def main() -> int:
@@ -167,12 +168,12 @@ def main() -> int:
     lines = [
         "# How far the default is from the best motion known",
         "",
-        f"Made by `python scripts/best_known.py`, {arguments.processes} processes, Python {platform.python_version()}, "
-        f"casadi {casadi.__version__}.",
+        f"Made by `python scripts/best_known.py TASK ...`, processes: {arguments.processes}, "
+        f"Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
         "Every task is planned by the default call and from ten other starts, each with its own search, refinement and "
         f"audit: {starts}; and from an annealed walk of {STEPS} steps through the neighbours of the default. Costs are "
-        "of solved motions only.",
+        "of solved motions only. " + PROGRAM_IS,
         "",
         markdown_table(HEADER, [rows[name] for name in sorted(rows)]),
     ]

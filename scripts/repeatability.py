@@ -23,7 +23,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
-from arguments import ROOT, earlier_rows, task_parser
+from arguments import PROGRAM_IS, ROOT, earlier_rows, program_of, task_parser
 from moved_start import MOVED, moved
 
 from fesd_robot import chain, load_task, plan
@@ -42,7 +42,7 @@ PROCESSORS: dict[str, list[str]] = {
 }
 """Simulated processor -> what is changed; a start is moved where the name ends with the seed of a generator."""
 
-HEADER = ["task", *PROCESSORS, "largest difference", "same contacts", "median seconds"]
+HEADER = ["task", *PROCESSORS, "largest difference", "same contacts", "median seconds", "program"]
 
 
 def planned(name: str, processor: str) -> tuple[Plan, float]:
@@ -74,12 +74,12 @@ def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
     lines = [
         "# The same task on five processors",
         "",
-        f"Made by `python scripts/repeatability.py {' '.join(arguments.tasks)}`, processes: {arguments.processes}, "
+        f"Made by `python scripts/repeatability.py TASK ...`, processes: {arguments.processes}, "
         f"Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
         "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
         f"functions, and from two starts moved by {MOVED:g}; ✗: not solved. Contacts are the same if every one of them "
-        "flies, sticks and slips in the same order.",
+        "flies, sticks and slips in the same order. " + PROGRAM_IS,
         "",
         f"**{agreeing} of {len(rows)}** tasks are solved on all of them, with the same contacts or with "
         f"costs within {100 * SPREAD:g} %.",
@@ -104,7 +104,8 @@ def main() -> int:
                 f"{cost:.6g}" + ("" if one.status.solved else " ✗") for cost, one in zip(costs, plans, strict=True)
             ]
             seconds = np.median([job.result()[1] for job in own])
-            rows[name] = [name, *cells, f"{100 * spread:.2g} %", "yes" if same else "no", f"{seconds:.0f}"]
+            contacts = "yes" if same else "no"
+            rows[name] = [name, *cells, f"{100 * spread:.2g} %", contacts, f"{seconds:.0f}", program_of(name)]
             print(" ".join(rows[name]), flush=True)
             arguments.page.write_text(page_of(rows, arguments), encoding="utf-8")
     return 0 if all(agrees(rows[name]) for name in arguments.tasks) else 1

@@ -82,6 +82,8 @@ class Variation:
         what: is changed, in words.
         overrides: keys of the task and their values.
         mass: factor on all masses and inertias of the model.
+        other_guess: only the initial guess is another one, so that the motions are those of the task.
+        wider: the task has no motion that the variation forbids, and both cost the same.
     """
 
     name: str
@@ -89,6 +91,8 @@ class Variation:
     what: str
     overrides: tuple[str, ...] = ()
     mass: float = 1.0
+    other_guess: bool = False
+    wider: bool = False
 
     def task(self, folder: Path, *further: str) -> Task:
         """Return the task; a changed model is written into a folder.
@@ -131,7 +135,7 @@ def _variation(name: str, seed: int, task: Task, varied: Varied, kind: str, draw
         keys = tuple(f"costs.{term}.{key}={factor * weight:.6g}" for key, weight in weights.items())
         return Variation(name, seed, f"weights of {term} x {factor:g}", keys)
     if kind == "guess":
-        return Variation(name, seed, f"initial guess {seed + 1}", (f"solver.seed={seed + 1}",))
+        return Variation(name, seed, f"initial guess {seed + 1}", (f"solver.seed={seed + 1}",), other_guess=True)
     if kind == "robot":
         factor = round(float(draw.uniform(0.8, 1.2)), 3)
         return Variation(name, seed, f"masses x {factor:g}", mass=factor)
@@ -179,7 +183,7 @@ def _other_limits(name: str, seed: int, task: Task, varied: Varied, factor: floa
         keys = tuple(
             f"limits.effort.{joint}=[{factor * low:.6g}, {factor * high:.6g}]" for joint, (low, high) in limits
         )
-    return Variation(name, seed, f"limits of controls x {factor:g}", keys)
+    return Variation(name, seed, f"limits of controls x {factor:g}", keys, wider=factor >= 1)
 
 
 def _efforts(task: Task) -> dict[str, tuple[float, float]]:
