@@ -30,6 +30,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
+from arguments import PROGRAM_IS, ROOT, program_of
 from claims import CLAIMS
 from PIL import Image
 
@@ -42,10 +43,9 @@ from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
-ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.render.browser import Browser, installed  # noqa: E402
+from tests.render.browser import Browser, installed
 
 PAGE = ROOT / "docs" / "results" / "gallery.md"
 PICTURES = ROOT / "docs" / "images" / "gallery"
@@ -59,7 +59,8 @@ SIZE, SHOT_SCALE = (320, 200), 3
 
 COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pairs", "iterations", "seconds",
            "position missed by", "velocity missed by", "flights", "longest slide", "does what it says",
-           "replay differs by", "refined to", "cost", "complementarity", "stationarity", "status")  # fmt: skip
+           "replay differs by", "refined to", "cost", "complementarity", "stationarity", "program",
+           "status")  # fmt: skip
 WITHOUT_CAPTION = (
     "<style>aside, #time, #bar { display: none !important; } "
     "body { grid-template: 'scene' minmax(0, 1fr) / minmax(0, 1fr) !important; }</style></head>"
@@ -77,6 +78,11 @@ class Entry:
     @property
     def name(self) -> str:
         return self.file.stem
+
+    @property
+    def program_file(self) -> Path:
+        """Where the program that made the last plan is written down, beside it."""
+        return self.folder / "program.txt"
 
     def plan(self) -> Plan | None:
         """Return the last plan of the task as it is now; None if there is none."""
@@ -117,6 +123,8 @@ def plan_anew(entry: Entry, seconds: float, jobs: int) -> int:
     command = [sys.executable, "-m", "fesd_robot.cli", "plan", str(entry.file), "--out", str(entry.folder), "--quiet"]
     limit = ["--set", f"solver.time_limit={seconds:g}", "--set", f"solver.processes={processes}"]
     done = subprocess.run([*command, *limit], capture_output=True, text=True, check=False)
+    if entry.folder.is_dir():
+        entry.program_file.write_text(program_of(entry.name) + "\n", encoding="utf-8")
     print(f"{entry.name}: {'solved' if done.returncode == 0 else done.stderr.strip()}", flush=True)
     return done.returncode
 
@@ -131,6 +139,7 @@ def row(entry: Entry) -> list[str]:
     start, plan = [f"[{entry.name}](../../tasks/{entry.file.name})", entry.purpose], entry.plan()
     if plan is None:
         return [*start, *[""] * (len(COLUMNS) - 3), "not planned"]
+    program = entry.program_file.read_text(encoding="utf-8").strip() if entry.program_file.is_file() else "not known"
     status, effort, attempts = plan.status, plan.statistics, plan.statistics.attempts
     seconds = seconds_of(plan)
     many = f" with settings {effort.settings_tried}" if effort.settings_tried > 1 else ""
@@ -147,6 +156,7 @@ def row(entry: Entry) -> list[str]:
         f"{effort.objective:.5g}",
         f"{status.complementarity:.1e}",
         kind,
+        program,
         f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
     ]
 
@@ -199,20 +209,19 @@ def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
         command: with which it is made.
         before: the page as it was; a task that has no plan keeps its row of it.
     """
-    known, anew = earlier_rows(before), {entry.name: entry.plan() is not None for entry in all_entries}
-    older = [name for name, planned in anew.items() if not planned and name in known]
-    rows = [known[entry.name] if entry.name in older else row(entry) for entry in all_entries]
+    known = earlier_rows(before)
+    rows = [known[entry.name] if entry.plan() is None and entry.name in known else row(entry) for entry in all_entries]
     solved = sum(cells[-1].startswith("solved") for cells in rows)
     return "\n".join(
         [
             "# All tasks",
             "",
-            f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}."
-            + (f" Of an earlier run, with an older program, are the rows of {', '.join(older)}." if older else ""),
+            f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}. {PROGRAM_IS}",
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
-            "building and certificate included, of all attempts of one run. The goal is missed by the largest "
+            "building and certificate included, of all attempts of one run, some with other work beside it; those of "
+            "starts beside each other are added. The goal is missed by the largest "
             "difference of each unit; flights and the longest slide are those of all contacts. What a task says in its "
             "first line is held against its plan by `scripts/claims.py`. Tasks that take more "
             f"than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out. The replay drives "
@@ -221,7 +230,7 @@ def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
             "its seconds are part of the seconds.",
             "",
             f"| {' | '.join(COLUMNS)} |",
-            f"| --- | --- |{' --: |' * (len(COLUMNS) - 4)} --- | --- |",
+            f"| --- | --- |{' --: |' * (len(COLUMNS) - 5)} --- | --- | --- |",
             *(f"| {' | '.join(cells)} |" for cells in rows),
             "",
         ]
