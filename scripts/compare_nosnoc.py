@@ -38,7 +38,7 @@ PACKAGES = {"ours": ("fesd-robot", "casadi", "numpy", "pin"), "nosnoc": ("nosnoc
 
 def work(arguments: argparse.Namespace) -> None:
     """Do one run in this process and leave its outcome in the file asked for."""
-    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver, arguments.one_start)
     outcome = PROBLEMS[arguments.task].run[arguments.worker](settings)
     arguments.json.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
 
@@ -56,7 +56,11 @@ def run_in_child(tool: str, task: str, settings: Settings, verbose: bool) -> Out
             "--json": str(answer),
         }
         finished = subprocess.run(
-            [sys.executable, str(Path(__file__).resolve()), *(word for pair in options.items() for word in pair)],
+            [
+                *(sys.executable, str(Path(__file__).resolve())),
+                *(word for pair in options.items() for word in pair),
+                *(["--one-start"] if settings.one_start else []),
+            ],
             env={**os.environ, "OMP_NUM_THREADS": "1"},
             stdout=sys.stderr if verbose else subprocess.DEVNULL,
             stderr=None if verbose else subprocess.PIPE,
@@ -118,6 +122,11 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--linear-solver", choices=["auto", "mumps"], default="auto", help="of fesd-robot; nosnoc uses MUMPS"
     )
+    parser.add_argument(
+        "--one-start",
+        action="store_true",
+        help="fesd-robot plans a hopper from one initial guess without local search; all: beside the default call",
+    )
     parser.add_argument("--order", choices=["ours-first", "nosnoc-first"], default="ours-first", help="who runs first")
     parser.add_argument("--only", choices=TOOLS, help="run one tool alone")
     parser.add_argument("--repeat", type=int, default=1, help="runs of each tool, in turns; the median time is shown")
@@ -155,15 +164,21 @@ def main(words: Sequence[str] | None = None) -> None:
     versions = {"python": platform.python_version()} | {
         package: version(package) for tool in tools for package in PACKAGES[tool]
     }
-    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver, arguments.one_start)
     comparisons: list[Comparison] = []
     for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
-        comparisons.append(compare(task, tools, settings, arguments))
+        new = [compare(task, tools, settings, arguments)]
         if arguments.task == "all" and PROBLEMS[task].weighted and "nosnoc" in tools:
             other = replace(settings, multipliers="correct" if settings.multipliers == "published" else "published")
             again = compare(task, ["nosnoc"], other, arguments)
-            comparisons.append(replace(again, runs=comparisons[-1].runs | again.runs))
-        print(table(comparisons[-1], versions), end="\n\n", flush=True)
+            new.append(replace(again, runs=new[0].runs | again.runs))
+        if arguments.task == "all" and PROBLEMS[task].weighted and "ours" in tools:
+            alone = compare(task, ["ours"], replace(settings, one_start=True), arguments)
+            new += [
+                replace(one, settings=replace(one.settings, one_start=True), runs=one.runs | alone.runs) for one in new
+            ]
+        comparisons += new
+        print("\n\n".join(table(one, versions) for one in new), end="\n\n", flush=True)
     if arguments.page:
         command = f"python scripts/compare_nosnoc.py {' '.join(words or sys.argv[1:])}"
         arguments.page.write_text(page(comparisons, versions, command), encoding="utf-8")
