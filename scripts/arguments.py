@@ -44,16 +44,24 @@ def earlier_rows(page: Path, header: Sequence[str]) -> dict[str, list[str]]:
     return {cells[0]: cells for cells in lines if len(cells) == len(header) and cells[0] not in (header[0], "---")}
 
 
-def program_of(task: str) -> str:
+def program_of(task: str, planned_at: str | None = None) -> str:
     """Return which program plans a task: the last commit that changed it, and + where the checkout differs from that.
 
     Args:
         task: its name; its own file counts, those of other tasks do not.
+        planned_at: `Plan.provenance.git` of a plan; by default the checkout as it is now, of which only the files of
+            the program count as different.
+
+    Returns:
+        The commit, ``not known`` if the checkout does not know the plan's.
     """
     paths = ["fesd_robot", "models", f"tasks/{task}.yaml"]
 
     def git(*words: str) -> str:
         command = ["git", "-C", str(ROOT), *words, "--", *paths]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
-    return git("log", "-1", "--format=%h") + ("+" if git("status", "--porcelain") else "")
+    revision, _, _ = (planned_at or "HEAD").partition("-dirty")
+    differs = planned_at.endswith("-dirty") if planned_at else git("status", "--porcelain")
+    commit = git("log", "-1", "--format=%h", revision)
+    return commit + ("+" if differs else "") if commit else "not known"

@@ -125,7 +125,7 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--one-start",
         action="store_true",
-        help="fesd-robot plans a hopper from one initial guess without local search; all: beside the default call",
+        help="fesd-robot plans a hopper from one initial guess without local search; without it, all has both",
     )
     parser.add_argument("--order", choices=["ours-first", "nosnoc-first"], default="ours-first", help="who runs first")
     parser.add_argument("--only", choices=TOOLS, help="run one tool alone")
@@ -172,7 +172,7 @@ def main(words: Sequence[str] | None = None) -> None:
             other = replace(settings, multipliers="correct" if settings.multipliers == "published" else "published")
             again = compare(task, ["nosnoc"], other, arguments)
             new.append(replace(again, runs=new[0].runs | again.runs))
-        if arguments.task == "all" and PROBLEMS[task].weighted and "ours" in tools:
+        if arguments.task == "all" and PROBLEMS[task].weighted and "ours" in tools and not settings.one_start:
             alone = compare(task, ["ours"], replace(settings, one_start=True), arguments)
             new += [
                 replace(one, settings=replace(one.settings, one_start=True), runs=one.runs | alone.runs) for one in new

@@ -61,6 +61,7 @@ COLUMNS = ("task", "purpose", "degrees of freedom", "contacts", "variables", "pa
            "position missed by", "velocity missed by", "flights", "longest slide", "does what it says",
            "replay differs by", "refined to", "cost", "complementarity", "stationarity", "program",
            "status")  # fmt: skip
+NOT_PLANNED = "not planned"
 WITHOUT_CAPTION = (
     "<style>aside, #time, #bar { display: none !important; } "
     "body { grid-template: 'scene' minmax(0, 1fr) / minmax(0, 1fr) !important; }</style></head>"
@@ -78,11 +79,6 @@ class Entry:
     @property
     def name(self) -> str:
         return self.file.stem
-
-    @property
-    def program_file(self) -> Path:
-        """Where the program that made the last plan is written down, beside it."""
-        return self.folder / "program.txt"
 
     def plan(self) -> Plan | None:
         """Return the last plan of the task as it is now; None if there is none."""
@@ -123,8 +119,6 @@ def plan_anew(entry: Entry, seconds: float, jobs: int) -> int:
     command = [sys.executable, "-m", "fesd_robot.cli", "plan", str(entry.file), "--out", str(entry.folder), "--quiet"]
     limit = ["--set", f"solver.time_limit={seconds:g}", "--set", f"solver.processes={processes}"]
     done = subprocess.run([*command, *limit], capture_output=True, text=True, check=False)
-    if entry.folder.is_dir():
-        entry.program_file.write_text(program_of(entry.name) + "\n", encoding="utf-8")
     print(f"{entry.name}: {'solved' if done.returncode == 0 else done.stderr.strip()}", flush=True)
     return done.returncode
 
@@ -138,8 +132,7 @@ def row(entry: Entry) -> list[str]:
     """Return the cells of one task."""
     start, plan = [f"[{entry.name}](../../tasks/{entry.file.name})", entry.purpose], entry.plan()
     if plan is None:
-        return [*start, *[""] * (len(COLUMNS) - 3), "not planned"]
-    program = entry.program_file.read_text(encoding="utf-8").strip() if entry.program_file.is_file() else "not known"
+        return [*start, *[""] * (len(COLUMNS) - 3), NOT_PLANNED]
     status, effort, attempts = plan.status, plan.statistics, plan.statistics.attempts
     seconds = seconds_of(plan)
     many = f" with settings {effort.settings_tried}" if effort.settings_tried > 1 else ""
@@ -156,7 +149,7 @@ def row(entry: Entry) -> list[str]:
         f"{effort.objective:.5g}",
         f"{status.complementarity:.1e}",
         kind,
-        program,
+        program_of(entry.name, plan.provenance.git),
         f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
     ]
 
@@ -210,7 +203,11 @@ def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
         before: the page as it was; a task that has no plan keeps its row of it.
     """
     known = earlier_rows(before)
-    rows = [known[entry.name] if entry.plan() is None and entry.name in known else row(entry) for entry in all_entries]
+    rows = [row(entry) for entry in all_entries]
+    rows = [
+        known.get(entry.name, cells) if cells[-1] == NOT_PLANNED else cells
+        for entry, cells in zip(all_entries, rows, strict=True)
+    ]
     solved = sum(cells[-1].startswith("solved") for cells in rows)
     return "\n".join(
         [

@@ -137,9 +137,9 @@ def with_guesses(best: dict[str, float], every: dict[str, Variation]) -> dict[st
 def page(rows: list[Row], best: dict[str, float]) -> str:
     """Return the page."""
     count, every = len(rows), variations()
-    missing = Counter(one.name for one in every if one.name not in {row.task for row in rows})
-    part = Counter(one.name for one in every) - missing - Counter(row.task for row in rows)
-    without = [*missing, *(f"{number} of {name}" for name, number in part.items())]
+    with_row = Counter(row.task for row in rows)
+    left = Counter(one.name for one in every) - with_row
+    without = [f"{number} of {name}" if with_row[name] else name for name, number in left.items()]
     solved = [row for row in rows if row.solved]
     first = [row for row in rows if row.solved_at_first]
     above = [row.cost / best[row.key] - 1 for row in solved]

@@ -172,7 +172,8 @@ the complementarity where it stops.
 
 - *Hoppers*: the tasks `published_hopper_one_jump` and `published_hopper_five_jumps` in fesd-robot, its authors' example
   in nosnoc. fesd-robot runs by its default call, with two initial guesses one after the other, a local search through
-  changes of contacts, refinement and certificate; and from one guess without the search. It has the Filippov
+  changes of contacts, refinement (with more elements and stages than nosnoc) and certificate; and from one guess
+  without the search. It has the Filippov
   multipliers of the vector fields as variables, switches on the integrated gap and starts at its reference with
   consistent velocities; nosnoc has step functions and starts, as published, at the reference at rest. With the
   published weights of the fields the multipliers do not sum to one in contact: such motions do not obey the same
