@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +40,7 @@ from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.root import Root, square_placements
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.strategies.deadline import ANSWER_SECONDS
+from fesd_robot.strategies.deadline import DESCENT_SECONDS, KIND_SECONDS, SHARE_OF_DESCENT, SHARE_OF_KIND
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
@@ -174,19 +174,27 @@ def with_promised_goal(motion: MotionProblem) -> MotionProblem:
     return replace(motion, task=with_promises(task, motion.robot, motion.limits))
 
 
-def certificate_of(problem: Mpcc, solution: MpccSolution, tolerance: float, seconds_left: float) -> Certificate | None:
+def certificate_of(
+    problem: Mpcc,
+    solution: MpccSolution,
+    tolerance: float,
+    seconds_left: float,
+    without: Callable[[np.ndarray], Mpcc | None] | None = None,
+) -> Certificate | None:
     """Return what kind of point a solution is, or None if it is not solved or no time is left.
 
     Args:
         problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.
         tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
-        seconds_left: of the task's time; each of the certificate's two answers may take half of it.
+        seconds_left: of the task's time, parts of which the certificate may take.
+        without: as in `certify`.
     """
-    seconds = min(ANSWER_SECONDS, 0.5 * seconds_left)
+    seconds = min(DESCENT_SECONDS, SHARE_OF_DESCENT * seconds_left)
+    of_kind = min(KIND_SECONDS, SHARE_OF_KIND * seconds_left)
     if not solution.solved or seconds <= 0:
         return None
     product = EXACT_PRODUCT if solution.exact else tolerance
-    return certify(problem, solution.w, tolerance=product, time_limit=seconds)
+    return certify(problem, solution.w, tolerance=product, time_limit=seconds, kind_limit=of_kind, without=without)
 
 
 def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndarray, seconds_left: float) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.adapters import certificate_of
 from fesd_robot.fesd.neighbours import Pivots
 from fesd_robot.fesd.polishing import problem_around
-from fesd_robot.mpcc import BranchPoint, BranchSolver, Certificate, HomotopyOptions, NlpReport
+from fesd_robot.mpcc import BranchPoint, BranchSolver, Certificate, HomotopyOptions, Mpcc, NlpReport
 from fesd_robot.refine import refined
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
@@ -89,15 +89,14 @@ def _certificate(solved: SolvedMotion, task: Task, deadline: Deadline) -> Certif
     if not solution.exact:
         return certificate_of(solved.transcription.problem, solution, tolerance, deadline.left)
     held: frozenset[int] = frozenset()
-    while True:
-        problem = problem_around(solved.polisher, solved.branch, held)
-        certificate = certificate_of(problem, solution, tolerance, deadline.left)
-        if certificate is None or certificate.direction is None:
-            return certificate
-        growing = _pivots(solved, certificate.direction).growing_for_nothing
-        if not growing:
-            return certificate
+
+    def without(direction: np.ndarray) -> Mpcc | None:
+        nonlocal held
+        growing = _pivots(solved, direction).growing_for_nothing
         held |= growing
+        return problem_around(solved.polisher, solved.branch, held) if growing else None
+
+    return certificate_of(problem_around(solved.polisher, solved.branch), solution, tolerance, deadline.left, without)
 
 
 def _pivots(solved: SolvedMotion, direction: np.ndarray) -> Pivots:

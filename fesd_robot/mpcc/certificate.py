@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -51,16 +52,28 @@ class Certificate:
     bound: float = -np.inf
 
 
-def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit: float = 30.0) -> Certificate:
+def certify(
+    problem: Mpcc,
+    w: np.ndarray,
+    *,
+    tolerance: float = 1e-8,
+    time_limit: float = 30.0,
+    kind_limit: float = 15.0,
+    without: Callable[[np.ndarray], Mpcc | None] | None = None,
+) -> Certificate:
     """Return what kind of stationary point w is, by linear programs (`stationarity`, `b_stationary`).
 
-    The first of them asks for a descent without complementarity: where there is none, w is S- and so B-stationary.
+    The first of them asks for a descent without complementarity: where there is none, w is S- and so B-stationary. Else
+    a branch that descends is looked for, and then the kind: where a direction is only one that the caller does not
+    want, its kind is not asked for.
 
     Args:
         problem: the MPCC.
         w: a solution, (n).
         tolerance: largest product of a pair at w.
-        time_limit: seconds for each of the two answers; the first linear program is a part of the first one.
+        time_limit, kind_limit: seconds for the answers whether a direction descends, and of which kind w is.
+        without: called with a direction of descent, (n); returns the problem without what that gains from, of which it
+            is asked again, or None if the direction stands.
 
     Raises:
         DimensionError, SolverError: w of another shape, derivatives that are not finite.
@@ -72,19 +85,26 @@ def certify(problem: Mpcc, w: np.ndarray, *, tolerance: float = 1e-8, time_limit
     from fesd_robot.mpcc.derivatives import active_set, linearise
     from fesd_robot.mpcc.stationarity import stationarity
 
-    activity, at = ACTIVITY * tolerance**0.5, linearise(problem, w)
+    activity = ACTIVITY * tolerance**0.5
     activities = {"activity": activity, "bound_activity": max(activity, BOUND_ACTIVITY)}
-    begin = time.perf_counter()
-    relaxed = relaxed_solution(at, **activities, time_limit=time_limit)
-    if relaxed is not None and relaxed.bound >= -NO_DESCENT:
-        active = active_set(at, **activities)
-        return Certificate("S", "certified", int(active.biactive.sum()), int(active.unresolved.sum()), -relaxed.bound)
-    left = max(time_limit - (time.perf_counter() - begin), 0.0)
-    kind = stationarity(problem, w, at=at, **activities, time_limit=left)
+    deadline = time.perf_counter() + time_limit
+    while True:
+        at = linearise(problem, w)
+        relaxed = relaxed_solution(at, **activities, time_limit=deadline - time.perf_counter())
+        if relaxed is not None and relaxed.bound >= -NO_DESCENT:
+            active = active_set(at, **activities)
+            biactive, unresolved = int(active.biactive.sum()), int(active.unresolved.sum())
+            return Certificate("S", "certified", biactive, unresolved, -relaxed.bound)
+        # It begins with the same program, which has failed for want of time if none is left.
+        left = max(deadline - time.perf_counter(), 0.0)
+        b = b_stationary(problem, w, at=at, relaxed=relaxed, **activities, time_limit=left)
+        narrower = without(b.direction) if without and b.verdict == "refuted" else None
+        if narrower is None:
+            break
+        problem = narrower
+    kind = stationarity(problem, w, at=at, **activities, time_limit=kind_limit)
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
-    # It begins with the same program, which has failed for want of time if none is left.
-    b = b_stationary(problem, w, at=at, relaxed=relaxed, **activities, time_limit=time_limit if left else 0.0)
     found = Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, bound=b.bound)
     if b.verdict != "refuted":
         return found

@@ -62,9 +62,10 @@ def solve(
 
     With a polisher the homotopy is loose first: NLPs of a few iterations (`options.loose_iterations`), converged or
     not, down to `options.polish_at`. After one that is lost, far from its constraints, sigma falls by less from the
-    point before it. The branch is read off at the end, and the smooth problem on it is solved; its end is exact. Where
-    no branch fits, the homotopy goes on with NLPs that converge, and polishing is tried again at every sigma of the
-    position level. Polishing is tried earlier, too, where the loose homotopy loses NLP after NLP.
+    point before it, and the NLP goes on from the multipliers there. The branch is read off at the end, and the smooth
+    problem on it is solved; its end is exact. Where no branch fits, the homotopy goes on with NLPs that converge, and
+    polishing is tried again at every sigma of the position level. Polishing is tried earlier, too, where the loose
+    homotopy loses NLP after NLP.
 
     Args:
         problem: the MPCC.
@@ -225,7 +226,7 @@ class _Homotopy:
                 yield sigmas
                 return
             sigmas = following
-            result = self._nlp_at(sigmas, loose=True)
+            result = self._nlp_at(sigmas, loose=True, near=step < 1.0)
 
     def _gave_way(self) -> bool:
         """Whether costs that the last NLP has exploited have given way to those for that, which they do once."""
@@ -270,8 +271,8 @@ class _Homotopy:
         slack = self._point.x[self._problem.size :].max(initial=0.0)
         return bool(slack <= self._options.tolerance) and self._is_feasible(self._reports[-1].residuals)
 
-    def _nlp_at(self, sigmas: Sigmas, loose: bool) -> NlpResult | None:
-        """Solve the NLP at these sigmas, twice if it fails; None when the time is over."""
+    def _nlp_at(self, sigmas: Sigmas, loose: bool, near: bool = False) -> NlpResult | None:
+        """Solve the NLP at these sigmas, near to those before or not, twice if it fails; None when the time is over."""
         for trial in Trial:
             remaining = self._remaining()
             if remaining is not None and remaining <= 0:
@@ -284,7 +285,15 @@ class _Homotopy:
                 start=self._point,
                 lower=self._lower,
                 upper=self._upper,
-                options=nlp_options(self._options, sigmas, remaining, trial, last=last, loose=loose),
+                options=nlp_options(
+                    self._options,
+                    sigmas,
+                    remaining,
+                    trial,
+                    last=last,
+                    loose=loose,
+                    near=near,
+                ),
                 stop=self._stop,
             )
             residuals = self._problem.residuals(result.point.x[: self._problem.size])

@@ -14,6 +14,11 @@ LOOSE_TOLERANCE = 1e-2
 """IPOPT's tolerance in the loose homotopy; constraints hold to sigma of the velocity level where that is smaller."""
 
 
+NEAR_BARRIER, NEAR_PUSH = 1e-2, 1e-4
+"""Barrier parameter and distance from bounds with which an NLP of the loose homotopy begins that is near to the one
+before: ten times the parameter at which that ended. With IPOPT's own of 0.1 it leaves that point and comes back."""
+
+
 class Trial(Enum):
     """Which try at one NLP it is."""
 
@@ -43,7 +48,14 @@ def linear_solver_options(name: str) -> dict[str, Any]:
 
 
 def nlp_options(
-    options: HomotopyOptions, sigmas: Sigmas, remaining: float | None, trial: Trial, *, last: bool, loose: bool
+    options: HomotopyOptions,
+    sigmas: Sigmas,
+    remaining: float | None,
+    trial: Trial,
+    *,
+    last: bool,
+    loose: bool,
+    near: bool,
 ) -> dict[str, Any]:
     """Return IPOPT's options at given sigmas; only an NLP that may be the last is more accurate than sigma deserves.
 
@@ -54,6 +66,7 @@ def nlp_options(
         trial: which try at this NLP it is.
         last: the NLP may be the last of the homotopy.
         loose: the NLP is one of the loose homotopy.
+        near: it is a shortened step away from the one before, in whose multipliers it begins.
     """
     sigma, velocity_level_sigma = sigmas
     floor = min(1e-9, options.tolerance if last else 1e-9)
@@ -70,6 +83,8 @@ def nlp_options(
     }
     if velocity_level_sigma <= ACTIVE_SET_SETTLED_SIGMA:
         settings |= continued_at(max(sigma, 1e-9), 1e-8)
+    elif near and trial is Trial.FIRST:
+        settings |= continued_at(NEAR_BARRIER, NEAR_PUSH)
     if trial is Trial.AGAIN:
         settings |= {"mu_strategy": "adaptive", "mu_oracle": "quality-function"}
     if loose:

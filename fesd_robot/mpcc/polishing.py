@@ -15,6 +15,7 @@ from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
 from fesd_robot.mpcc.ipopt_settings import continued_at, starting_at
 from fesd_robot.mpcc.problem import Mpcc, Residuals
+from fesd_robot.mpcc.reduced_nlp import ReducedNlp
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.status import NlpStatus
 
@@ -280,16 +281,20 @@ class BranchNlp:
             **options,
         }
         begin = time.perf_counter()
+        start = replace(start, x=np.clip(start.x, bounds.lower, bounds.upper))
+        whole = replace(self.nlp, lower=bounds.g_lower, upper=bounds.g_upper)
+        reduced = ReducedNlp.of(whole, bounds.lower, bounds.upper)
         result = solve_nlp(
-            replace(self.nlp, lower=bounds.g_lower, upper=bounds.g_upper),
+            reduced.nlp,
             sigma=(0.0, 0.0),
-            start=replace(start, x=np.clip(start.x, bounds.lower, bounds.upper)),
-            lower=bounds.lower,
-            upper=bounds.upper,
+            start=reduced.part(start),
+            lower=bounds.lower[reduced.free],
+            upper=bounds.upper[reduced.free],
             options=settings,
             stop=limits.stop,
         )
-        residuals = problem.residuals(result.point.x)
+        point = reduced.whole(result.point, start)
+        residuals = problem.residuals(point.x)
         exact = (
             result.converged
             and min(residuals.complementarity, residuals.natural_residual) <= EXACT_PRODUCT
@@ -300,12 +305,12 @@ class BranchNlp:
             iterations=result.iterations,
             seconds=time.perf_counter() - begin,
             residuals=residuals,
-            w=result.point.x,
+            w=point.x,
             branch=branch,
             exact=exact,
         )
         limits.report(end)
-        return end, result.point
+        return end, point
 
 
 @lru_cache(maxsize=REMEMBERED)

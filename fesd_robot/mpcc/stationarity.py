@@ -37,11 +37,14 @@ Kind = Literal["S", "M", "C", "W", "none"]
 _SIGN_NOISE = 1e-9
 """A scaled Lagrange multiplier below this is zero."""
 
-_SIGN_BOXES = {
+_SIGN_BOXES: dict[Kind, tuple[tuple[tuple[float, float], tuple[float, float]], ...]] = {
     "M": (((0.0, 0.0), (np.inf, np.inf)), ((0.0, -np.inf), (0.0, np.inf)), ((-np.inf, 0.0), (np.inf, 0.0))),
     "C": (((0.0, 0.0), (np.inf, np.inf)), ((-np.inf, -np.inf), (0.0, 0.0))),
 }
 """Boxes (lowest, highest) of (nu, xi) whose union is what M and C allow."""
+
+_Node = tuple[np.ndarray, np.ndarray]
+"""Lowest and highest multipliers, (m,) each, in a search over signs."""
 
 _SIGN_COST = 1e-4
 """Price of a wrong sign against a residual while multipliers with few wrong signs are looked for."""
@@ -151,30 +154,42 @@ def _search(
     equation: StationarityEquation, kind: Kind, tolerance: float, deadline: float
 ) -> tuple[np.ndarray | None, bool]:
     """Return Lagrange multipliers that satisfy M or C, None if there are none, and whether the search was complete."""
-    nodes, complete = [(equation.low, equation.high)], True
+    nodes, complete, together = [(equation.low, equation.high)], True, True
     while nodes:
         if time.perf_counter() >= deadline:
             return None, False
-        low, high = nodes.pop()
+        node = nodes.pop()
         y = None
         for sign_cost in (_SIGN_COST, 0.0):
-            y = least_residual(equation, low, high, deadline, sign_cost=sign_cost)
+            y = least_residual(equation, *node, deadline, sign_cost=sign_cost)
             if y is not None and equation.residual(y) <= tolerance:
                 break
         else:
             complete &= y is not None
+            together = False
             continue
         nu, xi = y[equation.pairs].T
         against = (np.minimum(nu, xi) < 0) if kind == "M" else (nu * xi < 0)
         wrong = np.where(against, np.minimum(abs(nu), abs(xi)), 0.0)
-        at = int(np.argmax(wrong))
-        if wrong[at] <= _SIGN_NOISE:
+        pairs = [equation.pairs[at] for at in np.argsort(-wrong) if wrong[at] > _SIGN_NOISE]
+        if not pairs:
             return y, True
-        pair = equation.pairs[at]
-        # Depth first; the branch that is nearest to y comes off the stack first.
-        for box in sorted(_SIGN_BOXES[kind], key=lambda box: -float(abs(np.clip(y[pair], *box) - y[pair]).sum())):
-            child_low, child_high = low.copy(), high.copy()
-            child_low[pair], child_high[pair] = np.maximum(low[pair], box[0]), np.minimum(high[pair], box[1])
-            if (child_low[pair] <= child_high[pair]).all():
-                nodes.append((child_low, child_high))
+        # Depth first; the branch that is nearest to y comes off the stack first. Before it, as long as that leads on,
+        # comes the part of it that is nearest in all wrong pairs: a hundred one after the other take too long.
+        nodes += _parts(node, pairs[0], kind, y)
+        if together and len(pairs) > 1:
+            for pair in pairs:
+                *_, node = _parts(node, pair, kind, y)
+            nodes.append(node)
     return None, complete
+
+
+def _parts(node: _Node, pair: np.ndarray, kind: Kind, y: np.ndarray) -> list[_Node]:
+    """Return the parts of a node in which a pair has the signs of a kind, the one nearest to y, (m,), last."""
+    found: list[_Node] = []
+    for least, most in sorted(_SIGN_BOXES[kind], key=lambda box: -float(abs(np.clip(y[pair], *box) - y[pair]).sum())):
+        low, high = node[0].copy(), node[1].copy()
+        low[pair], high[pair] = np.maximum(low[pair], least), np.minimum(high[pair], most)
+        if (low[pair] <= high[pair]).all():
+            found.append((low, high))
+    return found

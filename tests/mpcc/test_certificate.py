@@ -66,3 +66,28 @@ def test_the_problem_is_linearised_once(monkeypatch: pytest.MonkeyPatch) -> None
         monkeypatch.setattr(module, "linearise", counted)
     assert certify(problem, np.zeros(3)) == expected
     assert len(points) == 1
+
+
+def test_a_direction_that_is_not_wanted_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A problem that descends along y alone is certified without y, and the kind is not asked for with it."""
+    problem, kinds = _problem(X - Y + Z**2), []
+    found = stationarity.stationarity
+    monkeypatch.setattr(
+        stationarity, "stationarity", lambda *args, **options: kinds.append(1) or found(*args, **options)
+    )
+
+    def without(direction: np.ndarray) -> Mpcc:
+        assert direction[1] > 0
+        return _problem(X + Z**2, bounds=(None, np.array([np.inf, 0.0, np.inf])))
+
+    assert certify(problem, np.zeros(3)).b_stationary == "refuted" and kinds == [1]
+    certificate = certify(problem, np.zeros(3), without=without)
+    assert (certificate.kind, certificate.b_stationary) == ("S", "certified") and kinds == [1]
+
+
+def test_a_direction_that_stands_is_returned() -> None:
+    """Where the caller keeps a direction of descent, the certificate is that without the question."""
+    problem = _problem(X - Y + Z**2)
+    certificate, expected = certify(problem, np.zeros(3), without=lambda direction: None), certify(problem, np.zeros(3))
+    assert certificate.b_stationary == "refuted" and certificate.kind == expected.kind == "W"
+    assert certificate.direction == pytest.approx(expected.direction)

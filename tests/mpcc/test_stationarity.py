@@ -13,11 +13,12 @@ from scipy.optimize import linprog
 
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import DimensionError, SolverError
-from fesd_robot.mpcc import Block, Mpcc
+from fesd_robot.mpcc import Block, Mpcc, linear_program, multipliers
+from fesd_robot.mpcc import stationarity as stationarity_module
 from fesd_robot.mpcc.derivatives import linearise
 from fesd_robot.mpcc.stationarity import stationarity
 
-from .known import X, Y, Z, from_origin, lower_rows, scaled, vanishing
+from .known import X, Y, Z, from_origin, lower_rows, scaled, upper_rows, vanishing
 
 
 def _vanishing(f: ca.SX) -> Mpcc:
@@ -245,3 +246,32 @@ def test_small_multipliers_are_preferred() -> None:
     problem = from_origin(X, ca.SX(0, 1), ca.SX(0, 1), g=rows)
     result = stationarity(problem, np.zeros(2))
     assert result.kind == "S" and result.multipliers.largest == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("pairs", [5, 40])
+def test_many_wrong_pairs_take_few_programs(pairs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An interior solution has wrong signs in every pair; M is found in four linear programs, however many these are.
+
+    Every pair has min x + y - c z with z <= a x and z <= b y, which is M-, not S-stationary at the origin.
+    """
+    monkeypatch.setattr(multipliers, "MANY_UNKNOWNS", 0)
+    monkeypatch.setattr(linear_program, "IPOPT_UNKNOWNS", 0)
+    x, y, z = (ca.SX.sym(name, pairs) for name in "xyz")
+    a, b, c = np.random.default_rng(0).uniform([[4], [4], [1]], [[5], [5], [2]], (3, pairs))
+    problem = Mpcc.from_expressions(
+        w=ca.vertcat(x, y, z),
+        f=ca.sum1(x + y - ca.DM(c) * z),
+        G=x,
+        H=y,
+        start=np.zeros(3 * pairs),
+        **upper_rows(z - ca.DM(a) * x, z - ca.DM(b) * y),
+    )
+    programs: list[float] = []
+
+    def counted(*args: Any, **options: Any) -> np.ndarray | None:
+        programs.append(1.0)
+        return multipliers.least_residual(*args, **options)
+
+    monkeypatch.setattr(stationarity_module, "least_residual", counted)
+    assert stationarity(problem, np.zeros(3 * pairs)).kind == "M"
+    assert len(programs) == 4

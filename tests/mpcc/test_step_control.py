@@ -12,6 +12,7 @@ import pytest
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, homotopy, solve
 from fesd_robot.mpcc.homotopy import LOST_IN_A_ROW, LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
+from fesd_robot.mpcc.ipopt_settings import NEAR_BARRIER
 
 from .known import X, Y, mpcc
 
@@ -24,11 +25,13 @@ class Solver:
 
     Attributes:
         calls: sigma of the position level, point of the start, and whether it was lost, of every loose NLP.
+        barriers: IPOPT's first barrier parameter, if it is told one, of every loose NLP.
     """
 
     def __init__(self, smallest: float, iterations: int = OPTIONS.loose_iterations) -> None:
         self.smallest, self.iterations = smallest, iterations
         self.calls: list[tuple[float, NlpPoint, bool]] = []
+        self.barriers: list[float | None] = []
         self._reached = np.inf
 
     def __call__(self, nlp: Any, **given: Any) -> NlpResult:
@@ -38,6 +41,7 @@ class Solver:
             return result
         lost = bool(self.calls) and sigma < self.smallest * self._reached
         self.calls.append((sigma, start, lost))
+        self.barriers.append(given["options"].get("mu_init"))
         if lost:
             far = replace(result.point, x=result.point.x + 1.0)
             return replace(result, status=NlpStatus.ITERATION_LIMIT, point=far, iterations=self.iterations)
@@ -77,6 +81,15 @@ def test_steps_grow_again(monkeypatch: pytest.MonkeyPatch) -> None:
     plain = Solver(smallest=0.0)
     assert _solved(monkeypatch, plain).exact
     assert [call[0] for call in plain.calls] == pytest.approx([sigma for sigma, _ in _plain_sigmas(len(plain.calls))])
+
+
+def test_a_shortened_step_goes_on_from_multipliers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After half a step an NLP begins with multipliers, at the barrier parameter of one that is near; else at none."""
+    solver = Solver(smallest=0.2)
+    _solved(monkeypatch, solver)
+    assert solver.barriers[:3] == [None, None, NEAR_BARRIER], "the first, a whole step, half a step"
+    assert np.abs(solver.calls[2][1].lam_g).max() > 0
+    assert solver.barriers[3] is None, "a whole step again"
 
 
 def _plain_sigmas(count: int) -> list[tuple[float, float]]:
