@@ -50,7 +50,7 @@ def test_friction_is_on_the_cone_and_against_the_slide(pushed: Plan) -> None:
     force, mode = pushed.contacts["foot"].force, np.array(pushed.contacts["foot"].mode)
     slides = (np.linalg.norm(velocity, axis=1) > 1e-3) & (mode == "slip")
     slides[0] = False
-    assert slides.sum() > 20
+    assert slides.sum() > 10
     along, friction = velocity[slides], force[slides, 1:]
     sizes = np.linalg.norm(along, axis=1) * np.linalg.norm(friction, axis=1)
     across = along[:, 0] * friction[:, 1] - along[:, 1] * friction[:, 0]

@@ -157,7 +157,7 @@ def lpcc_at(at: Linearisation, active: ActiveSet, size: np.ndarray, radius: floa
     ):
         matrix = sparse.csr_array(jacobian @ sparse.diags_array(size))
         scale = row_sizes(matrix)
-        scale[scale == 0.0] = 1.0
+        scale[scale < np.finfo(float).tiny] = 1.0  # nothing, or what is left of nothing
         blocks.append(sparse.diags_array(1.0 / scale) @ matrix)
         lows.append(low / scale)
         highs.append(high / scale)
