@@ -122,7 +122,9 @@ CLAIMS: dict[str, Claim] = {
         }
     ),
     "hopper_downhill": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
-    "hopper_five_jumps": Claim({"foot": ContactClaim((5, 5), longest=0.9, highest=0.3)}),
+    "hopper_five_jumps": Claim(  # the first flight may be a step in place
+        {"foot": ContactClaim((5, 6), longest=0.9, highest=0.3)}
+    ),
     "hopper_in_space": Claim(  # it may pull its foot up at the start, to fall into a crouch
         {"foot": ContactClaim((1, 2), longest=0.65, highest=0.5)}, airborne=0.4
     ),
