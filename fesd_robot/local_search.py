@@ -32,7 +32,7 @@ DETOUR_LOSS = 0.25
 """Of the cost: a neighbour that costs at most so much more is worth going on from, where none is cheaper."""
 
 MOST_DETOURS = 10
-"""How many of them are, the cheapest first."""
+"""How many of them are, the cheapest first; those that end where another has begun do not count."""
 
 SAME = 1e-4
 """Of the cost: what ends nearer to a motion is that motion again, in other elements. These have neighbours that its own
@@ -219,11 +219,16 @@ class _Search:
         """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does."""
         below, reach = self._bounds(best)
         begun: list[float] = []
-        for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective)[:MOST_DETOURS]:
-            if trial.residuals.objective > reach or self._trials > MOST_TRIALS or self._solver.ended_early:
+        left = MOST_DETOURS
+        for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective):
+            far = trial.residuals.objective > reach
+            if far or not left or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
             start, moves = self._around.exact_after(trial), len(self._moves)
-            if start is None or self._known(start, begun):
+            if start and self._known(start, begun):
+                continue
+            left -= 1
+            if start is None:
                 continue
             begun.append(start.residuals.objective)
             self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import pytest
 
 from fesd_robot import local_search
-from fesd_robot.local_search import SAME, _Search
+from fesd_robot.local_search import MOST_DETOURS, SAME, _Search
 from fesd_robot.mpcc import BranchPoint, BranchSolver, NlpReport, PolishingReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
@@ -112,6 +113,27 @@ def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.Mo
     assert costs[1] == sorted(costs[1], reverse=True)
     assert costs[0][: len(costs[1])] == costs[1] and costs[0][-1] == min(costs[0])
     assert ours.trials >= theirs.trials
+
+
+def test_neighbours_that_lead_back_use_up_no_detours() -> None:
+    """More neighbours than there are detours end in the motion that is left; the one after them is gone on from."""
+
+    def at(cost: float) -> Any:
+        return SimpleNamespace(residuals=SimpleNamespace(objective=cost))
+
+    back = [(SimpleNamespace(what="back"), at(10 + 1e-5 * k)) for k in range(MOST_DETOURS + 2)]
+    search: Any = SimpleNamespace(
+        _rejected=[*back, (SimpleNamespace(what="over"), at(10.5))],
+        _trials=0,
+        _moves=[],
+        _solver=SimpleNamespace(ended_early=False),
+        _around=SimpleNamespace(exact_after=lambda trial: at(10.0) if trial.residuals.objective < 10.2 else trial),
+        _bounds=_Search._bounds,
+        _known=_Search._known,
+        _descent=lambda start, patience: [at(9.0)] if start.residuals.objective > 10.2 else [],
+    )
+    assert [one.residuals.objective for one in _Search._detour(search, at(10.0))] == [10.5, 9.0]
+    assert search._moves == ["over: 10.5"]
 
 
 def test_no_two_detours_begin_at_the_same_motion(watched: Searched) -> None:
