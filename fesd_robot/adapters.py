@@ -40,7 +40,7 @@ from fesd_robot.replay.intervals import MotionReplay
 from fesd_robot.robot import Robot, load_robot, with_joint_properties
 from fesd_robot.robot.root import Root, square_placements
 from fesd_robot.robot.units import configuration_units, velocity_units
-from fesd_robot.strategies.deadline import DESCENT_SECONDS, KIND_SECONDS, SHARE_OF_DESCENT, SHARE_OF_KIND
+from fesd_robot.strategies.deadline import CERTIFICATE_SECONDS
 from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
@@ -186,15 +186,14 @@ def certificate_of(
     Args:
         problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.
         tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
-        seconds_left: of the task's time, parts of which the certificate may take.
+        seconds_left: of the task's time; the certificate may take three quarters of it.
         without: as in `certify`.
     """
-    seconds = min(DESCENT_SECONDS, SHARE_OF_DESCENT * seconds_left)
-    of_kind = min(KIND_SECONDS, SHARE_OF_KIND * seconds_left)
+    seconds = min(CERTIFICATE_SECONDS, 0.75 * seconds_left)
     if not solution.solved or seconds <= 0:
         return None
     product = EXACT_PRODUCT if solution.exact else tolerance
-    return certify(problem, solution.w, tolerance=product, time_limit=seconds, kind_limit=of_kind, without=without)
+    return certify(problem, solution.w, tolerance=product, time_limit=seconds, without=without)
 
 
 def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndarray, seconds_left: float) -> str:

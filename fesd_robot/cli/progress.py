@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fesd_robot.strategies.deadline import DESCENT_SECONDS, KIND_SECONDS
+from fesd_robot.strategies.deadline import CERTIFICATE_SECONDS
 from fesd_robot.strategies.stations import Station
 
 if TYPE_CHECKING:
@@ -191,8 +191,7 @@ class Progress:
     def _how_far(self) -> str:
         """Return how far the station is, as far as that is known."""
         if self._station is Station.CERTIFYING:
-            most = DESCENT_SECONDS + KIND_SECONDS
-            return f", {max(most - (time.monotonic() - self._reached), 0.0):.0f} s at most"
+            return f", {max(CERTIFICATE_SECONDS - (time.monotonic() - self._reached), 0.0):.0f} s at most"
         if self._done is None:
             return ""
         done, of = self._done

@@ -18,6 +18,9 @@ ACTIVITY = 0.1
 BOUND_ACTIVITY = 1e-6
 """Distance from a bound up to which it counts as met, at least: an interior-point method stops before it."""
 
+SHARE_OF_DESCENT = 2 / 3
+"""Of the time limit, for the answer whether a direction descends. A kind between S and W is found early, if at all."""
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -57,8 +60,7 @@ def certify(
     w: np.ndarray,
     *,
     tolerance: float = 1e-8,
-    time_limit: float = 30.0,
-    kind_limit: float = 15.0,
+    time_limit: float = 45.0,
     without: Callable[[np.ndarray], Mpcc | None] | None = None,
 ) -> Certificate:
     """Return what kind of stationary point w is, by linear programs (`stationarity`, `b_stationary`).
@@ -71,7 +73,8 @@ def certify(
         problem: the MPCC.
         w: a solution, (n).
         tolerance: largest product of a pair at w.
-        time_limit, kind_limit: seconds for the answers whether a direction descends, and of which kind w is.
+        time_limit: seconds; the answer whether a direction descends takes `SHARE_OF_DESCENT` of them at most, that of
+            which kind w is the rest.
         without: called with a direction of descent, (n); returns the problem without what that gains from, of which it
             is asked again, or None if the direction stands.
 
@@ -87,7 +90,7 @@ def certify(
 
     activity = ACTIVITY * tolerance**0.5
     activities = {"activity": activity, "bound_activity": max(activity, BOUND_ACTIVITY)}
-    deadline = time.perf_counter() + time_limit
+    deadline = time.perf_counter() + SHARE_OF_DESCENT * time_limit
     while True:
         at = linearise(problem, w)
         relaxed = relaxed_solution(at, **activities, time_limit=deadline - time.perf_counter())
@@ -102,7 +105,7 @@ def certify(
         if narrower is None:
             break
         problem = narrower
-    kind = stationarity(problem, w, at=at, **activities, time_limit=kind_limit)
+    kind = stationarity(problem, w, at=at, **activities, time_limit=(1 - SHARE_OF_DESCENT) * time_limit)
     if kind.kind == "S":  # Lagrange multipliers of the right sign leave no branch a way down
         return Certificate("S", "certified", kind.biactive, kind.unresolved, kind.residual)
     found = Certificate(kind.kind, b.verdict, kind.biactive, kind.unresolved, kind.residual, bound=b.bound)

@@ -168,6 +168,12 @@ def row_sizes(matrix: sparse.csr_array) -> np.ndarray:
     return np.asarray(abs(matrix).max(axis=1).toarray(), dtype=float).ravel()
 
 
+def row_scales(matrix: sparse.csr_array) -> np.ndarray:
+    """Return by what to divide every row, shape (rows,): its size, one for a row of nothing, or what is left of it."""
+    sizes = row_sizes(matrix)
+    return np.where(sizes < np.finfo(float).tiny, 1.0, sizes)
+
+
 def repeated_bounds(at: Linearisation, active: ActiveSet) -> tuple[np.ndarray, np.ndarray]:
     """Return which lower and upper bounds on variables, (n,) each, repeat a pair's active side to first order.
 

@@ -285,15 +285,7 @@ class _Homotopy:
                 start=self._point,
                 lower=self._lower,
                 upper=self._upper,
-                options=nlp_options(
-                    self._options,
-                    sigmas,
-                    remaining,
-                    trial,
-                    last=last,
-                    loose=loose,
-                    near=near,
-                ),
+                options=nlp_options(self._options, sigmas, remaining, trial, last=last, loose=loose, near=near),
                 stop=self._stop,
             )
             residuals = self._problem.residuals(result.point.x[: self._problem.size])

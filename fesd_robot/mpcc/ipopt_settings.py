@@ -13,7 +13,6 @@ from fesd_robot.native import ipopt_options, kkt_library
 LOOSE_TOLERANCE = 1e-2
 """IPOPT's tolerance in the loose homotopy; constraints hold to sigma of the velocity level where that is smaller."""
 
-
 NEAR_BARRIER, NEAR_PUSH = 1e-2, 1e-4
 """Barrier parameter and distance from bounds with which an NLP of the loose homotopy begins that is near to the one
 before: ten times the parameter at which that ended. With IPOPT's own of 0.1 it leaves that point and comes back."""

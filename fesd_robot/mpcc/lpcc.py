@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_sizes
+from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, row_scales
 from fesd_robot.mpcc.linear_program import LinearSolution, solve_linear_program
 from fesd_robot.mpcc.quiet import silent_highs
 
@@ -156,8 +156,7 @@ def lpcc_at(at: Linearisation, active: ActiveSet, size: np.ndarray, radius: floa
         (at.H_jacobian, H_low, H_high),
     ):
         matrix = sparse.csr_array(jacobian @ sparse.diags_array(size))
-        scale = row_sizes(matrix)
-        scale[scale < np.finfo(float).tiny] = 1.0  # nothing, or what is left of nothing
+        scale = row_scales(matrix)
         blocks.append(sparse.diags_array(1.0 / scale) @ matrix)
         lows.append(low / scale)
         highs.append(high / scale)

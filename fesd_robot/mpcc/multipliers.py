@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, repeated_bounds, row_sizes
+from fesd_robot.mpcc.derivatives import ActiveSet, Linearisation, repeated_bounds, row_scales
 from fesd_robot.mpcc.linear_program import MANY_UNKNOWNS, solve_linear_program
 
 _MULTIPLIER_PRICE = 1e-7
@@ -111,8 +111,7 @@ def stationarity_equation(at: Linearisation, active: ActiveSet) -> StationarityE
             ]
         )
     )
-    scale = row_sizes(rows)
-    scale[scale < np.finfo(float).tiny] = 1.0  # nothing, or what is left of nothing
+    scale = row_scales(rows)
     free_xi = ~at.vanishing | (at.G > 0) | active.G
     low = [
         np.zeros(len(where[0]) + len(where[1])),

@@ -241,8 +241,8 @@ class Search:
         polisher = BranchTranscription(candidate.transcription)
         problem = problem_around(polisher, candidate.branch) if candidate.exact else candidate.transcription.problem
         product = EXACT_PRODUCT if candidate.exact else self.settings.tolerance
-        seconds = 30.0 if left is None else min(30.0, 0.5 * left)
-        return certify(problem, candidate.w, tolerance=product, time_limit=seconds, kind_limit=0.5 * seconds)
+        seconds = 45.0 if left is None else min(45.0, 0.75 * left)
+        return certify(problem, candidate.w, tolerance=product, time_limit=seconds)
 
     def _descended(self, candidate: Candidate, certificate: Certificate | None) -> Candidate | None:
         """Return a cheaper candidate on a branch that a direction of descent points to, None if there is none."""

@@ -5,12 +5,8 @@ from __future__ import annotations
 import math
 import time
 
-DESCENT_SECONDS, KIND_SECONDS = 30.0, 15.0
-"""Longest time for the two answers of a certificate: whether a branch descends, and the kind of a stationary point. A
-kind between S and W is found early, if at all."""
-
-SHARE_OF_DESCENT, SHARE_OF_KIND = 0.5, 0.25
-"""Most of the time that a task has left for each of them."""
+CERTIFICATE_SECONDS = 45.0
+"""Longest time for a certificate: whether a branch descends, and the kind of a stationary point."""
 
 
 class Deadline:

@@ -20,7 +20,7 @@ from fesd_robot.cli.progress import (
 )
 from fesd_robot.mpcc import NlpStatus
 from fesd_robot.plans import Plan
-from fesd_robot.strategies.deadline import DESCENT_SECONDS, KIND_SECONDS
+from fesd_robot.strategies.deadline import CERTIFICATE_SECONDS
 from fesd_robot.strategies.stations import Station
 
 
@@ -107,7 +107,7 @@ def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
 
 def test_a_certificate_says_how_long_it_may_take() -> None:
     """Its seconds run down from the limits of its two answers."""
-    limit = DESCENT_SECONDS + KIND_SECONDS
+    limit = CERTIFICATE_SECONDS
     progress = Progress()
     progress.station(Station.CERTIFYING)
     assert f"certifying, {limit:.0f} s at most" in progress.line()
