@@ -28,9 +28,9 @@ COARSE_START = 2
 """Number, after the first, of the start that is planned on a coarser control grid first. It is the second of a task
 that does not say how many: that it agrees with the first says more than that another guess does."""
 
-AGREEING = 1e-3
-"""Part of the cost: starts that end nearer to each other found the same motion, and no further one is made for a task
-that does not say how many."""
+AGREEING = 5e-3
+"""Part of the cost: starts that end nearer to each other found the same motion, but for moves that a search leaves out
+because they gain less than a thousandth; no further one is made for a task that does not say how many."""
 
 _POLL = 0.2
 """s between two looks at whether to stop."""
