@@ -28,8 +28,9 @@ GAIN = 1e-3
 SHARE_OF_TIME = 0.5
 """Share of the time that a task has left which the search may take: refinement and certificate need some, too."""
 
-DETOUR_LOSS = 0.25
-"""Of the cost: a neighbour that costs at most so much more is worth going on from, where none is cheaper."""
+DETOUR_LOSS = 0.1
+"""Of the cost: a neighbour that costs at most so much more is worth going on from, where none is cheaper; seventeen
+detours that ended below their motion began at most 0.092 above it."""
 
 MOST_DETOURS = 10
 """How many of them are, the cheapest first; those that end where another has begun do not count."""
@@ -216,14 +217,21 @@ class _Search:
         return trail
 
     def _detour(self, best: PolishingReport) -> list[PolishingReport]:
-        """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does."""
+        """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does.
+
+        Of trials that ended at one cost, as those of one move with more or less patience do, one is solved exactly.
+        """
         below, reach = self._bounds(best)
+        ended: list[float] = []
         begun: list[float] = []
         left = MOST_DETOURS
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective):
             far = trial.residuals.objective > reach
             if far or not left or self._trials > MOST_TRIALS or self._solver.ended_early:
                 break
+            if self._known(trial, ended):
+                continue
+            ended.append(trial.residuals.objective)
             start, moves = self._around.exact_after(trial), len(self._moves)
             if start and self._known(start, begun):
                 continue
@@ -239,9 +247,9 @@ class _Search:
         return []
 
     @staticmethod
-    def _known(start: PolishingReport, begun: Sequence[float]) -> bool:
-        """Return whether a detour has begun at a motion of this cost."""
-        return any(abs(start.residuals.objective - cost) <= SAME * abs(cost) for cost in begun)
+    def _known(motion: PolishingReport, costs: Sequence[float]) -> bool:
+        """Return whether a motion of this cost is among those of some costs."""
+        return any(abs(motion.residuals.objective - cost) <= SAME * abs(cost) for cost in costs)
 
     @staticmethod
     def _bounds(best: PolishingReport) -> tuple[float, float]:

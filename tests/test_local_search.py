@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from fesd_robot import local_search
-from fesd_robot.local_search import MOST_DETOURS, SAME, _Search
+from fesd_robot.local_search import DETOUR_LOSS, MOST_DETOURS, SAME, _Search
 from fesd_robot.mpcc import BranchPoint, BranchSolver, NlpReport, PolishingReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
@@ -23,48 +22,23 @@ SHORT_JUMP = ("horizon.duration=0.6", "horizon.intervals=8", "goal.configuration
 
 
 class Searched(NamedTuple):
-    """A plan, and what its search did.
+    """A plan, and what its search said.
 
     Attributes:
         plan: of half a metre's jump, with search.
-        begun: costs at which detours began, those from one motion together.
-        known: how many did not, because another had begun at the same motion.
         told: the costs of the NLPs that were told while it was made.
     """
 
     plan: Plan
-    begun: list[list[float]]
-    known: int
     told: list[float]
 
 
 @pytest.fixture(scope="module")
-def watched() -> Iterator[Searched]:
-    """A search that is watched; nothing is changed in it."""
-    begun: list[list[float]] = []
-    known: list[bool] = []
-    detour, descent, seen = _Search._detour, _Search._descent, _Search._known
-
-    def detours(self: _Search, best: PolishingReport) -> list[PolishingReport]:
-        begun.append([])
-        return detour(self, best)
-
-    def descents(self: _Search, best: PolishingReport, patience: int) -> list[PolishingReport]:
-        if patience == 1:
-            begun[-1].append(best.residuals.objective)
-        return descent(self, best, patience)
-
-    def at_known(start: PolishingReport, costs: Sequence[float]) -> bool:
-        known.append(seen(start, costs))
-        return known[-1]
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(_Search, "_detour", detours)
-        patched.setattr(_Search, "_descent", descents)
-        patched.setattr(_Search, "_known", staticmethod(at_known))
-        reports: list[NlpReport] = []
-        result = plan(load_task(TASK, list(SHORT_JUMP)), progress=reports.append)
-    yield Searched(result, begun, sum(known), [report.residuals.objective for report in reports])
+def watched() -> Searched:
+    """A search whose NLPs are noted."""
+    reports: list[NlpReport] = []
+    result = plan(load_task(TASK, list(SHORT_JUMP)), progress=reports.append)
+    return Searched(result, [report.residuals.objective for report in reports])
 
 
 @pytest.fixture(scope="module")
@@ -115,33 +89,60 @@ def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.Mo
     assert ours.trials >= theirs.trials
 
 
-def test_neighbours_that_lead_back_use_up_no_detours() -> None:
-    """More neighbours than there are detours end in the motion that is left; the one after them is gone on from."""
+class Detours:
+    """A search of a motion that costs 10, whose neighbours were rejected at some costs.
 
-    def at(cost: float) -> Any:
+    Args:
+        costs: of the neighbours; those below 10.2 lead back to the motion, the others to one that costs 9.
+    """
+
+    def __init__(self, costs: Sequence[float]) -> None:
+        self.solved: list[float] = []
+        self.begun: list[float] = []
+        self._search: Any = SimpleNamespace(
+            _rejected=[(SimpleNamespace(what=f"{cost:g}"), self._at(cost)) for cost in costs],
+            _trials=0,
+            _moves=[],
+            _solver=SimpleNamespace(ended_early=False),
+            _around=SimpleNamespace(exact_after=self._exact_after),
+            _bounds=_Search._bounds,
+            _known=_Search._known,
+            _descent=self._descent,
+        )
+
+    @staticmethod
+    def _at(cost: float) -> Any:
         return SimpleNamespace(residuals=SimpleNamespace(objective=cost))
 
-    back = [(SimpleNamespace(what="back"), at(10 + 1e-5 * k)) for k in range(MOST_DETOURS + 2)]
-    search: Any = SimpleNamespace(
-        _rejected=[*back, (SimpleNamespace(what="over"), at(10.5))],
-        _trials=0,
-        _moves=[],
-        _solver=SimpleNamespace(ended_early=False),
-        _around=SimpleNamespace(exact_after=lambda trial: at(10.0) if trial.residuals.objective < 10.2 else trial),
-        _bounds=_Search._bounds,
-        _known=_Search._known,
-        _descent=lambda start, patience: [at(9.0)] if start.residuals.objective > 10.2 else [],
-    )
-    assert [one.residuals.objective for one in _Search._detour(search, at(10.0))] == [10.5, 9.0]
-    assert search._moves == ["over: 10.5"]
+    def _exact_after(self, trial: Any) -> Any:
+        self.solved.append(trial.residuals.objective)
+        return self._at(10.0) if trial.residuals.objective < 10.2 else trial
+
+    def _descent(self, start: Any, patience: int) -> list[Any]:
+        self.begun.append(start.residuals.objective)
+        return [self._at(9.0)] if start.residuals.objective > 10.2 else []
+
+    def costs(self) -> list[float]:
+        """Go on from the neighbours; return the costs of the motions over which that leads down."""
+        return [one.residuals.objective for one in _Search._detour(self._search, self._at(10.0))]
 
 
-def test_no_two_detours_begin_at_the_same_motion(watched: Searched) -> None:
-    """Neighbours that lead back to one motion, as several do here, are gone on from once."""
-    for costs in watched.begun:
-        ordered = sorted(costs)
-        assert all(more - less > SAME * less for less, more in pairwise(ordered))
-    assert watched.known > 0
+def test_neighbours_that_lead_back_use_up_no_detours() -> None:
+    """More neighbours than there are detours end in the motion that is left: one detour begins there, and the neighbour
+    after them is gone on from."""
+    detours = Detours([*(10 + 0.01 * k for k in range(MOST_DETOURS + 2)), 10.5])
+    assert detours.costs() == [10.5, 9.0] and detours.begun == [10.0, 10.5]
+
+
+def test_trials_that_end_at_one_cost_are_solved_once() -> None:
+    """Of neighbours whose trials ended at the same cost one is solved exactly; another cost is another motion."""
+    detours = Detours([10.1, 10.1, 10.1 * (1 + 0.5 * SAME), 10.1 * (1 + 2 * SAME), 10.5])
+    assert detours.costs() == [10.5, 9.0] and len(detours.solved) == 3
+
+
+def test_no_detour_begins_far_above_the_motion() -> None:
+    """A neighbour that costs more than `DETOUR_LOSS` above the motion is not gone on from."""
+    assert Detours([10 * (1 + 0.9 * DETOUR_LOSS)]).costs() and not Detours([10 * (1 + 1.1 * DETOUR_LOSS)]).costs()
 
 
 def test_a_motion_that_is_lost_with_room_is_searched_from_one_nearby(
