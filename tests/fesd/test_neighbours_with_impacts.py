@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fesd_robot.complementarity import Branch
+from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours import moves
 from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern
@@ -51,6 +51,26 @@ def test_a_bounce_moves_to_a_neighbouring_interval() -> None:
     first = with_modes(bat, flying, hit, {0: [flight, impact, flight]})
     later = neighbours(bat, first, hit)["bounce of contact 'hit' in interval 0 an interval later"]
     assert later == [(flight,), (flight, impact, flight), (flight,), (flight,)]
+
+
+def test_a_bounce_moves_with_both_ends_of_the_slide_that_it_begins() -> None:
+    """A puck that is hit in an interval slides from there into another; the blow and both ends of the slide move an
+    interval later, or earlier, together, the blow and the beginning of the slide, too, and the blow alone."""
+    puck = polisher("puck_shot", "horizon.intervals=6", "method.elements=3")
+    resting, (sole, push) = branch_of(puck, set(), set(range(6)))
+    flight, stick = flight_and_stick(push)[0], flight_and_stick(sole)[1]
+    slip = tuple(ActiveFactor.H if n == sole.parts[1] else factor for n, factor in enumerate(stick))
+    sliding = with_modes(puck, resting, sole, {1: [stick, stick, slip], 2: [slip] * 3, 3: [slip, stick, stick]})
+    branch = with_modes(puck, sliding, push, {1: [flight, flight, in_impact(push)]})
+    both = "bounce of contact 'push' and stick or slip and stick or slip of contact 'sole' in interval 1 an interval"
+    blow, slide = (neighbours(puck, branch, modes) for modes in (push, sole))
+    for where, k in (("earlier", 0), ("later", 2)):
+        assert blow[f"{both} {where}"] == [(flight, in_impact(push)) if at == k else (flight,) for at in range(6)]
+        between = [(stick,)] * k, [(stick, slip), (slip,), (slip, stick)], [(stick,)] * (3 - k)
+        assert slide[f"{both} {where}"] == [one for part in between for one in part]
+        begin = slide[f"bounce of contact 'push' and stick or slip of contact 'sole' in interval 1 an interval {where}"]
+        assert begin[k] == (stick, slip) and begin[3] == (slip, stick)
+        assert slide[f"bounce of contact 'push' in interval 1 an interval {where}"][1] == (stick, slip)
 
 
 def test_only_the_impact_of_a_contact_is_left(hopper: BranchTranscription) -> None:

@@ -103,7 +103,8 @@ def moves(
       once, as a block begins to slide where a pusher meets it, or at most an interval apart. Where one of them is hit
       and moves to the end of the next interval, the others switch there after its impact, or as it begins.
     - What begins and ends in one interval, a bounce (an impact between two flights) or a short mode, moves into the
-      interval before or after.
+      interval before or after: alone, with switches of other contacts at most an interval away, as a puck begins to
+      slide that is hit, or with both ends of what another contact begins then, as the puck takes its time to stop.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
       boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
@@ -128,8 +129,10 @@ def moves(
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
     changes, seldom = list[_Change](), list[_Change]()
     for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
-        others = {switch.interval for every in switches if every is not shifts for switch in every}
-        changes += [*_shifted(shifts, others), *_shifted_runs(shifts), *_shifted_within(modes, own)]
+        others = [switch for every in switches if every is not shifts for switch in every]
+        ends = [run for every in switches if every is not shifts for run in _runs_between(every)]
+        within = [change for one in _within(modes, own) for change in _shifted_within(one, others, ends)]
+        changes += [*_shifted(shifts, {other.interval for other in others}), *_shifted_runs(shifts), *within]
         changes += [*_without_run(modes, of_contact), *_swapped(modes, of_contact), *_with_flight(modes, of_contact)]
         seldom += [*_bouncing(modes, own, of_contact), *_slipping_the_other_way(modes, own, of_contact)]
     together = [*_shifted_together(switches), *_exchanged(switches)]
@@ -159,22 +162,30 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_C
             yield _Change(key, what, [(switch.modes, patterns)])
 
 
+def _runs_between(switches: Sequence[Switch]) -> list[Switch]:
+    """Return both ends of every run as one switch, in the interval of the first, and where they may go together."""
+    runs = []
+    for begin, end in pairwise(switches):
+        both = {
+            where: (begin.choices[where], end.choices[where])
+            for where in (EARLIER, LATER)
+            if where in begin.choices and where in end.choices
+        }
+        choices = {where: {**one, **other} for where, (one, other) in both.items() if not one.keys() & other.keys()}
+        runs.append(replace(begin, name=f"{begin.name} and {end.name}", choices=choices))
+    return runs
+
+
 def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
     """Yield the changes that move both ends of a run."""
-    for begin, end in pairwise(switches):
-        for where in (EARLIER, LATER):
-            if where in begin.choices and where in end.choices:
-                patterns = {**begin.choices[where], **end.choices[where]}
-                if len(patterns) == len(begin.choices[where]) + len(end.choices[where]):
-                    what = (
-                        f"{begin.name} and {end.name} of {begin.modes.in_words} in intervals {begin.interval} "
-                        f"and {end.interval} {where}"
-                    )
-                    yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
+    for run, end in zip(_runs_between(switches), switches[1:], strict=False):
+        for where, patterns in run.choices.items():
+            what = f"{run.name} of {run.modes.in_words} in intervals {run.interval} and {end.interval} {where}"
+            yield _Change((run.modes.name, run.number, f"both {where}"), what, [(run.modes, patterns)])
 
 
-def _shifted_within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[_Change]:
-    """Yield the changes that move what begins and ends in one interval: an impact between two flights, or a mode."""
+def _within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[Switch]:
+    """Yield what begins and ends in one interval, an impact between two flights, or a mode, and where it may go."""
     flat = [without_impacts(modes, pattern) for pattern in patterns]
     for k, own in enumerate(flat):
         before, after = (flat[k - 1] if k else own)[-1:], (flat[k + 1] if k + 1 < len(flat) else own)[:1]
@@ -186,11 +197,31 @@ def _shifted_within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterato
             continue
         kind = "stick or slip" if modes.is_joint else "contact"
         kind = "bounce" if bounces else "flight" if modes.is_flight(within[0]) else kind
-        for where, other, left in ((EARLIER, k - 1, after), (LATER, k + 1, before)):
-            if 0 <= other < len(patterns) and len(patterns[other]) == 1:
-                what = f"{kind} of {modes.in_words} in interval {k} {where}"
-                moved = {k: left, other: patterns[k]}
-                yield _Change((modes.name, k, f"{kind} {where}"), what, [(modes, moved)])
+        choices = {
+            where: {k: left, other: patterns[k]}
+            for where, other, left in ((EARLIER, k - 1, after), (LATER, k + 1, before))
+            if 0 <= other < len(patterns) and len(patterns[other]) == 1
+        }
+        yield Switch(modes, k, kind, k, True, choices)
+
+
+def _shifted_within(one: Switch, others: Sequence[Switch], ends: Sequence[Switch]) -> Iterator[_Change]:
+    """Yield the changes that move what begins and ends in one interval, alone or with what switches nearly at once.
+
+    Args:
+        one: that.
+        others: switches of other contacts.
+        ends: both ends of what other contacts do, as one switch each.
+    """
+    for where, patterns in one.choices.items():
+        what = f"{one.name} of {one.modes.in_words} in interval {one.interval} {where}"
+        yield _Change((one.modes.name, one.number, f"{one.name} {where}"), what, [(one.modes, patterns)])
+    near = [other for other in others if abs(other.interval - one.interval) <= NEAR]
+    at_once = [other for other in near if other.interval == one.interval]
+    begun = [[run] for run in ends if abs(run.interval - one.interval) <= NEAR]
+    for group in [*([at_once] if at_once != near else []), near, *begun]:
+        if group and len({other.modes.name for other in group}) == len(group):
+            yield from _all_shifted([one, *group], one)
 
 
 def _bouncing(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[_Change]:
@@ -244,13 +275,23 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
             if len(group) < 2 or len(contacts) < len(group) or members in seen:
                 continue
             seen.add(members)
-            for where in switch.choices:
-                if all(where in other.choices for other in group):
-                    what = f"{_in_words(group)} in interval {switch.interval} {where}"
-                    steps = [(other.modes, other.choices[where]) for other in group]
-                    yield _Change((switch.modes.name, switch.number, f"together {where}"), what, steps)
-                    if where == LATER and (steps := _as_impacts_begin(group)):
-                        yield _Change((switch.modes.name, switch.number, f"together {where}"), f"{what} at once", steps)
+            yield from _all_shifted(group, switch)
+
+
+def _all_shifted(group: Sequence[Switch], first: Switch) -> Iterator[_Change]:
+    """Yield the changes that move all of some switches of different contacts.
+
+    Args:
+        group: the switches.
+        first: the one of them after which the changes are named.
+    """
+    for where in first.choices:
+        if all(where in other.choices for other in group):
+            what = f"{_in_words(group)} in interval {first.interval} {where}"
+            key = (first.modes.name, first.number, f"together {where}")
+            yield _Change(key, what, [(other.modes, other.choices[where]) for other in group])
+            if where == LATER and (steps := _as_impacts_begin(group)):
+                yield _Change(key, f"{what} at once", steps)
 
 
 def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactModes, Mapping[int, Pattern]]]:
