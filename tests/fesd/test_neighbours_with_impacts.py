@@ -62,14 +62,15 @@ def test_a_bounce_moves_with_both_ends_of_the_slide_that_it_begins() -> None:
     slip = tuple(ActiveFactor.H if n == sole.parts[1] else factor for n, factor in enumerate(stick))
     sliding = with_modes(puck, resting, sole, {1: [stick, stick, slip], 2: [slip] * 3, 3: [slip, stick, stick]})
     branch = with_modes(puck, sliding, push, {1: [flight, flight, in_impact(push)]})
-    both = "bounce of contact 'push' and stick or slip and stick or slip of contact 'sole' in interval 1 an interval"
+    begin = "bounce of contact 'push' and stick or slip of contact 'sole' in interval 1 an interval"
     blow, slide = (neighbours(puck, branch, modes) for modes in (push, sole))
     for where, k in (("earlier", 0), ("later", 2)):
-        assert blow[f"{both} {where}"] == [(flight, in_impact(push)) if at == k else (flight,) for at in range(6)]
+        both = f"{begin} {where}, and the end of the slide"
+        assert blow[both] == [(flight, in_impact(push)) if at == k else (flight,) for at in range(6)]
         between = [(stick,)] * k, [(stick, slip), (slip,), (slip, stick)], [(stick,)] * (3 - k)
-        assert slide[f"{both} {where}"] == [one for part in between for one in part]
-        begin = slide[f"bounce of contact 'push' and stick or slip of contact 'sole' in interval 1 an interval {where}"]
-        assert begin[k] == (stick, slip) and begin[3] == (slip, stick)
+        assert slide[both] == [one for part in between for one in part]
+        after = slide[f"{begin} {where}"]
+        assert after[k] == (stick, slip) and after[3] == (slip, stick)
         assert slide[f"bounce of contact 'push' in interval 1 an interval {where}"][1] == (stick, slip)
 
 

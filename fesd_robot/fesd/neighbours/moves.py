@@ -16,6 +16,7 @@ from fesd_robot.fesd.neighbours.placing import Placing
 from fesd_robot.fesd.neighbours.switches import (
     EARLIER,
     LATER,
+    STICK_OR_SLIP,
     WITH_IMPACT,
     WITHOUT_IMPACT,
     Switch,
@@ -39,6 +40,9 @@ NEAR = 1
 """Intervals between switches of several contacts that move together, exchange places, or share their impacts."""
 
 Key = tuple[str, int, str]
+
+_Slides = Mapping[tuple[str, int], Switch]
+"""Name of a contact and number of one of its switches -> the next one, if both are between stick and slip."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +107,9 @@ def moves(
       once, as a block begins to slide where a pusher meets it, or at most an interval apart. Where one of them is hit
       and moves to the end of the next interval, the others switch there after its impact, or as it begins.
     - What begins and ends in one interval, a bounce (an impact between two flights) or a short mode, moves into the
-      interval before or after: alone, with switches of other contacts at most an interval away, as a puck begins to
-      slide that is hit, or with both ends of what another contact begins then, as the puck takes its time to stop.
+      interval before or after, alone or with switches of other contacts at most an interval away.
+    - Where switches of several contacts move together and one of them begins a slide, its end moves with them, too: a
+      puck that is hit earlier stops earlier.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
       boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
@@ -127,15 +132,15 @@ def moves(
     patterns = [[pattern_of(modes, branch, own) for own in intervals] for modes in contacts]
     runs = [runs_of(modes, own) for modes, own in zip(contacts, patterns, strict=True)]
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
+    slides = _slides(switches)
     changes, seldom = list[_Change](), list[_Change]()
     for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
         others = [switch for every in switches if every is not shifts for switch in every]
-        ends = [run for every in switches if every is not shifts for run in _runs_between(every)]
-        within = [change for one in _within(modes, own) for change in _shifted_within(one, others, ends)]
+        within = [change for one in _within(modes, own) for change in _shifted_within(one, others, slides)]
         changes += [*_shifted(shifts, {other.interval for other in others}), *_shifted_runs(shifts), *within]
         changes += [*_without_run(modes, of_contact), *_swapped(modes, of_contact), *_with_flight(modes, of_contact)]
         seldom += [*_bouncing(modes, own, of_contact), *_slipping_the_other_way(modes, own, of_contact)]
-    together = [*_shifted_together(switches), *_exchanged(switches)]
+    together = [*_shifted_together(switches, slides), *_exchanged(switches)]
     ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
     for change in [*ordered, *seldom]:
         for neighbour in placing.placed(change.steps):
@@ -162,26 +167,21 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_C
             yield _Change(key, what, [(switch.modes, patterns)])
 
 
-def _runs_between(switches: Sequence[Switch]) -> list[Switch]:
-    """Return both ends of every run as one switch, in the interval of the first, and where they may go together."""
-    runs = []
-    for begin, end in pairwise(switches):
-        both = {
-            where: (begin.choices[where], end.choices[where])
-            for where in (EARLIER, LATER)
-            if where in begin.choices and where in end.choices
-        }
-        choices = {where: {**one, **other} for where, (one, other) in both.items() if not one.keys() & other.keys()}
-        runs.append(replace(begin, name=f"{begin.name} and {end.name}", choices=choices))
-    return runs
-
-
 def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
     """Yield the changes that move both ends of a run."""
-    for run, end in zip(_runs_between(switches), switches[1:], strict=False):
-        for where, patterns in run.choices.items():
-            what = f"{run.name} of {run.modes.in_words} in intervals {run.interval} and {end.interval} {where}"
-            yield _Change((run.modes.name, run.number, f"both {where}"), what, [(run.modes, patterns)])
+    for begin, end in pairwise(switches):
+        for where in (EARLIER, LATER):
+            if patterns := _both(begin.choices.get(where), end.choices.get(where)):
+                what = (
+                    f"{begin.name} and {end.name} of {begin.modes.in_words} in intervals {begin.interval} "
+                    f"and {end.interval} {where}"
+                )
+                yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
+
+
+def _both(one: Mapping[int, Pattern] | None, other: Mapping[int, Pattern] | None) -> Mapping[int, Pattern]:
+    """Return the patterns of one contact after two changes; none if one of these is none, or they share an interval."""
+    return {**one, **other} if one and other and not one.keys() & other.keys() else {}
 
 
 def _within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[Switch]:
@@ -205,23 +205,22 @@ def _within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[Switch
         yield Switch(modes, k, kind, k, True, choices)
 
 
-def _shifted_within(one: Switch, others: Sequence[Switch], ends: Sequence[Switch]) -> Iterator[_Change]:
+def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> Iterator[_Change]:
     """Yield the changes that move what begins and ends in one interval, alone or with what switches nearly at once.
 
     Args:
         one: that.
         others: switches of other contacts.
-        ends: both ends of what other contacts do, as one switch each.
+        slides: where what they begin ends.
     """
     for where, patterns in one.choices.items():
         what = f"{one.name} of {one.modes.in_words} in interval {one.interval} {where}"
         yield _Change((one.modes.name, one.number, f"{one.name} {where}"), what, [(one.modes, patterns)])
     near = [other for other in others if abs(other.interval - one.interval) <= NEAR]
     at_once = [other for other in near if other.interval == one.interval]
-    begun = [[run] for run in ends if abs(run.interval - one.interval) <= NEAR]
-    for group in [*([at_once] if at_once != near else []), near, *begun]:
+    for group in [at_once, near] if at_once != near else [near]:
         if group and len({other.modes.name for other in group}) == len(group):
-            yield from _all_shifted([one, *group], one)
+            yield from _all_shifted([one, *group], one, slides)
 
 
 def _bouncing(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[_Change]:
@@ -261,8 +260,19 @@ def _mirrored(modes: ContactModes, pattern: Pattern, turned: Collection[ContactM
     return tuple(modes.mirrored(mode) if mode in turned else mode for mode in pattern)
 
 
-def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
-    """Yield the changes that move the same switch of several contacts, or all switches that happen nearly at once."""
+def _slides(switches: Sequence[Sequence[Switch]]) -> _Slides:
+    """Return the ends of what contacts do between two changes from stick to slip or back, by where it begins."""
+    pairs = [(one, end) for own in switches for one, end in pairwise(own) if one.name == end.name == STICK_OR_SLIP]
+    return {(begin.modes.name, begin.number): end for begin, end in pairs}
+
+
+def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> Iterator[_Change]:
+    """Yield the changes that move the same switch of several contacts, or all switches that happen nearly at once.
+
+    Args:
+        switches: of every contact.
+        slides: where what they begin ends.
+    """
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
         near = [other for other in every if abs(other.interval - switch.interval) <= NEAR]
@@ -275,23 +285,32 @@ def _shifted_together(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]
             if len(group) < 2 or len(contacts) < len(group) or members in seen:
                 continue
             seen.add(members)
-            yield from _all_shifted(group, switch)
+            yield from _all_shifted(group, switch, slides)
 
 
-def _all_shifted(group: Sequence[Switch], first: Switch) -> Iterator[_Change]:
-    """Yield the changes that move all of some switches of different contacts.
+def _all_shifted(group: Sequence[Switch], first: Switch, slides: _Slides) -> Iterator[_Change]:
+    """Yield the changes that move all of some switches of different contacts, alone or with the end of a slide.
+
+    How long a contact slides is decided by how fast it is: if the slide begins earlier, it ends earlier.
 
     Args:
         group: the switches.
         first: the one of them after which the changes are named.
+        slides: where what they begin ends.
     """
     for where in first.choices:
-        if all(where in other.choices for other in group):
-            what = f"{_in_words(group)} in interval {first.interval} {where}"
-            key = (first.modes.name, first.number, f"together {where}")
-            yield _Change(key, what, [(other.modes, other.choices[where]) for other in group])
-            if where == LATER and (steps := _as_impacts_begin(group)):
-                yield _Change(key, f"{what} at once", steps)
+        if not all(where in other.choices for other in group):
+            continue
+        what, key = f"{_in_words(group)} in interval {first.interval} {where}", f"together {where}"
+        steps = [(other.modes, other.choices[where]) for other in group]
+        yield _Change((first.modes.name, first.number, key), what, steps)
+        if where == LATER and (at_once := _as_impacts_begin(group)):
+            yield _Change((first.modes.name, first.number, key), f"{what} at once", at_once)
+        for n, begin in enumerate(group):
+            end = slides.get((begin.modes.name, begin.number))
+            if end and (patterns := _both(begin.choices[where], end.following(begin, where))):
+                longer = [*steps[:n], (begin.modes, patterns), *steps[n + 1 :]]
+                yield _Change((first.modes.name, first.number, key), f"{what}, and the end of the slide", longer)
 
 
 def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactModes, Mapping[int, Pattern]]]:

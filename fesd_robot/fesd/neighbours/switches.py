@@ -13,6 +13,7 @@ from fesd_robot.fesd.neighbours.placing import Placing
 EARLIER, LATER = "an interval earlier", "an interval later"
 TO_BEGINNING, TO_END = "to the beginning of its interval", "to the end of its interval"
 WITH_IMPACT, WITHOUT_IMPACT = "with impact", "without impact"
+STICK_OR_SLIP = "stick or slip"
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,18 @@ class Switch:
         here = WITH_IMPACT if place[1] else WITHOUT_IMPACT
         where = {-2: EARLIER, -1: near[0], 0: here, 1: near[1], 2: LATER}.get(steps)
         return self.choices.get(where) if where else None
+
+    def following(self, begin: Switch, where: str) -> Mapping[int, Pattern] | None:
+        """Return the patterns with which this one follows an earlier switch that moves; None if it cannot.
+
+        It moves by an interval where the other does, and where it lies inside one; else into the interval beside it.
+        """
+        earlier = where in (EARLIER, TO_BEGINNING, f"into interval {begin.interval}")
+        if not (earlier or where in (LATER, TO_END, f"into interval {begin.interval + 1}")):
+            return None
+        if self.inside or where in (EARLIER, LATER):
+            return self.choices.get(EARLIER if earlier else LATER)
+        return self.choices.get(f"into interval {self.interval + (not earlier)}")
 
 
 def switches_of(modes: ContactModes, patterns: list[Pattern], runs: list[Run], placing: Placing) -> list[Switch]:
@@ -138,5 +151,5 @@ def without_impacts(modes: ContactModes, pattern: Pattern) -> Pattern:
 def _name(modes: ContactModes, a: ContactMode, b: ContactMode) -> str:
     """Return what a switch is called."""
     if modes.is_flight(a) == modes.is_flight(b):
-        return "stick or slip"
+        return STICK_OR_SLIP
     return "touchdown" if modes.is_flight(a) else "take-off"
