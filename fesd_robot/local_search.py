@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from enum import IntEnum
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -92,7 +93,8 @@ def searched(
     the branch NLP of the whole motion. The first neighbour that is cheaper by `GAIN` becomes the motion, and the search
     goes on from there with the same kind of move; a move that failed is tried again only if something has changed in
     its window. Where no neighbour is cheaper, the search goes on from the cheapest of them, one after the other, until
-    one of these detours ends below the motion that it left.
+    one of these detours ends below the motion that it left; and where there is none to go on from, with the neighbours
+    of earlier motions that were left untried.
 
     Args:
         solved: the motion to start from; the only one if it is not exact.
@@ -190,7 +192,7 @@ class _Search:
         first = self._around.filled(found)
         patience = 1 if self._depth is Depth.QUICK else len(TRIALS)
         trail = [first, *self._descent(first, patience)] if first else []
-        while trail and self._depth is Depth.DETOURS and (further := self._detour(trail[-1])):
+        while trail and self._depth is Depth.DETOURS and (further := self._detour(trail)):
             trail += further
             trail += self._descent(trail[-1], patience)
         return trail
@@ -216,12 +218,15 @@ class _Search:
             self._moves.append(f"{move.what}: {best.residuals.objective:.6g}")
         return trail
 
-    def _detour(self, best: PolishingReport) -> list[PolishingReport]:
+    def _detour(self, before: Sequence[PolishingReport]) -> list[PolishingReport]:
         """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does.
 
         Of trials that ended at one cost, as those of one move with more or less patience do, one is solved exactly.
+
+        Args:
+            before: the motions that were accepted; the last is the one to leave.
         """
-        below, reach = self._bounds(best)
+        below, reach = self._bounds(before[-1])
         ended: list[float] = []
         begun: list[float] = []
         left = MOST_DETOURS
@@ -244,6 +249,26 @@ class _Search:
             if trail[-1].residuals.objective < below:
                 return trail
             del self._moves[moves:]
+        return [] if begun else self._back(before)
+
+    def _back(self, before: Sequence[PolishingReport]) -> list[PolishingReport]:
+        """Return a motion that is cheaper than the last of some, a neighbour of an earlier one; none if there is none.
+
+        The neighbours of a motion are tried until one is cheaper; those after it, and those that take more patience,
+        are tried where the last motion has none that a detour could begin at.
+
+        Args:
+            before: the motions that were accepted.
+        """
+        _, reach = self._bounds(before[-1])
+        near = [motion for motion in reversed(before[:-1]) if motion.residuals.objective <= reach]
+        for motion, patience in product(near, range(len(TRIALS))):
+            if self._trials > MOST_TRIALS or self._solver.ended_early:
+                break
+            if found := self._cheaper_neighbour(motion, patience, None, than=before[-1]):
+                move, end = found
+                self._moves.append(f"{move.what}: {end.residuals.objective:.6g}")
+                return [end]
         return []
 
     @staticmethod
@@ -258,10 +283,21 @@ class _Search:
         return objective - GAIN * abs(objective), objective + DETOUR_LOSS * abs(objective)
 
     def _cheaper_neighbour(
-        self, best: PolishingReport, patience: int, last: tuple[str, int, str] | None
+        self,
+        best: PolishingReport,
+        patience: int,
+        last: tuple[str, int, str] | None,
+        than: PolishingReport | None = None,
     ) -> tuple[Move, PolishingReport] | None:
-        """Return the first move that gains enough, and where it leads; the moves begin with the kind of the last."""
-        below, reach = self._bounds(best)
+        """Return the first move that gains enough, and where it leads.
+
+        Args:
+            best: the motion whose neighbours are tried.
+            patience: which of `TRIALS`.
+            last: the kind of move to begin with.
+            than: the motion that it has to be cheaper than, `best` if omitted.
+        """
+        below, reach = self._bounds(than or best)
         trial = TRIALS[patience]
         around = Surroundings(self._transcription, self._conditions, best.branch)
         untried = list(self._untried(best, around, patience, last))

@@ -18,6 +18,7 @@ from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
+LAST = len(local_search.TRIALS) - 1
 SHORT_JUMP = ("horizon.duration=0.6", "horizon.intervals=8", "goal.configuration.root_x=0.6")
 
 
@@ -90,15 +91,18 @@ def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.Mo
 
 
 class Detours:
-    """A search of a motion that costs 10, whose neighbours were rejected at some costs.
+    """A search of a motion that costs 10, whose neighbours were rejected at some costs, and which came after others.
 
     Args:
         costs: of the neighbours; those below 10.2 lead back to the motion, the others to one that costs 9.
+        before: of the motions before; one that costs 10.5 has a neighbour at 9.5, which takes the most patience.
     """
 
-    def __init__(self, costs: Sequence[float]) -> None:
+    def __init__(self, costs: Sequence[float], before: Sequence[float] = ()) -> None:
         self.solved: list[float] = []
         self.begun: list[float] = []
+        self.looked: list[tuple[float, int]] = []
+        self._before = [self._at(cost) for cost in (*before, 10.0)]
         self._search: Any = SimpleNamespace(
             _rejected=[(SimpleNamespace(what=f"{cost:g}"), self._at(cost)) for cost in costs],
             _trials=0,
@@ -108,6 +112,8 @@ class Detours:
             _bounds=_Search._bounds,
             _known=_Search._known,
             _descent=self._descent,
+            _back=lambda before: _Search._back(self._search, before),
+            _cheaper_neighbour=self._cheaper_neighbour,
         )
 
     @staticmethod
@@ -122,9 +128,14 @@ class Detours:
         self.begun.append(start.residuals.objective)
         return [self._at(9.0)] if start.residuals.objective > 10.2 else []
 
+    def _cheaper_neighbour(self, best: Any, patience: int, last: Any, than: Any) -> tuple[Any, Any] | None:
+        assert than.residuals.objective == 10.0
+        self.looked.append((best.residuals.objective, patience))
+        return (SimpleNamespace(what="left"), self._at(9.5)) if self.looked[-1] == (10.5, LAST) else None
+
     def costs(self) -> list[float]:
         """Go on from the neighbours; return the costs of the motions over which that leads down."""
-        return [one.residuals.objective for one in _Search._detour(self._search, self._at(10.0))]
+        return [one.residuals.objective for one in _Search._detour(self._search, self._before)]
 
 
 def test_neighbours_that_lead_back_use_up_no_detours() -> None:
@@ -132,6 +143,15 @@ def test_neighbours_that_lead_back_use_up_no_detours() -> None:
     after them is gone on from."""
     detours = Detours([*(10 + 0.01 * k for k in range(MOST_DETOURS + 2)), 10.5])
     assert detours.costs() == [10.5, 9.0] and detours.begun == [10.0, 10.5]
+
+
+def test_what_was_left_untried_of_earlier_motions_is_where_no_detour_begins() -> None:
+    """Where no neighbour is near enough for a detour, those of earlier motions that are near enough are tried, of the
+    last one first, with ever more patience; where a detour has begun, they are not."""
+    stuck = Detours([12.0], before=[12.0, 10.5, 11.5, 10.2])
+    assert stuck.costs() == [9.5]
+    assert stuck.looked == [(cost, patience) for cost in (10.2, 10.5) for patience in range(LAST + 1)]
+    assert Detours([12.0]).costs() == [] and not Detours([10.1], before=[10.5]).costs()
 
 
 def test_trials_that_end_at_one_cost_are_solved_once() -> None:
