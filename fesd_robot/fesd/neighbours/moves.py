@@ -195,7 +195,7 @@ def _within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[Switch
         bounces = len(own) < len(patterns[k]) and all(map(modes.is_flight, (*before, *own, *after)))
         if not within and not bounces:
             continue
-        kind = "stick or slip" if modes.is_joint else "contact"
+        kind = STICK_OR_SLIP if modes.is_joint else "contact"
         kind = "bounce" if bounces else "flight" if modes.is_flight(within[0]) else kind
         choices = {
             where: {k: left, other: patterns[k]}
@@ -356,7 +356,7 @@ def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
         same = len(neighbours) == 2 and neighbours[0] == neighbours[1]
         for mode in sorted(set(neighbours), key=str) if same or short else ():
             patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
-            kind = "flight" if modes.is_flight(run.mode) else "stick or slip" if modes.is_joint else "contact"
+            kind = "flight" if modes.is_flight(run.mode) else STICK_OR_SLIP if modes.is_joint else "contact"
             what = f"no {kind} of {modes.in_words} in intervals {run.first} to {run.last}"
             yield _Change((modes.name, n, "left out"), what, [(modes, patterns)])
 
@@ -367,7 +367,7 @@ def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
     for n, run in enumerate(runs):
         for mode in closed:
             if mode != run.mode and not modes.is_flight(run.mode):
-                what = f"stick or slip of {modes.in_words} swapped in intervals {run.first} to {run.last}"
+                what = f"{STICK_OR_SLIP} of {modes.in_words} swapped in intervals {run.first} to {run.last}"
                 patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
                 yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])
 
