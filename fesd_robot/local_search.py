@@ -215,7 +215,7 @@ class _Search:
             move, best = found
             level, last, self._rejected = 0, move.key, []
             trail.append(best)
-            self._moves.append(f"{move.what}: {best.residuals.objective:.6g}")
+            self._moved(move, best)
         return trail
 
     def _detour(self, before: Sequence[PolishingReport]) -> list[PolishingReport]:
@@ -244,7 +244,7 @@ class _Search:
             if start is None:
                 continue
             begun.append(start.residuals.objective)
-            self._moves.append(f"{move.what}: {start.residuals.objective:.6g}")
+            self._moved(move, start)
             trail = [start, *self._descent(start, 1)]
             if trail[-1].residuals.objective < below:
                 return trail
@@ -267,9 +267,12 @@ class _Search:
                 break
             if found := self._cheaper_neighbour(motion, patience, None, than=before[-1]):
                 move, end = found
-                self._moves.append(f"{move.what}: {end.residuals.objective:.6g}")
+                self._moved(move, end)
                 return [end]
         return []
+
+    def _moved(self, move: Move, end: PolishingReport) -> None:
+        self._moves.append(f"{move.what}: {end.residuals.objective:.6g}")
 
     @staticmethod
     def _known(motion: PolishingReport, costs: Sequence[float]) -> bool:

@@ -111,6 +111,7 @@ class Detours:
             _around=SimpleNamespace(exact_after=self._exact_after),
             _bounds=_Search._bounds,
             _known=_Search._known,
+            _moved=lambda move, end: _Search._moved(self._search, move, end),
             _descent=self._descent,
             _back=lambda before: _Search._back(self._search, before),
             _cheaper_neighbour=self._cheaper_neighbour,
@@ -133,6 +134,11 @@ class Detours:
         self.looked.append((best.residuals.objective, patience))
         return (SimpleNamespace(what="left"), self._at(9.5)) if self.looked[-1] == (10.5, LAST) else None
 
+    @property
+    def moves(self) -> list[str]:
+        """The moves that lead down, in words."""
+        return self._search._moves
+
     def costs(self) -> list[float]:
         """Go on from the neighbours; return the costs of the motions over which that leads down."""
         return [one.residuals.objective for one in _Search._detour(self._search, self._before)]
@@ -143,13 +149,14 @@ def test_neighbours_that_lead_back_use_up_no_detours() -> None:
     after them is gone on from."""
     detours = Detours([*(10 + 0.01 * k for k in range(MOST_DETOURS + 2)), 10.5])
     assert detours.costs() == [10.5, 9.0] and detours.begun == [10.0, 10.5]
+    assert detours.moves == ["10.5: 10.5"]
 
 
 def test_what_was_left_untried_of_earlier_motions_is_where_no_detour_begins() -> None:
     """Where no neighbour is near enough for a detour, those of earlier motions that are near enough are tried, of the
     last one first, with ever more patience; where a detour has begun, they are not."""
     stuck = Detours([12.0], before=[12.0, 10.5, 11.5, 10.2])
-    assert stuck.costs() == [9.5]
+    assert stuck.costs() == [9.5] and stuck.moves == ["left: 9.5"]
     assert stuck.looked == [(cost, patience) for cost in (10.2, 10.5) for patience in range(LAST + 1)]
     assert Detours([12.0]).costs() == [] and not Detours([10.1], before=[10.5]).costs()
 

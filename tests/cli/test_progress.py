@@ -106,12 +106,11 @@ def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
 
 
 def test_a_certificate_says_how_long_it_may_take() -> None:
-    """Its seconds run down from the limits of its two answers."""
-    limit = CERTIFICATE_SECONDS
+    """Its seconds run down from its limit."""
     progress = Progress()
     progress.station(Station.CERTIFYING)
-    assert f"certifying, {limit:.0f} s at most" in progress.line()
-    progress._reached -= limit - 1
+    assert f"certifying, {CERTIFICATE_SECONDS:.0f} s at most" in progress.line()
+    progress._reached -= CERTIFICATE_SECONDS - 1
     assert "certifying, 1 s at most" in progress.line()
 
 
