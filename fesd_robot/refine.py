@@ -114,7 +114,7 @@ def refined(
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
         with_spare: whether the accuracy is tightened where the audit passes with little to spare.
     """
-    go_on = partial(continued, options=options, deadline=deadline, progress=progress, stop=stop)
+    go_on = _once(partial(continued, options=options, deadline=deadline, progress=progress, stop=stop))
 
     def over(needed: float = 0.0) -> bool:
         return deadline.left <= needed or stop_requested(stop)
@@ -130,6 +130,23 @@ def refined(
         if idle or over() or best.spares(SPARE) or solved.local_errors.max() > factor * accuracy:
             break
     return best if best is solved else best.counted(solved.rounds, solved.seconds)
+
+
+def _once(go_on: Callable[[SolvedMotion, Finer], SolvedMotion | None]) -> Callable[..., SolvedMotion | None]:
+    """Return a function that does the same, but does not try again what has led to no motion: the next accuracy asks
+    for some of the finer transcriptions that the last one was refused."""
+    refused: set[object] = set()
+
+    def once(solved: SolvedMotion, finer: Finer) -> SolvedMotion | None:
+        asked = finer.start.branch, finer.transcription.added, finer.start.w.tobytes(), finer.start.freer, finer.repair
+        if asked in refused:
+            return None
+        following = go_on(solved, finer)
+        if following is None:
+            refused.add(asked)
+        return following
+
+    return once
 
 
 def _to_accuracy(

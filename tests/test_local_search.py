@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -96,11 +96,17 @@ class Detours:
     Args:
         costs: of the neighbours; those below 10.2 lead back to the motion, the others to one that costs 9.
         before: of the motions before; one that costs 10.5 has a neighbour at 9.5, which takes the most patience.
+        ways: cost of a motion -> of the only neighbour to which a descent goes on; 9 for all that do not lead back if
+            omitted.
     """
 
-    def __init__(self, costs: Sequence[float], before: Sequence[float] = ()) -> None:
+    def __init__(
+        self, costs: Sequence[float], before: Sequence[float] = (), ways: Mapping[float, float] | None = None
+    ) -> None:
+        self._ways = ways
         self.solved: list[float] = []
         self.begun: list[float] = []
+        self.reached: list[float] = []
         self.looked: list[tuple[float, int]] = []
         self._before = [self._at(cost) for cost in (*before, 10.0)]
         self._search: Any = SimpleNamespace(
@@ -125,13 +131,19 @@ class Detours:
         self.solved.append(trial.residuals.objective)
         return self._at(10.0) if trial.residuals.objective < 10.2 else trial
 
-    def _descent(self, start: Any, patience: int) -> list[Any]:
+    def _descent(self, start: Any, patience: int, passed: Sequence[float]) -> list[Any]:
         self.begun.append(start.residuals.objective)
-        return [self._at(9.0)] if start.residuals.objective > 10.2 else []
+        return _Search._descent(self._search, start, patience, passed)
 
-    def _cheaper_neighbour(self, best: Any, patience: int, last: Any, than: Any) -> tuple[Any, Any] | None:
+    def _cheaper_neighbour(self, best: Any, patience: int, last: Any, than: Any = None) -> tuple[Any, Any] | None:
+        cost = best.residuals.objective
+        if than is None:
+            ways = {} if cost <= 10.2 else {cost: 9.0}
+            following = (ways if self._ways is None else self._ways).get(cost)
+            self.reached += [following] if following else []
+            return (SimpleNamespace(what="down", key=("", 0, "")), self._at(following)) if following else None
         assert than.residuals.objective == 10.0
-        self.looked.append((best.residuals.objective, patience))
+        self.looked.append((cost, patience))
         return (SimpleNamespace(what="left"), self._at(9.5)) if self.looked[-1] == (10.5, LAST) else None
 
     @property
@@ -149,7 +161,15 @@ def test_neighbours_that_lead_back_use_up_no_detours() -> None:
     after them is gone on from."""
     detours = Detours([*(10 + 0.01 * k for k in range(MOST_DETOURS + 2)), 10.5])
     assert detours.costs() == [10.5, 9.0] and detours.begun == [10.0, 10.5]
-    assert detours.moves == ["10.5: 10.5"]
+    assert detours.moves == ["10.5: 10.5", "down: 9"]
+
+
+def test_a_detour_ends_where_one_before_it_has_passed() -> None:
+    """The first detour goes down to its end; one after it ends at the first motion at which an earlier one was, be it
+    in the middle of its way or at the beginning, although a neighbour leads on from there."""
+    detours = Detours([10.4, 10.5, 10.9], ways={10.4: 10.35, 10.35: 10.3, 10.5: 10.35, 10.9: 10.5})
+    assert detours.costs() == [] and detours.begun == [10.4, 10.5, 10.9]
+    assert detours.reached == [10.35, 10.3, 10.35, 10.5] and detours.moves == []
 
 
 def test_what_was_left_untried_of_earlier_motions_is_where_no_detour_begins() -> None:

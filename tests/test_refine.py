@@ -13,9 +13,10 @@ import pytest
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.finer import Finer
 from fesd_robot.mpcc import HomotopyOptions, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.refine import MOST_PARTS, SPARE, _finer, _in_parts, _last_that_passes, refined
+from fesd_robot.refine import MOST_PARTS, SPARE, _finer, _in_parts, _last_that_passes, _once, refined
 from fesd_robot.repair import Repair
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.deadline import Deadline
@@ -52,6 +53,18 @@ def test_a_stop_ends_refinement_at_once(coarse: tuple[SolvedMotion, HomotopyOpti
     before, options = coarse
     stopped = refined(before, options, 1e-7, Deadline(), None, lambda iteration, objective: True)
     assert stopped.rounds == 0 and stopped.solution is before.solution
+
+
+def test_what_led_to_no_motion_is_not_tried_again(coarse: tuple[SolvedMotion, HomotopyOptions]) -> None:
+    """The same parts of the same elements are asked for once; others, or with a repair, are another matter."""
+    before, _ = coarse
+    asked: list[Finer] = []
+    once = _once(lambda solved, finer: asked.append(finer))
+    few, many = (_in_parts(before, before.transcription, np.full(before.local_errors.shape, by)) for by in (2.0, 1e9))
+    again = _in_parts(before, before.transcription, np.full(before.local_errors.shape, 2.0))
+    for finer in (few, again, many, few, few._replace(repair=True), many):
+        assert once(before, finer) is None
+    assert asked == [few, many, few._replace(repair=True)]
 
 
 def test_only_elements_of_the_same_mode_are_divided_together(coarse: tuple[SolvedMotion, HomotopyOptions]) -> None:
