@@ -118,11 +118,13 @@ class _Untried(NamedTuple):
     Attributes:
         move: the move.
         window: intervals in which the motion may change with it.
+        patience: which of `TRIALS`; the last, which begins farthest from its bounds, where an impulse begins at zero.
         seen: what there is in its window.
     """
 
     move: Move
     window: range
+    patience: int
     seen: object
 
 
@@ -306,11 +308,10 @@ class _Search:
             than: the motion that it has to be cheaper than, `best` if omitted.
         """
         below, reach = self._bounds(than or best)
-        trial = TRIALS[patience]
         around = Surroundings(self._transcription, self._conditions, best.branch)
         untried = list(self._untried(best, around, patience, last))
         candidates = [
-            _Candidate(BranchPoint(one.move.w, one.move.branch), patience, around.variables(one.window), reach)
+            _Candidate(BranchPoint(one.move.w, one.move.branch), one.patience, around.variables(one.window), reach)
             for one in untried
         ]
         for one, (found, reports) in zip(untried, self._ahead.results(candidates), strict=False):
@@ -319,7 +320,7 @@ class _Search:
             self._told.tried(self._trials, None)
             self._tried.add(one.seen)
             self._solver.reports += reports
-            if found and found.residuals.constraint_violation <= trial.violation:
+            if found and found.residuals.constraint_violation <= TRIALS[one.patience].violation:
                 if not found.residuals.objective < below:
                     self._rejected.append((move, found))
                 elif (end := self._around.exact_after(found)) and end.residuals.objective < below:
@@ -348,10 +349,11 @@ class _Search:
         for move in found[first:] + found[:first]:
             window = around.window(move.intervals)
             elements = around.elements(window)
-            seen = (patience, window, move.branch.factors[elements], move.branch.without_length[elements])
+            own = len(TRIALS) - 1 if move.hit else patience
+            seen = (own, window, move.branch.factors[elements], move.branch.without_length[elements])
             if seen not in listed:
                 listed.add(seen)
-                yield _Untried(move, window, seen)
+                yield _Untried(move, window, own, seen)
 
     def _outcome(self, candidate: _Candidate) -> tuple[PolishingReport | None, list[NlpReport]]:
         """Return what a trial ends with, and its NLPs, which are not counted yet."""

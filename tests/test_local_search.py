@@ -192,6 +192,23 @@ def test_no_detour_begins_far_above_the_motion() -> None:
     assert Detours([10 * (1 + 0.9 * DETOUR_LOSS)]).costs() and not Detours([10 * (1 + 1.1 * DETOUR_LOSS)]).costs()
 
 
+def test_where_an_impulse_begins_at_zero_the_trial_begins_far_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A move that gives an impact to a soft touchdown is tried once, with the patience that begins farthest from all
+    bounds; the others are tried with what is asked for."""
+    branch = SimpleNamespace(factors=("factors",), without_length=(False,))
+    found = [SimpleNamespace(key=("", n, ""), hit=n == 1, branch=branch, intervals=n) for n in range(2)]
+    monkeypatch.setattr(local_search, "moves", lambda *_: found)
+    around: Any = SimpleNamespace(window=lambda intervals: intervals, elements=lambda window: slice(None))
+    search: Any = SimpleNamespace(_transcription=None, _conditions=None, _tried=set())
+    best: Any = SimpleNamespace(w=None, branch=None)
+    seen = []
+    for patience in range(LAST + 1):
+        untried = list(_Search._untried(search, best, around, patience, None))
+        search._tried |= {one.seen for one in untried}
+        seen.append([(one.window, one.patience) for one in untried])
+    assert seen == [[(0, 0), (1, LAST)], *([(0, patience)] for patience in range(1, LAST + 1))]
+
+
 def test_a_motion_that_is_lost_with_room_is_searched_from_one_nearby(
     searched: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:

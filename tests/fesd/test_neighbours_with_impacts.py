@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.fesd.neighbours import moves
+from fesd_robot.fesd.neighbours import Move, moves
 from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import Pattern
+from fesd_robot.fesd.neighbours.switches import HIT_AT_BOUNDARY, IMPACT_AFTER, WITH_IMPACT
 from fesd_robot.fesd.polishing import BranchTranscription
 
 from .branches import branch_of, flight_and_stick, in_impact, patterns, polisher, with_modes
@@ -72,6 +76,41 @@ def test_a_bounce_moves_with_both_ends_of_the_slide_that_it_begins() -> None:
         after = slide[f"{begin} {where}"]
         assert after[k] == (stick, slip) and after[3] == (slip, stick)
         assert slide[f"bounce of contact 'push' in interval 1 an interval {where}"][1] == (stick, slip)
+
+
+def test_a_foot_is_hit_before_the_other_takes_off_or_after_it() -> None:
+    """Where one foot comes down softly as the other takes off, it is hit while that stands, or while that flies, by an
+    impact that slips to either side: it moves to none before. Each of these is said to begin at a motion that is its
+    own without an impulse; from one of them to the other that is not so. A foot that moves along the ground slips as it
+    moves."""
+    feet = polisher("solo12_jump", "method.elements=4")
+    soft, (front, hind) = branch_of(feet, {1, 2}, {3, 4})
+    transcription, moving = feet.transcription, feet.transcription.problem.start
+    held = np.array([not name.endswith("velocity") for name in transcription.ocp.system.state_names], dtype=float)
+    resting = transcription.pack([replace(one, x=one.x * held) for one in transcription.unpack(moving)])
+    flight, stick = flight_and_stick(front)
+
+    def hits(branch: Branch, w: np.ndarray) -> dict[str, Move]:
+        first = "touchdown of contact 'front' in interval 2 "
+        found = {one.what: one for one in moves(transcription, feet.conditions, w, branch) if "with impact" in one.what}
+        return {what.removeprefix(first): one for what, one in found.items() if what.startswith(first)}
+
+    found = hits(soft, resting)
+    other = ", slipping the other way"
+    assert sorted(found) == sorted(HIT_AT_BOUNDARY)
+    sides = [in_impact(front, side) for side in (1, 0)]
+    for side, name in zip(sides, ("", other), strict=True):
+        before, after = (found[one + name] for one in (WITH_IMPACT, IMPACT_AFTER))
+        assert before.hit and after.hit
+        (first, *ending), last = patterns(feet, front, before.branch)[2:4]
+        assert (first, last) == (flight, (stick,)) and ending[0] == side and all(map(front.is_impact, ending))
+        assert patterns(feet, front, after.branch)[2:4] == [(flight,), (*ending, stick)]
+        assert patterns(feet, hind, before.branch)[2:4] == patterns(feet, hind, soft)[2:4]
+    impact = {e for e, one in enumerate(found[WITH_IMPACT].branch.factors) if ActiveFactor.COMPLEMENT in one}
+    assert all(hind.of_factors(found[WITH_IMPACT].branch.factors[e]) != flight for e in impact)
+    later = hits(found[WITH_IMPACT].branch, resting)
+    assert list(later) == [IMPACT_AFTER] and not later[IMPACT_AFTER].hit
+    assert sorted(hits(soft, moving)) == sorted([WITH_IMPACT, IMPACT_AFTER])
 
 
 def test_only_the_impact_of_a_contact_is_left(hopper: BranchTranscription) -> None:

@@ -11,6 +11,9 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.polishing import ElementConditions
 
+NO_SIDE = 1e-6
+"""Velocity along the ground, m/s, below which it does not tell to which side a contact slips in an impact."""
+
 ContactMode = tuple[ActiveFactor, ...]
 """Active factors of the conditions of one contact, or of the dry friction of one joint."""
 
@@ -83,17 +86,18 @@ class ContactModes:
         turned = dict(zip(self.parts, reversed(sides), strict=True)) if len(sides) == 2 else {}
         return tuple(turned.get(n, factor) for n, factor in enumerate(mode))
 
-    def impacts(self, contact: ContactMode, state: np.ndarray, algebraic: np.ndarray) -> list[ContactMode]:
+    def impacts(self, contact: ContactMode, state: np.ndarray, algebraic: np.ndarray) -> list[list[ContactMode]]:
         """Return the modes of an impact that ends in a mode of contact, in the order in which they follow each other.
 
-        Where there is friction the contact slips first, and then sticks if it does so afterwards.
+        Where there is friction the contact slips first, and then sticks if it does so afterwards: to the side to which
+        it moves, or, if it comes down without moving along the ground, to either, one sequence of modes for each.
 
         Args:
             contact: the mode after the impact.
             state, algebraic: before the impact, (n_x) and (n_z).
         """
         if self.conditions.jumps:
-            return []  # an impact is an impulse where the contact begins
+            return [[]]  # an impact is an impulse where the contact begins
         values = np.asarray(self.conditions.values(state, algebraic)).ravel()
         own = [self.conditions.members[i] for i in self.members]
         parts = self.parts
@@ -105,5 +109,10 @@ class ContactModes:
                 sticking[n] = contact[n] if one.G in along else ActiveFactor.COMPLEMENT
             elif n in parts:
                 slipping[n] = ActiveFactor.H if one.direction * values[one.G] > 0 else ActiveFactor.G
+        if len(parts) == 2 and all(abs(values[one]) < NO_SIDE for one in along):
+            slipping[parts[0]], slipping[parts[1]] = ActiveFactor.G, ActiveFactor.H
+            sides = [tuple(slipping), self.mirrored(tuple(slipping))]
+        else:
+            sides = [tuple(slipping)]
         sticks = parts and all(contact[n] is ActiveFactor.G for n in parts)
-        return [tuple(slipping), tuple(sticking)] if sticks else [tuple(slipping)]
+        return [[side, tuple(sticking)] if sticks else [side] for side in sides]

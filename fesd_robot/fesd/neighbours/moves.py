@@ -15,9 +15,9 @@ from fesd_robot.fesd.neighbours.patterns import Pattern, Run, intervals_of, patt
 from fesd_robot.fesd.neighbours.placing import Placing
 from fesd_robot.fesd.neighbours.switches import (
     EARLIER,
+    HIT_AT_BOUNDARY,
     LATER,
     STICK_OR_SLIP,
-    WITH_IMPACT,
     WITHOUT_IMPACT,
     Switch,
     switches_of,
@@ -54,12 +54,15 @@ class Move:
         what: the same in words.
         intervals: in which something changes.
         placing: the neighbour, and the elements from which to look for its motion.
+        hit: whether a contact is hit that comes down softly at the same place: that motion, without an impulse, is one
+            of the neighbour, too, and a trial that begins near it may stay there.
     """
 
     key: Key
     what: str
     intervals: range
     placing: Placing
+    hit: bool = False
 
     @property
     def branch(self) -> Branch:
@@ -79,6 +82,7 @@ class _Change:
     key: Key
     what: str
     steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]
+    hit: bool = False
 
     @property
     def intervals(self) -> range:
@@ -111,7 +115,8 @@ def moves(
     - Where switches of several contacts move together and one of them begins a slide, its end moves with them, too: a
       puck that is hit earlier stops earlier.
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
-      boundary, with a switch of another contact at most an interval away, gets an impact or loses the one it has.
+      boundary, with a switch of another contact at most an interval away, gets an impact, before what the other one
+      does there or after it, or loses the one it has: a foot may take off as the other one is hit, or just before.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
@@ -145,7 +150,7 @@ def moves(
     for change in [*ordered, *seldom]:
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
-            yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts))
+            yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts), change.hit)
 
 
 def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_Change]:
@@ -160,11 +165,13 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_C
     """
     for switch in switches:
         for where, patterns in switch.choices.items():
-            if where in (WITH_IMPACT, WITHOUT_IMPACT) and not any(abs(switch.interval - one) <= NEAR for one in others):
+            stays = where in (*HIT_AT_BOUNDARY, WITHOUT_IMPACT)
+            if stays and not any(abs(switch.interval - one) <= NEAR for one in others):
                 continue
             what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
-            yield _Change(key, what, [(switch.modes, patterns)])
+            hit = where in HIT_AT_BOUNDARY and WITHOUT_IMPACT not in switch.choices
+            yield _Change(key, what, [(switch.modes, patterns)], hit)
 
 
 def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:

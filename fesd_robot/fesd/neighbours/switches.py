@@ -13,6 +13,11 @@ from fesd_robot.fesd.neighbours.placing import Placing
 EARLIER, LATER = "an interval earlier", "an interval later"
 TO_BEGINNING, TO_END = "to the beginning of its interval", "to the end of its interval"
 WITH_IMPACT, WITHOUT_IMPACT = "with impact", "without impact"
+IMPACT_AFTER = "with impact as the next interval begins"
+OTHER_WAY = ", slipping the other way"
+HIT_AT_BOUNDARY = tuple(one + side for side in ("", OTHER_WAY) for one in (WITH_IMPACT, IMPACT_AFTER))
+"""What a touchdown on a boundary may become without moving: hit before the others switch there, or after that."""
+
 STICK_OR_SLIP = "stick or slip"
 
 
@@ -90,8 +95,8 @@ def _from_a_boundary(
     """Return where a switch on the boundary of two intervals may go; an impact there goes with it."""
     k, following, a, b = before.last, after.first, before.mode, after.mode
     own, next_own = (without_impacts(modes, patterns[at]) for at in (k, following))
-    impact = _impacts_between(modes, patterns[k], patterns[following])
-    whole = (a, *_impacts(modes, a, b, k, placing), b)
+    ending, beginning = _impacts_between(modes, patterns[k], patterns[following])
+    impact = (*ending, *beginning)
     choices: dict[str, dict[int, Pattern]] = {}
     if own == (a,):
         choices[EARLIER] = {k: (*impact, b), following: next_own}
@@ -101,14 +106,18 @@ def _from_a_boundary(
         choices[LATER] = {k: own, following: (a, *impact)}
     elif next_own[-1] == b:
         choices[LATER] = {following: (a,)}
-    if own == (a,):
-        choices[f"into interval {k}"] = {k: whole, following: next_own}
-    if next_own == (b,):
-        choices[f"into interval {following}"] = {k: own, following: whole}
+    for new, side in zip(_impacts(modes, a, b, k, placing), ("", OTHER_WAY), strict=False):
+        if own == (a,):
+            choices[f"into interval {k}{side}"] = {k: (a, *new, b), following: next_own}
+        if next_own == (b,):
+            choices[f"into interval {following}{side}"] = {k: own, following: (a, *new, b)}
+        hit = new if not impact else () if side else impact
+        if hit and not ending and own == (a,):
+            choices[f"{WITH_IMPACT}{side}"] = {k: (a, *hit), following: next_own}
+        if hit and not beginning and next_own == (b,):
+            choices[f"{IMPACT_AFTER}{side}"] = {k: own, following: (*hit, b)}
     if impact:
         choices[WITHOUT_IMPACT] = {k: own, following: next_own}
-    elif own == (a,) and len(whole) > 2:
-        choices[WITH_IMPACT] = {k: whole[:-1], following: next_own}
     return choices
 
 
@@ -130,17 +139,20 @@ def _from_inside(
     return choices
 
 
-def _impacts(modes: ContactModes, a: ContactMode, b: ContactMode, interval: int, placing: Placing) -> list[ContactMode]:
-    """Return the modes of the impact between two modes; none if it is no touchdown."""
+def _impacts(
+    modes: ContactModes, a: ContactMode, b: ContactMode, interval: int, placing: Placing
+) -> list[list[ContactMode]]:
+    """Return the modes of the impact between two modes, one list for each side to which the contact may slip in it; an
+    empty one if it is no touchdown."""
     if not modes.is_flight(a) or modes.is_flight(b):
-        return []
+        return [[]]
     return modes.impacts(b, *placing.end_of(interval))
 
 
-def _impacts_between(modes: ContactModes, pattern: Pattern, following: Pattern) -> Pattern:
-    """Return the modes of an impact that ends an interval or begins the next one."""
+def _impacts_between(modes: ContactModes, pattern: Pattern, following: Pattern) -> tuple[Pattern, Pattern]:
+    """Return the modes of an impact that ends an interval, and those of one that begins the next."""
     ending = tuple(takewhile(modes.is_impact, reversed(pattern)))
-    return (*reversed(ending), *takewhile(modes.is_impact, following))
+    return ending[::-1], tuple(takewhile(modes.is_impact, following))
 
 
 def without_impacts(modes: ContactModes, pattern: Pattern) -> Pattern:
