@@ -111,7 +111,9 @@ def _from_a_boundary(
             choices[f"into interval {k}{side}"] = {k: (a, *new, b), following: next_own}
         if next_own == (b,):
             choices[f"into interval {following}{side}"] = {k: own, following: (a, *new, b)}
-        hit = new if not impact else () if side else impact
+        if impact and side:
+            continue  # the impact that is there has a side
+        hit = impact or new
         if hit and not ending and own == (a,):
             choices[f"{WITH_IMPACT}{side}"] = {k: (a, *hit), following: next_own}
         if hit and not beginning and next_own == (b,):
