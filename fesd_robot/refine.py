@@ -77,6 +77,9 @@ WORSE_THAN_ERRORS = 10.0
 MULTIPLIER_ACCURACY = 100.0
 """Error of multipliers near their bounds, relative to the accuracy; one of 1e-5 is a force of 1e-4 robot weights."""
 
+_GoOn = Callable[[SolvedMotion, Finer], SolvedMotion | None]
+"""A motion and a finer transcription of it -> the motion that continues it there, None if there is none."""
+
 
 def refined(
     solved: SolvedMotion,
@@ -132,7 +135,7 @@ def refined(
     return best if best is solved else best.counted(solved.rounds, solved.seconds)
 
 
-def _once(go_on: Callable[[SolvedMotion, Finer], SolvedMotion | None]) -> Callable[..., SolvedMotion | None]:
+def _once(go_on: _GoOn) -> _GoOn:
     """Return a function that does the same, but does not try again what has led to no motion: the next accuracy asks
     for some of the finer transcriptions that the last one was refused."""
     refused: set[object] = set()
@@ -152,7 +155,7 @@ def _once(go_on: Callable[[SolvedMotion, Finer], SolvedMotion | None]) -> Callab
 def _to_accuracy(
     solved: SolvedMotion,
     accuracy: float,
-    go_on: Callable[[SolvedMotion, Finer], SolvedMotion | None],
+    go_on: _GoOn,
     over: Callable[..., bool],
 ) -> SolvedMotion:
     """Return an exact solution refined to an accuracy, or as far as its audit passes.

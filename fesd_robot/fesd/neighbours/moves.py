@@ -117,6 +117,7 @@ def moves(
     - A touchdown that moves into an interval gets an impact, one that moves to a boundary has none; one that stays on a
       boundary, with a switch of another contact at most an interval away, gets an impact, before what the other one
       does there or after it, or loses the one it has: a foot may take off as the other one is hit, or just before.
+      Where it comes down without moving along the ground, an impact slips to either side.
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
