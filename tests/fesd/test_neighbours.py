@@ -322,6 +322,24 @@ def test_a_long_contact_is_interrupted_by_a_flight(hopper: BranchTranscription) 
             assert patterns(hopper, modes, move.branch) == expected
 
 
+def test_a_motion_that_begins_with_a_contact_may_begin_in_flight(hopper: BranchTranscription) -> None:
+    """It is hit inside the second interval, slipping to either side; not a short stance, nor a motion in flight."""
+    w = hopper.transcription.problem.start
+    for flying, sides in ((set(), 2), ({4}, 2), ({2, 3}, 0), ({0, 1, 2}, 0)):
+        branch, (modes,) = branch_of(hopper, flying)
+        found = [
+            move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "beginning to" in move.what
+        ]
+        flight, stick = flight_and_stick(modes)
+        assert len({move.branch.factors for move in found}) == len(found) == sides
+        for move in found:
+            begun, hit, *rest = patterns(hopper, modes, move.branch)
+            assert begun == (flight,) and (hit[0], hit[-1]) == (flight, stick)
+            assert len(hit) > 2 and all(map(modes.is_impact, hit[1:-1]))
+            assert rest == patterns(hopper, modes, branch)[2:]
+            assert move.hit and set(move.intervals) == {0, 1}
+
+
 def test_an_impact_on_a_boundary_goes_with_its_touchdown(hopper: BranchTranscription) -> None:
     """A touchdown whose impact begins an interval has it at the beginning, or at the end, of its neighbour's, too."""
     w = hopper.transcription.problem.start

@@ -5,14 +5,23 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain, combinations, groupby, pairwise
+from itertools import chain, combinations, pairwise
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
-from fesd_robot.fesd.neighbours.patterns import Pattern, Run, intervals_of, pattern_of, runs_of
+from fesd_robot.fesd.neighbours.changes import Change, Key
+from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of, pattern_of, runs_of
 from fesd_robot.fesd.neighbours.placing import Placing
+from fesd_robot.fesd.neighbours.runs import (
+    begun_in_flight,
+    bouncing,
+    slipping_the_other_way,
+    swapped,
+    with_flight,
+    without_run,
+)
 from fesd_robot.fesd.neighbours.switches import (
     EARLIER,
     HIT_AT_BOUNDARY,
@@ -26,20 +35,12 @@ from fesd_robot.fesd.neighbours.switches import (
 from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
 from fesd_robot.fesd.transcription import Transcription
 
-SHORT_RUN = 3
-"""A run of at most so many intervals may be left out between two different modes, or at an end of the motion."""
-
-LEAST_STANCE = 3
-"""A flight may be inserted into a contact of at least so many intervals; it gets the third in the middle."""
-
 PAIR = 2
 """Contacts of a pair. Where more than two switch alike, pairs of them move, too, as the hind feet of a quadruped; and
 where there are more contacts than a pair, those that move together come before single ones, which seldom gain then."""
 
 NEAR = 1
 """Intervals between switches of several contacts that move together, exchange places, or share their impacts."""
-
-Key = tuple[str, int, str]
 
 _Slides = Mapping[tuple[str, int], Switch]
 """Name of a contact and number of one of its switches -> the next one, if both are between stick and slip."""
@@ -75,22 +76,6 @@ class Move:
         return self.placing.transcription.pack(self.placing.elements)
 
 
-@dataclass(frozen=True)
-class _Change:
-    """The patterns that some contacts get in some intervals."""
-
-    key: Key
-    what: str
-    steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]
-    hit: bool = False
-
-    @property
-    def intervals(self) -> range:
-        """All from the first to the last that changes."""
-        changed = [k for _, patterns in self.steps for k in patterns]
-        return range(min(changed), max(changed) + 1)
-
-
 def moves(
     transcription: Transcription,
     conditions: ElementConditions,
@@ -122,7 +107,7 @@ def moves(
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
     - Last, for they seldom gain: of a contact between two flights only the impact is left; an impact slips to the other
-      side, alone or with the slip after it.
+      side, alone or with the slip after it; a motion that begins with a contact begins with a flight.
     - If `joints` are asked for, one with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
@@ -139,22 +124,23 @@ def moves(
     runs = [runs_of(modes, own) for modes, own in zip(contacts, patterns, strict=True)]
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
     slides = _slides(switches)
-    changes, seldom = list[_Change](), list[_Change]()
+    changes, seldom, first = list[Change](), list[Change](), list[Change]()
     for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
         others = [switch for every in switches if every is not shifts for switch in every]
         within = [change for one in _within(modes, own) for change in _shifted_within(one, others, slides)]
         changes += [*_shifted(shifts, {other.interval for other in others}), *_shifted_runs(shifts), *within]
-        changes += [*_without_run(modes, of_contact), *_swapped(modes, of_contact), *_with_flight(modes, of_contact)]
-        seldom += [*_bouncing(modes, own, of_contact), *_slipping_the_other_way(modes, own, of_contact)]
+        changes += [*without_run(modes, of_contact), *swapped(modes, of_contact), *with_flight(modes, of_contact)]
+        seldom += [*bouncing(modes, own, of_contact), *slipping_the_other_way(modes, own, of_contact)]
+        first += begun_in_flight(modes, of_contact, placing)
     together = [*_shifted_together(switches, slides), *_exchanged(switches)]
     ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
-    for change in [*ordered, *seldom]:
+    for change in [*ordered, *seldom, *first]:
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
             yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts), change.hit)
 
 
-def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_Change]:
+def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[Change]:
     """Yield the changes that move one switch, or give it an impact on a boundary, or take that away.
 
     Without another contact that switches near by, an impact inside an interval, which may move to the boundary, is the
@@ -172,10 +158,10 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[_C
             what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
             key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
             hit = where in HIT_AT_BOUNDARY and WITHOUT_IMPACT not in switch.choices
-            yield _Change(key, what, [(switch.modes, patterns)], hit)
+            yield Change(key, what, [(switch.modes, patterns)], hit)
 
 
-def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
+def _shifted_runs(switches: Sequence[Switch]) -> Iterator[Change]:
     """Yield the changes that move both ends of a run."""
     for begin, end in pairwise(switches):
         for where in (EARLIER, LATER):
@@ -184,7 +170,7 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[_Change]:
                     f"{begin.name} and {end.name} of {begin.modes.in_words} in intervals {begin.interval} "
                     f"and {end.interval} {where}"
                 )
-                yield _Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
+                yield Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
 
 
 def _both(one: Mapping[int, Pattern] | None, other: Mapping[int, Pattern] | None) -> Mapping[int, Pattern]:
@@ -213,7 +199,7 @@ def _within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[Switch
         yield Switch(modes, k, kind, k, True, choices)
 
 
-def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> Iterator[_Change]:
+def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> Iterator[Change]:
     """Yield the changes that move what begins and ends in one interval, alone or with what switches nearly at once.
 
     Args:
@@ -223,49 +209,12 @@ def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> I
     """
     for where, patterns in one.choices.items():
         what = f"{one.name} of {one.modes.in_words} in interval {one.interval} {where}"
-        yield _Change((one.modes.name, one.number, f"{one.name} {where}"), what, [(one.modes, patterns)])
+        yield Change((one.modes.name, one.number, f"{one.name} {where}"), what, [(one.modes, patterns)])
     near = [other for other in others if abs(other.interval - one.interval) <= NEAR]
     at_once = [other for other in near if other.interval == one.interval]
     for group in [at_once, near] if at_once != near else [near]:
         if group and len({other.modes.name for other in group}) == len(group):
             yield from _all_shifted([one, *group], one, slides)
-
-
-def _bouncing(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[_Change]:
-    """Yield the changes in which nothing but the impact is left of a contact between two flights."""
-    for n, (before, run, after) in enumerate(zip(runs, runs[1:], runs[2:], strict=False)):
-        hit = [k for k in range(before.last, run.last + 1) if any(map(modes.is_impact, patterns[k]))]
-        if not hit or modes.is_flight(run.mode) or before.mode != after.mode:
-            continue
-        flying = {
-            k: tuple(mode for mode, _ in groupby(after.mode if mode == run.mode else mode for mode in patterns[k]))
-            for k in range(run.first, run.last + 1)
-        }
-        what = f"only a bounce of {modes.in_words} in intervals {run.first} to {run.last}"
-        yield _Change((modes.name, n, "only a bounce"), what, [(modes, flying)])
-
-
-def _slipping_the_other_way(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[_Change]:
-    """Yield the changes in which a contact slips to the other side in an impact, or also as long as it does after it.
-
-    A trial cannot turn the side itself: the impulse, at the edge of its cone, would have to cross it.
-    """
-    for k, pattern in enumerate(patterns):
-        impacts = set(filter(modes.is_impact, pattern))
-        if (other := _mirrored(modes, pattern, impacts)) == pattern:
-            continue
-        what = f"impact of {modes.in_words} in interval {k} slipping the other way"
-        yield _Change((modes.name, k, "the other way"), what, [(modes, {k: other})])
-        after = next((run for run in runs if run.first - 1 <= k <= run.last and not modes.is_flight(run.mode)), None)
-        if after and modes.mirrored(after.mode) != after.mode:
-            slipping = range(min(k, after.first), after.last + 1)
-            turned = {at: _mirrored(modes, patterns[at], {*impacts, after.mode}) for at in slipping}
-            yield _Change((modes.name, k, "the other way"), f"{what}, and after it", [(modes, turned)])
-
-
-def _mirrored(modes: ContactModes, pattern: Pattern, turned: Collection[ContactMode]) -> Pattern:
-    """Return a pattern some of whose modes slip to the other side."""
-    return tuple(modes.mirrored(mode) if mode in turned else mode for mode in pattern)
 
 
 def _slides(switches: Sequence[Sequence[Switch]]) -> _Slides:
@@ -274,7 +223,7 @@ def _slides(switches: Sequence[Sequence[Switch]]) -> _Slides:
     return {(begin.modes.name, begin.number): end for begin, end in pairs}
 
 
-def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> Iterator[_Change]:
+def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> Iterator[Change]:
     """Yield the changes that move the same switch of several contacts, or all switches that happen nearly at once.
 
     Args:
@@ -296,7 +245,7 @@ def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> 
             yield from _all_shifted(group, switch, slides)
 
 
-def _all_shifted(group: Sequence[Switch], first: Switch, slides: _Slides) -> Iterator[_Change]:
+def _all_shifted(group: Sequence[Switch], first: Switch, slides: _Slides) -> Iterator[Change]:
     """Yield the changes that move all of some switches of different contacts, alone or with the end of a slide.
 
     How long a contact slides is decided by how fast it is: if the slide begins earlier, it ends earlier.
@@ -311,14 +260,14 @@ def _all_shifted(group: Sequence[Switch], first: Switch, slides: _Slides) -> Ite
             continue
         what, key = f"{_in_words(group)} in interval {first.interval} {where}", f"together {where}"
         steps = [(other.modes, other.choices[where]) for other in group]
-        yield _Change((first.modes.name, first.number, key), what, steps)
+        yield Change((first.modes.name, first.number, key), what, steps)
         if where == LATER and (at_once := _as_impacts_begin(group)):
-            yield _Change((first.modes.name, first.number, key), f"{what} at once", at_once)
+            yield Change((first.modes.name, first.number, key), f"{what} at once", at_once)
         for n, begin in enumerate(group):
             end = slides.get((begin.modes.name, begin.number))
             if end and (patterns := _both(begin.choices[where], end.following(begin, where))):
                 longer = [*steps[:n], (begin.modes, patterns), *steps[n + 1 :]]
-                yield _Change((first.modes.name, first.number, key), f"{what}, and the end of the slide", longer)
+                yield Change((first.modes.name, first.number, key), f"{what}, and the end of the slide", longer)
 
 
 def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactModes, Mapping[int, Pattern]]]:
@@ -332,7 +281,7 @@ def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactModes, Mappi
     return [(one.modes, patterns) for one, patterns in zip(group, chosen, strict=True) if patterns]
 
 
-def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
+def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[Change]:
     """Yield the changes in which contacts that switch alike, but not at the same place, switch where the others did."""
     every = [switch for own in switches for switch in own]
     alike: dict[tuple[str, tuple[int, bool]], list[Switch]] = {}
@@ -346,7 +295,7 @@ def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[_Change]:
         steps = [(one.modes, patterns) for one, patterns in moved if patterns is not None]
         if len({modes.name for modes, _ in steps}) == len(moved):
             what = f"{_in_words([one for one, _ in moved])} in interval {own[0].interval} exchanged"
-            yield _Change((own[0].modes.name, own[0].number, "exchanged"), what, steps)
+            yield Change((own[0].modes.name, own[0].number, "exchanged"), what, steps)
 
 
 def _in_words(group: Sequence[Switch]) -> str:
@@ -354,39 +303,3 @@ def _in_words(group: Sequence[Switch]) -> str:
         contacts = [f"'{switch.modes.name}'" for switch in group]
         return f"{group[0].name} of contacts {', '.join(contacts)}"
     return " and ".join(f"{one.name} of {one.modes.in_words}" for one in group)
-
-
-def _without_run(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
-    """Yield the changes that leave one run out; the first and the last, which have one neighbour, if they are short."""
-    for n, run in enumerate(runs):
-        neighbours = [other.mode for other in (*runs[max(n - 1, 0) : n], *runs[n + 1 : n + 2])]
-        short = run.last - run.first < SHORT_RUN
-        same = len(neighbours) == 2 and neighbours[0] == neighbours[1]
-        for mode in sorted(set(neighbours), key=str) if same or short else ():
-            patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
-            kind = "flight" if modes.is_flight(run.mode) else STICK_OR_SLIP if modes.is_joint else "contact"
-            what = f"no {kind} of {modes.in_words} in intervals {run.first} to {run.last}"
-            yield _Change((modes.name, n, "left out"), what, [(modes, patterns)])
-
-
-def _swapped(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
-    """Yield the changes of one mode with contact into another one."""
-    closed = sorted({run.mode for run in runs if not modes.is_flight(run.mode)}, key=str)
-    for n, run in enumerate(runs):
-        for mode in closed:
-            if mode != run.mode and not modes.is_flight(run.mode):
-                what = f"{STICK_OR_SLIP} of {modes.in_words} swapped in intervals {run.first} to {run.last}"
-                patterns = dict.fromkeys(range(run.first, run.last + 1), (mode,))
-                yield _Change((modes.name, n, "swapped"), what, [(modes, patterns)])
-
-
-def _with_flight(modes: ContactModes, runs: list[Run]) -> Iterator[_Change]:
-    """Yield the changes that interrupt a contact by a flight."""
-    flight = next((run.mode for run in runs if modes.is_flight(run.mode)), modes.flight)
-    for n, run in enumerate(runs):
-        count = run.last - run.first + 1
-        if modes.is_joint or modes.is_flight(run.mode) or count < LEAST_STANCE:
-            continue
-        own = range(run.first + count // 3, run.last + 1 - count // 3)
-        what = f"flight of contact '{modes.name}' in intervals {own[0]} to {own[-1]} inserted"
-        yield _Change((modes.name, n, "inserted"), what, [(modes, dict.fromkeys(own, (flight,)))])
