@@ -128,7 +128,9 @@ CLAIMS: dict[str, Claim] = {
     "hopper_in_space": Claim(  # it may pull its foot up at the start, to fall into a crouch
         {"foot": ContactClaim((1, 2), longest=0.65, highest=0.5)}, airborne=0.4
     ),
-    "hopper_one_jump": Claim({"foot": ContactClaim((1, 1), longest=0.8, highest=0.3)}),
+    "hopper_one_jump": Claim(  # it may pull its foot up at the start, to fall into a crouch
+        {"foot": ContactClaim((1, 2), longest=0.8, highest=0.3)}
+    ),
     "hopper_stairs": Claim({"foot": ContactClaim((2, 6), longest=0.3)}),
     "hopper_wedge": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
     "monoped_three_holes": Claim({"foot": ContactClaim((3, 3), longest=0.9)}),

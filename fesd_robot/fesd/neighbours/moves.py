@@ -55,8 +55,8 @@ class Move:
         what: the same in words.
         intervals: in which something changes.
         placing: the neighbour, and the elements from which to look for its motion.
-        hit: whether a contact is hit that comes down softly at the same place: that motion, without an impulse, is one
-            of the neighbour, too, and a trial that begins near it may stay there.
+        hit: whether a contact is hit where it comes down softly, or rests, in the motion itself: that, without an
+            impulse, is one of the neighbour, too, and a trial that begins near it may stay there.
     """
 
     key: Key
