@@ -347,6 +347,8 @@ class _Search:
             return
         first, listed = next((i for i, move in enumerate(found) if move.key == last), 0), set(self._tried)
         for move in found[first:] + found[:first]:
+            if move.hit and self._depth is Depth.QUICK:
+                continue  # these take the most patient trials
             window = around.window(move.intervals)
             elements = around.elements(window)
             own = len(TRIALS) - 1 if move.hit else patience

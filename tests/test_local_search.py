@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from fesd_robot import local_search
-from fesd_robot.local_search import DETOUR_LOSS, MOST_DETOURS, SAME, _Search
+from fesd_robot.local_search import DETOUR_LOSS, MOST_DETOURS, SAME, Depth, _Search
 from fesd_robot.mpcc import BranchPoint, BranchSolver, NlpReport, PolishingReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
@@ -194,14 +194,15 @@ def test_no_detour_begins_far_above_the_motion() -> None:
 
 def test_where_an_impulse_begins_at_zero_the_trial_begins_far_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A move that gives an impact to a soft touchdown is tried once, with the patience that begins farthest from all
-    bounds; the others are tried with what is asked for."""
+    bounds; the others are tried with what is asked for, and a quick search tries these alone."""
     branch = SimpleNamespace(factors=("factors",), without_length=(False,))
     found = [SimpleNamespace(key=("", n, ""), hit=n == 1, branch=branch, intervals=n) for n in range(2)]
     monkeypatch.setattr(local_search, "moves", lambda *_: found)
     around: Any = SimpleNamespace(window=lambda intervals: intervals, elements=lambda window: slice(None))
-    search: Any = SimpleNamespace(_transcription=None, _conditions=None, _tried=set())
+    search: Any = SimpleNamespace(_transcription=None, _conditions=None, _tried=set(), _depth=Depth.QUICK)
     best: Any = SimpleNamespace(w=None, branch=None)
-    seen = []
+    assert [one.window for one in _Search._untried(search, best, around, 0, None)] == [0]
+    search._depth, seen = Depth.DETOURS, []
     for patience in range(LAST + 1):
         untried = list(_Search._untried(search, best, around, patience, None))
         search._tried |= {one.seen for one in untried}
