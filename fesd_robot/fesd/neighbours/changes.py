@@ -14,7 +14,14 @@ Key = tuple[str, int, str]
 
 @dataclass(frozen=True)
 class Change:
-    """The patterns that some contacts get in some intervals."""
+    """The patterns that some contacts get in some intervals.
+
+    Attributes:
+        key: what is moved, and how.
+        what: the same in words.
+        steps: contacts and their patterns by interval, placed one after the other.
+        hit: as in `Move`.
+    """
 
     key: Key
     what: str

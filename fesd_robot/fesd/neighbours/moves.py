@@ -124,17 +124,17 @@ def moves(
     runs = [runs_of(modes, own) for modes, own in zip(contacts, patterns, strict=True)]
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
     slides = _slides(switches)
-    changes, seldom, first = list[Change](), list[Change](), list[Change]()
+    changes, seldom, begun = list[Change](), list[Change](), list[Change]()
     for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
         others = [switch for every in switches if every is not shifts for switch in every]
         within = [change for one in _within(modes, own) for change in _shifted_within(one, others, slides)]
         changes += [*_shifted(shifts, {other.interval for other in others}), *_shifted_runs(shifts), *within]
         changes += [*without_run(modes, of_contact), *swapped(modes, of_contact), *with_flight(modes, of_contact)]
         seldom += [*bouncing(modes, own, of_contact), *slipping_the_other_way(modes, own, of_contact)]
-        first += begun_in_flight(modes, of_contact, placing)
+        begun += begun_in_flight(modes, of_contact, placing)
     together = [*_shifted_together(switches, slides), *_exchanged(switches)]
     ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
-    for change in [*ordered, *seldom, *first]:
+    for change in [*ordered, *seldom, *begun]:
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
             yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts), change.hit)

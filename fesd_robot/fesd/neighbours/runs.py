@@ -46,9 +46,9 @@ def with_flight(modes: ContactModes, runs: Sequence[Run]) -> Iterator[Change]:
     """Yield the changes that interrupt a contact by a flight."""
     flight = next((run.mode for run in runs if modes.is_flight(run.mode)), modes.flight)
     for n, run in enumerate(runs):
-        count = run.last - run.first + 1
-        if modes.is_joint or modes.is_flight(run.mode) or count < LEAST_STANCE:
+        if not _may_be_interrupted(modes, run):
             continue
+        count = run.last - run.first + 1
         own = range(run.first + count // 3, run.last + 1 - count // 3)
         what = f"flight of contact '{modes.name}' in intervals {own[0]} to {own[-1]} inserted"
         yield Change((modes.name, n, "inserted"), what, [(modes, dict.fromkeys(own, (flight,)))])
@@ -65,12 +65,17 @@ def begun_in_flight(modes: ContactModes, runs: Sequence[Run], placing: Placing) 
         placing: the point.
     """
     run = runs[0]
-    if modes.is_joint or modes.is_flight(run.mode) or run.last - run.first + 1 < LEAST_STANCE:
+    if not _may_be_interrupted(modes, run):
         return
     for impact in modes.impacts(run.mode, *placing.end_of(run.first)):
         patterns = {run.first: (modes.flight,), run.first + 1: (modes.flight, *impact, run.mode)}
         what = f"flight of contact '{modes.name}' from the beginning to interval {run.first + 1}"
         yield Change((modes.name, 0, "begun in flight"), what, [(modes, patterns)], hit=True)
+
+
+def _may_be_interrupted(modes: ContactModes, run: Run) -> bool:
+    """Whether a run is a contact that is long enough for a flight."""
+    return not modes.is_joint and not modes.is_flight(run.mode) and run.last - run.first + 1 >= LEAST_STANCE
 
 
 def bouncing(modes: ContactModes, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[Change]:
