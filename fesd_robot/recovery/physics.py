@@ -13,6 +13,10 @@ from fesd_robot.recovery.between_bodies import closest, tangents_between
 from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
 
+OPEN = 1e-6
+"""Ratio of singular values of J^T below which a motion leaves open how contacts push: an acceleration that is known to
+eight digits tells the force along a leg that is straight to 1e-9 rad worse than any task limits it."""
+
 
 class NumericPhysics:
     """Dynamics and contact kinematics by Pinocchio's own algorithms, independent of the planner's expressions.
@@ -207,7 +211,8 @@ def split_contact_force(
     """Return forces (n_c, rows) of closed contacts with J^T f = generalized in least squares, and what is left over.
 
     Where the motion leaves open how contacts divide a force between them, as the friction of two corners of a block,
-    every division obeys the same equations of motion; of all of them the one nearest to `near` is taken.
+    or the force along a straight leg, every division obeys the same equations of motion; of all of them the one nearest
+    to `near` is taken. What is left over where a division is as good as open (`OPEN`) is left over.
 
     Args:
         generalized: (n_v).
@@ -251,7 +256,7 @@ def split_forces(
     if columns.size:
         missing = generalized - jacobian.T @ force
         missing[rubbing] -= joints
-        step = np.linalg.lstsq(columns, missing, rcond=None)[0]
+        step = np.linalg.lstsq(columns, missing, rcond=OPEN)[0]
         force[rows] += step[: len(step) - len(rubbing)]
         joints += step[len(step) - len(rubbing) :]
     left = generalized - jacobian.T @ force

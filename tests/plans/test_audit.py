@@ -482,6 +482,29 @@ def test_two_corners_share_friction_as_the_motion_says() -> None:
     np.testing.assert_allclose(rest, 0, atol=1e-12)
 
 
+@pytest.mark.parametrize("bent", [0.0, 1e-13, 1e-9, 1e-7])
+def test_the_force_along_a_straight_arm_is_that_of_the_motion(bent: float) -> None:
+    """An acceleration that is off by 1e-9 does not tell the force along an arm as straight as the turn of a slide.
+
+    What is missing across the arm is added, and what nothing can tell is left over.
+    """
+    shoulder, lengths = 0.1, np.array([0.5, 0.5])
+    angles = shoulder + np.array([0.0, bent])
+    across, along = lengths * np.cos(angles), lengths * np.sin(angles)
+    rows = np.array([[across.sum(), across[1]], [along.sum(), along[1]]])
+    own, closed = np.array([[6.0, -3.0]]), np.array([True])
+    wrong = 1e-9 * np.array([1.0, -2.0])
+    found, rest = split_contact_force(rows.T @ own.ravel() + wrong, rows, closed, near=own)
+    np.testing.assert_allclose(found, own, atol=1e-8)
+    assert np.abs(rest).max() < 1e-8
+    missing = rows.T @ [0.1, 0.1 * np.tan(shoulder)]
+    found, rest = split_contact_force(rows.T @ own.ravel() + missing, rows, closed, near=own)
+    np.testing.assert_allclose(rows.T @ (found - own).ravel(), missing, atol=1e-6)
+    bend = np.linalg.svd(rows.T)[0][:, 1]
+    _, rest = split_contact_force(rows.T @ own.ravel() + 1e-2 * bend, rows, closed, near=own)
+    assert np.abs(rest).max() > 1e-3
+
+
 def test_the_worst_entry_is_the_nearest_to_its_limit(plan: Plan) -> None:
     """Ratios to the limits, of smallest values with their sign changed; what was not checked does not count."""
     clean = plan.audit.model_copy(update=dict.fromkeys(ENTRIES, 0.0))
