@@ -212,7 +212,7 @@ def split_contact_force(
 
     Where the motion leaves open how contacts divide a force between them, as the friction of two corners of a block,
     or the force along a straight leg, every division obeys the same equations of motion; of all of them the one nearest
-    to `near` is taken. What is left over where a division is as good as open (`OPEN`) is left over.
+    to `near` is taken. Where it is as good as open (`OPEN`), what that one does not supply is left over.
 
     Args:
         generalized: (n_v).
