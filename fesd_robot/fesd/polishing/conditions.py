@@ -210,6 +210,15 @@ class ElementConditions:
         """Return the variables of which a quantity is a sum, empty if it is none."""
         return set(self.quantities[quantity].variables)
 
+    def vanishing(self, factors: Sequence[ActiveFactor | None]) -> set[int]:
+        """Return the variables that factors hold at zero: all of which an H that vanishes is the sum.
+
+        Args:
+            factors: active factors of the members in an element, those of the jump may follow; None if undecided.
+        """
+        own = zip(self.members, factors, strict=False)
+        return {v for member, factor in own if factor is ActiveFactor.H for v in self.variables(member.H)}
+
 
 def conditions_of(system: ComplementaritySystem) -> ElementConditions:
     """Return the conditions that a system puts on an element.

@@ -162,9 +162,8 @@ def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]
     """Decide the conditions of the velocity level of an element, given those of the position level."""
     conditions = sizes.conditions
     multipliers = [conditions.variables(member.H) for member in conditions.members]
-    decided = list(zip(multipliers, position, strict=True))
-    zero = {v for multiplier, factor in decided if factor is ActiveFactor.H for v in multiplier}
-    positive = [multiplier for multiplier, factor in decided if factor in (ActiveFactor.G, ActiveFactor.COMPLEMENT)]
+    zero, closed = conditions.vanishing(position), (ActiveFactor.G, ActiveFactor.COMPLEMENT)
+    positive = [own for own, factor in zip(multipliers, position, strict=True) if factor in closed]
     factors: list[ActiveFactor] = []
     for multiplier, member, factor in zip(multipliers, conditions.members, position, strict=True):
         if factor is None and multiplier and multiplier <= zero:

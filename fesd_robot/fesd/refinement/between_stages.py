@@ -99,8 +99,9 @@ def violated_between_stages(
             found += _violated((e, i), x[1:, i], (-np.inf if i in gaps else lower, upper), VIOLATION)
         for i in simple:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_MULTIPLIERS)
-        free = [one for one in products if one.variable not in _zero_on(branch.factors[e], conditions)]
-        found += _products(free, e, x, z, ocp.parameters[:, elements[e].interval], n_x)
+        zero = conditions.vanishing(branch.factors[e])  # no bound keeps these away from there
+        own = [one for one in products if one.variable not in zero]
+        found += _products(own, e, x, z, ocp.parameters[:, elements[e].interval], n_x)
         for path in paths:
             path.look(elements[e], e, x, z)
     found += [one for path in paths for one in path.found()]
@@ -193,16 +194,6 @@ def _products_among(multipliers: Sequence[int], system: ComplementaritySystem) -
             if slopes[row].is_one() and any(ca.which_depends(own, system.algebraic, 2)):
                 found.append(_Product(i, ca.Function("missing", symbols, [own])))
     return found
-
-
-def _zero_on(factors: Sequence[ActiveFactor], conditions: ElementConditions) -> set[int]:
-    """Return the multipliers that are zero in an element whatever else is: no bound keeps them away from there.
-
-    Args:
-        factors: active factors of its conditions.
-    """
-    own = zip(conditions.members, factors, strict=False)
-    return {v for member, factor in own if factor is ActiveFactor.H for v in conditions.variables(member.H)}
 
 
 def _products(
