@@ -228,18 +228,20 @@ class _Search:
         """Return motions that lead to a cheaper one over a neighbour that costs a little more; none if none does.
 
         Of trials that ended at one cost, as those of one move with more or less patience do, one is solved exactly.
-        A detour ends where one before it has passed: what is there was tried.
+        A detour ends where one before it has passed: what is there was tried. None begins once they have taken as many
+        iterations as the search before them.
 
         Args:
             before: the motions that were accepted; the last is the one to leave.
         """
         below, reach = self._bounds(before[-1])
+        most = 2 * self._iterations
         ended: list[float] = []
         passed: list[float] = []
         left = MOST_DETOURS
         for move, trial in sorted(self._rejected, key=lambda one: one[1].residuals.objective):
-            far = trial.residuals.objective > reach
-            if far or not left or self._trials > MOST_TRIALS or self._solver.ended_early:
+            far, spent = trial.residuals.objective > reach, self._iterations > most or self._trials > MOST_TRIALS
+            if far or spent or not left or self._solver.ended_early:
                 break
             if self._known(trial, ended):
                 continue
@@ -277,6 +279,11 @@ class _Search:
                 self._moved(move, end)
                 return [end]
         return []
+
+    @property
+    def _iterations(self) -> int:
+        """IPOPT iterations of the search so far."""
+        return sum(report.iterations for report in self._solver.reports)
 
     def _moved(self, move: Move, end: PolishingReport) -> None:
         self._moves.append(f"{move.what}: {end.residuals.objective:.6g}")
@@ -381,7 +388,7 @@ class _Search:
         )
         return LocalSearch(
             seconds=earlier.seconds + time.perf_counter() - self._begin,
-            iterations=earlier.iterations + sum(report.iterations for report in self._solver.reports),
+            iterations=earlier.iterations + self._iterations,
             trials=earlier.trials + self._trials,
             cost_before=earlier.cost_before,
             moves=[*earlier.moves, *moves],

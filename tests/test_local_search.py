@@ -98,12 +98,17 @@ class Detours:
         before: of the motions before; one that costs 10.5 has a neighbour at 9.5, which takes the most patience.
         ways: cost of a motion -> of the only neighbour to which a descent goes on; 9 for all that do not lead back if
             omitted.
+        iterations: of every descent; the search had taken 100 when the detours began.
     """
 
     def __init__(
-        self, costs: Sequence[float], before: Sequence[float] = (), ways: Mapping[float, float] | None = None
+        self,
+        costs: Sequence[float],
+        before: Sequence[float] = (),
+        ways: Mapping[float, float] | None = None,
+        iterations: int = 0,
     ) -> None:
-        self._ways = ways
+        self._ways, self._of_descent = ways, iterations
         self.solved: list[float] = []
         self.begun: list[float] = []
         self.reached: list[float] = []
@@ -112,6 +117,7 @@ class Detours:
         self._search: Any = SimpleNamespace(
             _rejected=[(SimpleNamespace(what=f"{cost:g}"), self._at(cost)) for cost in costs],
             _trials=0,
+            _iterations=100,
             _moves=[],
             _solver=SimpleNamespace(ended_early=False),
             _around=SimpleNamespace(exact_after=self._exact_after),
@@ -133,6 +139,7 @@ class Detours:
 
     def _descent(self, start: Any, patience: int, passed: Sequence[float]) -> list[Any]:
         self.begun.append(start.residuals.objective)
+        self._search._iterations += self._of_descent
         return _Search._descent(self._search, start, patience, passed)
 
     def _cheaper_neighbour(self, best: Any, patience: int, last: Any, than: Any = None) -> tuple[Any, Any] | None:
@@ -190,6 +197,14 @@ def test_trials_that_end_at_one_cost_are_solved_once() -> None:
 def test_no_detour_begins_far_above_the_motion() -> None:
     """A neighbour that costs more than `DETOUR_LOSS` above the motion is not gone on from."""
     assert Detours([10 * (1 + 0.9 * DETOUR_LOSS)]).costs() and not Detours([10 * (1 + 1.1 * DETOUR_LOSS)]).costs()
+
+
+def test_detours_take_no_more_iterations_than_the_search_before_them() -> None:
+    """Where they have taken as many, no further one begins, although that would lead down."""
+    costs, ways = [10.4, 10.5, 10.6], {10.6: 9.0}
+    assert Detours(costs, ways=ways, iterations=49).costs() == [10.6, 9.0]
+    spent = Detours(costs, ways=ways, iterations=51)
+    assert spent.costs() == [] and spent.begun == [10.4, 10.5]
 
 
 def test_where_an_impulse_begins_at_zero_the_trial_begins_far_from_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,6 +68,28 @@ def test_a_touchdown_inside_an_interval_has_an_impact(hopper: BranchTranscriptio
     assert none == [(stick,)] * 6
 
 
+def test_a_flight_gets_longer_or_shorter_as_it_moves(hopper: BranchTranscription) -> None:
+    """Both of its ends move, one of them by an interval more, and nothing else changes; not beyond the motion."""
+    after: dict[str, list[str]] = {}
+    for flying in ({2, 3, 4}, {1, 2, 3}):
+        branch, (foot,) = branch_of(hopper, flying)
+        flight, stick = flight_and_stick(foot)
+        for move in moves(hopper.transcription, hopper.conditions, hopper.transcription.problem.start, branch):
+            if "two intervals" in move.what:
+                found = patterns(hopper, foot, move.branch)
+                assert set(found) == {(flight,), (stick,)} and move.what not in after
+                after[move.what] = ["-^"[own == (flight,)] for own in found]
+    take_off, touchdown = "take-off of contact 'foot' in interval", "and touchdown in interval"
+    assert {what: "".join(own) for what, own in after.items()} == {
+        f"{take_off} 1 an interval earlier {touchdown} 4 two intervals earlier": "-^^---",
+        f"{take_off} 1 two intervals earlier {touchdown} 4 an interval earlier": "^^^^--",
+        f"{take_off} 1 two intervals later {touchdown} 4 an interval later": "----^^",
+        f"{take_off} 0 an interval earlier {touchdown} 3 two intervals earlier": "^^----",
+        f"{take_off} 0 an interval later {touchdown} 3 two intervals later": "--^^^^",
+        f"{take_off} 0 two intervals later {touchdown} 3 an interval later": "---^^-",
+    }
+
+
 def test_a_touchdown_beside_another_gets_an_impact_or_loses_it(hopper: BranchTranscription) -> None:
     """The impact ends the interval of the flight, the contact begins with the next, the way back is a move, too, and an
     exchange gives the impact to the other foot; a foot that lands alone gets its impact inside an interval."""

@@ -27,6 +27,8 @@ from fesd_robot.fesd.neighbours.switches import (
     HIT_AT_BOUNDARY,
     LATER,
     STICK_OR_SLIP,
+    TWO_EARLIER,
+    TWO_LATER,
     WITHOUT_IMPACT,
     Switch,
     switches_of,
@@ -106,8 +108,9 @@ def moves(
     - A mode between two that are the same, or a short one between two others or at an end, is left out.
     - A long contact is interrupted by a flight.
     - A mode with contact becomes another one with contact that the contact has elsewhere: stick, or slip.
-    - Last, for they seldom gain: of a contact between two flights only the impact is left; an impact slips to the other
-      side, alone or with the slip after it; a motion that begins with a contact begins with a flight.
+    - Last, for they seldom gain: both ends of a flight move, one of them two intervals; of a contact between flights
+      only the impact is left; an impact slips to the other side, alone or with the slip after it; a motion that begins
+      with a contact begins with a flight.
     - If `joints` are asked for, one with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
@@ -130,7 +133,8 @@ def moves(
         within = [change for one in _within(modes, own) for change in _shifted_within(one, others, slides)]
         changes += [*_shifted(shifts, {other.interval for other in others}), *_shifted_runs(shifts), *within]
         changes += [*without_run(modes, of_contact), *swapped(modes, of_contact), *with_flight(modes, of_contact)]
-        seldom += [*bouncing(modes, own, of_contact), *slipping_the_other_way(modes, own, of_contact)]
+        seldom += [*_longer_and_shorter_flights(shifts), *bouncing(modes, own, of_contact)]
+        seldom += slipping_the_other_way(modes, own, of_contact)
         begun += begun_in_flight(modes, of_contact, placing)
     together = [*_shifted_together(switches, slides), *_exchanged(switches)]
     ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
@@ -171,6 +175,21 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[Change]:
                     f"and {end.interval} {where}"
                 )
                 yield Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
+
+
+def _longer_and_shorter_flights(switches: Sequence[Switch]) -> Iterator[Change]:
+    """Yield the changes that move both ends of a flight, one of them an interval farther than the other."""
+    for begin, end in pairwise(switches):
+        if (begin.name, end.name) != ("take-off", "touchdown"):
+            continue
+        for one, two in ((EARLIER, TWO_EARLIER), (LATER, TWO_LATER)):
+            for first, last in ((one, two), (two, one)):
+                if patterns := _both(begin.places.get(first), end.places.get(last)):
+                    what = (
+                        f"take-off of {begin.modes.in_words} in interval {begin.interval} {first} and touchdown in "
+                        f"interval {end.interval} {last}"
+                    )
+                    yield Change((begin.modes.name, begin.number, f"{first}, {last}"), what, [(begin.modes, patterns)])
 
 
 def _both(one: Mapping[int, Pattern] | None, other: Mapping[int, Pattern] | None) -> Mapping[int, Pattern]:

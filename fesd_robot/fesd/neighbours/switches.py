@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise, takewhile
 
 from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
@@ -11,6 +11,7 @@ from fesd_robot.fesd.neighbours.patterns import Pattern, Run
 from fesd_robot.fesd.neighbours.placing import Placing
 
 EARLIER, LATER = "an interval earlier", "an interval later"
+TWO_EARLIER, TWO_LATER = "two intervals earlier", "two intervals later"
 TO_BEGINNING, TO_END = "to the beginning of its interval", "to the end of its interval"
 WITH_IMPACT, WITHOUT_IMPACT = "with impact", "without impact"
 IMPACT_AFTER = "with impact as the next interval begins"
@@ -32,6 +33,7 @@ class Switch:
         interval: in which the mode before it ends.
         inside: whether the mode after it begins there, too, rather than on the boundary to the next interval.
         choices: where it may go -> the patterns that the contact then has in some intervals.
+        two_away: the same, two intervals away, where it goes with another switch only.
     """
 
     modes: ContactModes
@@ -40,11 +42,17 @@ class Switch:
     interval: int
     inside: bool
     choices: Mapping[str, Mapping[int, Pattern]]
+    two_away: Mapping[str, Mapping[int, Pattern]] = field(default_factory=dict)
 
     @property
     def place(self) -> tuple[int, bool]:
         """Twice the number of its interval, one more on the boundary to the next, and whether with an impact there."""
         return 2 * self.interval + (not self.inside), WITHOUT_IMPACT in self.choices
+
+    @property
+    def places(self) -> Mapping[str, Mapping[int, Pattern]]:
+        """All of these."""
+        return {**self.choices, **self.two_away}
 
     def towards(self, place: tuple[int, bool]) -> Mapping[int, Pattern] | None:
         """Return the patterns with which it is at the place of another switch; None if it may not go there."""
@@ -85,8 +93,32 @@ def switches_of(modes: ContactModes, patterns: list[Pattern], runs: list[Run], p
         else:
             choices = _from_inside(modes, patterns, before, after)
         name = _name(modes, before.mode, after.mode)
-        switches.append(Switch(modes, number, name, before.last, inside, choices))
+        two_away = _two_away(modes, patterns, before, after, choices)
+        switches.append(Switch(modes, number, name, before.last, inside, choices, two_away))
     return switches
+
+
+def _two_away(
+    modes: ContactModes,
+    patterns: Sequence[Pattern],
+    before: Run,
+    after: Run,
+    choices: Mapping[str, Mapping[int, Pattern]],
+) -> dict[str, Mapping[int, Pattern]]:
+    """Return where a switch goes that moves by two intervals: what it leaves in the one between lasts through that."""
+    two_away: dict[str, Mapping[int, Pattern]] = {}
+    for one, two, step, left, passed in (
+        (EARLIER, TWO_EARLIER, -1, before.mode, after.mode),
+        (LATER, TWO_LATER, 1, after.mode, before.mode),
+    ):
+        if not (moved := choices.get(one)):
+            continue
+        at = (min if step < 0 else max)(moved)
+        if not 0 <= at + step < len(patterns):
+            continue
+        if without_impacts(modes, patterns[at]) == patterns[at + step] == (left,):
+            two_away[two] = {**moved, at: (passed,), at + step: moved[at]}
+    return two_away
 
 
 def _from_a_boundary(
