@@ -30,7 +30,9 @@ os.register_at_fork(after_in_parent=_interrupt)
 def test_an_interrupt_while_processes_are_forked_is_not_lost(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """A Ctrl-C between fork and return ends the call with KeyboardInterrupt, and Python prints nothing about it."""
+    """A Ctrl-C between fork and return ends the call with KeyboardInterrupt, and Python prints nothing about it; SIGINT
+    has Python's own handler, for a shell may have it ignored."""
+    inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
     pool = ForkedPool(1, abs, lambda: None)
     monkeypatch.setattr(sys.modules[__name__], "_interrupting", True)
     try:
@@ -39,6 +41,7 @@ def test_an_interrupt_while_processes_are_forked_is_not_lost(
     finally:
         monkeypatch.undo()
         pool.end()
+        signal.signal(signal.SIGINT, inherited)
     assert "Traceback" not in capfd.readouterr().err
 
 
