@@ -27,6 +27,8 @@ from fesd_robot.fesd.neighbours.switches import (
     HIT_AT_BOUNDARY,
     LATER,
     STICK_OR_SLIP,
+    TAKE_OFF,
+    TOUCHDOWN,
     TWO_EARLIER,
     TWO_LATER,
     WITHOUT_IMPACT,
@@ -180,14 +182,14 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[Change]:
 def _longer_and_shorter_flights(switches: Sequence[Switch]) -> Iterator[Change]:
     """Yield the changes that move both ends of a flight, one of them an interval farther than the other."""
     for begin, end in pairwise(switches):
-        if (begin.name, end.name) != ("take-off", "touchdown"):
+        if (begin.name, end.name) != (TAKE_OFF, TOUCHDOWN):
             continue
         for one, two in ((EARLIER, TWO_EARLIER), (LATER, TWO_LATER)):
             for first, last in ((one, two), (two, one)):
                 if patterns := _both(begin.places.get(first), end.places.get(last)):
                     what = (
-                        f"take-off of {begin.modes.in_words} in interval {begin.interval} {first} and touchdown in "
-                        f"interval {end.interval} {last}"
+                        f"{begin.name} of {begin.modes.in_words} in interval {begin.interval} {first} and {end.name} "
+                        f"in interval {end.interval} {last}"
                     )
                     yield Change((begin.modes.name, begin.number, f"{first}, {last}"), what, [(begin.modes, patterns)])
 

@@ -19,7 +19,7 @@ OTHER_WAY = ", slipping the other way"
 HIT_AT_BOUNDARY = tuple(one + side for side in ("", OTHER_WAY) for one in (WITH_IMPACT, IMPACT_AFTER))
 """What a touchdown on a boundary may become without moving: hit before the others switch there, or after that."""
 
-STICK_OR_SLIP = "stick or slip"
+TOUCHDOWN, TAKE_OFF, STICK_OR_SLIP = "touchdown", "take-off", "stick or slip"
 
 
 @dataclass(frozen=True)
@@ -198,4 +198,4 @@ def _name(modes: ContactModes, a: ContactMode, b: ContactMode) -> str:
     """Return what a switch is called."""
     if modes.is_flight(a) == modes.is_flight(b):
         return STICK_OR_SLIP
-    return "touchdown" if modes.is_flight(a) else "take-off"
+    return TOUCHDOWN if modes.is_flight(a) else TAKE_OFF
