@@ -34,7 +34,8 @@ _JAMMED_CHANGE = 1e-3
 """Least change of the velocity of a slide by the impact that ends a jam, relative to it."""
 
 _SAME = 1e-6
-"""Difference of two accelerations relative to the larger up to which two choices of modes are the same motion."""
+"""Difference of two accelerations relative to the larger up to which two choices of modes are the same motion; and more
+room of the forces than that, `ModeMotion.margin`, is room to spare."""
 
 
 class Note(str, Enum):
@@ -198,8 +199,7 @@ class ContactLaw:
         v = self._settled(contacts.closed, q, v)
         choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed, left)
         self._judge(choices)
-        stays = (c for c in choices if c.modes == contacts.modes and c.admissible and c.proper)
-        chosen = next(stays, choices[0])
+        chosen = self._going_on(choices, contacts.modes)
         closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in chosen.modes], dtype=bool)
         return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints, headings=chosen.headings), v
 
@@ -236,6 +236,17 @@ class ContactLaw:
         impulse = np.linalg.lstsq(held @ response, held @ v, rcond=1e-10)[0]
         return np.asarray(v - response @ impulse)
 
+    @staticmethod
+    def _going_on(choices: list[ModeMotion], modes: Modes) -> ModeMotion:
+        """Return the choice of modes that goes on as before if the law allows it, else the most plausible one.
+
+        A contact that has come to rest does not go on sliding where the same motion has it stick with room to spare:
+        contacts of one body that rest may push against each other, as if each slid its own way.
+        """
+        first = choices[0]
+        same = next((c for c in choices if c.modes == modes and c.admissible and c.proper), first)
+        return first if first.margin > _SAME and _one_motion(first, same) else same
+
     def _judge(self, choices: list[ModeMotion]) -> None:
         best, others = choices[0], choices[1:]
         if not best.admissible:
@@ -245,6 +256,11 @@ class ContactLaw:
             self.notes.add(Note.IMPROPER)
         if best.shared_otherwise:
             self.notes.add(Note.NOT_UNIQUE)
-        size = _SAME * (1.0 + np.abs(best.acceleration).max())
-        if any(o.admissible and np.abs(o.acceleration - best.acceleration).max() > size for o in others):
+        if any(other.admissible and not _one_motion(best, other) for other in others):
             self.notes.add(Note.NOT_UNIQUE)
+
+
+def _one_motion(first: ModeMotion, second: ModeMotion) -> bool:
+    """Return whether two choices of modes have the same acceleration."""
+    size = _SAME * (1.0 + np.abs(first.acceleration).max())
+    return bool(np.abs(second.acceleration - first.acceleration).max() <= size)

@@ -35,14 +35,17 @@ LONGEST_STEP = 0.025
 _SHORTER = 0.1
 """Factor on a step with a stage at which there is no motion."""
 
-Path = Callable[[float], np.ndarray]
-"""Time, s -> y of `Segments`."""
+States = Callable[[float], tuple[np.ndarray, np.ndarray]]
+"""Time, s -> configuration (n_q) and velocity (n_v)."""
 
 _BEYOND_SLIP, _BEYOND_MARGIN = 1e-9, 2.0 * ADMISSIBLE
 """How far below zero a velocity along the slip, m/s, and the margin of the forces are at their events."""
 
-STUCK = -1
-"""Number of the event at which a motion cannot be integrated further."""
+STUCK, TURNED = -1, -2
+"""Numbers of the events at which a motion cannot be integrated further, and at which it goes on about another base."""
+
+FARTHEST = 1.0
+"""rad or m from the base: tangent coordinates of a body in space have no rate where it has turned round once."""
 
 AT_THE_END = 1e-6
 """s; what hits within this time of the end of a replay may as well hit after it."""
@@ -115,21 +118,20 @@ def replay_motion(
         try:
             event = next(following)
         except StopIteration as end:
-            y = end.value[0]
+            q, v, _ = end.value
             break
         events += event.switches(start)
         joint_events += event.joint_switches(start)
         if arriving is None and event.impact and event.time > duration - AT_THE_END:
             arriving = event.velocity
-    q, v = segments.state(y)
     arriving = v if arriving is None else arriving
     return Replay(q, v, tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events), arriving)
 
 
 def events_along(
     segments: Segments, contacts: Contacts, v: np.ndarray, duration: float
-) -> Generator[Event, None, tuple[np.ndarray, Contacts]]:
-    """Yield the events of a motion with constant controls; return its end, y of `Segments`, and the contacts there.
+) -> Generator[Event, None, tuple[np.ndarray, np.ndarray, Contacts]]:
+    """Yield the events of a motion with constant controls; return configuration, velocity and contacts at its end.
 
     Args:
         segments: whose `base` is where the motion begins.
@@ -142,6 +144,9 @@ def events_along(
         time, y, fired = segments.until_event(contacts, time, y, duration, watch=budget.watching)
         if fired is None:
             break
+        if fired == TURNED:
+            segments, contacts, y = segments.about(contacts, y)
+            continue
         here, v = segments.state(y)
         before, velocity, result = contacts, v, None
         left = contacts.modes if fired == segments.forces else None
@@ -152,7 +157,7 @@ def events_along(
             jammed = law.jammed(contacts, here, v)
             if jammed is None:
                 law.notes.add(Note.FAILED)
-                return np.full_like(y, np.nan), contacts
+                return *segments.state(np.full_like(y, np.nan)), contacts
             contacts, result = jammed
         v = result.velocity if result else v
         contacts, v = law.choose(contacts, here, v, left)
@@ -163,7 +168,7 @@ def events_along(
         if not budget.watching:
             law.notes.add(Note.MANY_EVENTS)
         yield Event(time, here, velocity, before, contacts, hits, result)
-    return y, contacts
+    return *segments.state(y), contacts
 
 
 @dataclass(frozen=True)
@@ -175,7 +180,7 @@ class Segments:
         base: configuration in whose tangent space it is integrated, (n_q).
         control: (n_u).
         law: of the contacts.
-        taken: called after every step with its start and end, s, its dense output, time -> y, and the contacts.
+        taken: called after every step with its start and end, s, the states in between, and the contacts.
         budget: what of the replay is taken.
     """
 
@@ -183,7 +188,7 @@ class Segments:
     base: np.ndarray
     control: np.ndarray
     law: ContactLaw
-    taken: Callable[[float, float, Path, Contacts], None] | None = None
+    taken: Callable[[float, float, States, Contacts], None] | None = None
     budget: Budget = field(default_factory=Budget)
 
     @property
@@ -196,10 +201,16 @@ class Segments:
         half = len(y) // 2
         return self.physics.integrate(self.base, y[:half]), y[half:]
 
+    def about(self, contacts: Contacts, y: np.ndarray) -> tuple[Segments, Contacts, np.ndarray]:
+        """Return segments whose base is a state, the contacts as they slide there, and the state's y in them."""
+        here, v = self.state(y)
+        headings = slip_headings(tangential_rows(self._velocity(y), self.physics.rows), contacts.headings)
+        return replace(self, base=here), replace(contacts, headings=headings), np.concatenate([np.zeros(len(v)), v])
+
     def until_event(
         self, contacts: Contacts, time: float, y: np.ndarray, end: float, watch: bool
     ) -> tuple[float, np.ndarray, int | None]:
-        """Return time and state at the first event, and its number; None at the end.
+        """Return time and state at the first event, and its number, `TURNED` far from the base; None at the end.
 
         Args:
             watch: whether to look for events.
@@ -235,13 +246,24 @@ class Segments:
             crossing |= self._dips(contacts, stepper, watched) if watch else {}
             found = self._first(stepper, watched, crossing) if watch and crossing else None
             if self.taken:
-                self.taken(stepper.t_old, found[0] if found else stepper.t, stepper.dense_output(), contacts)
+                self.taken(stepper.t_old, found[0] if found else stepper.t, self._along(stepper), contacts)
             if found:
                 return found
             self.law.look(contacts, *self.state(stepper.y))
             self._turn(headings, starting, dynamics, stepper.y)
             before = after
+            if stepper.status == "running" and self._far(stepper.y):
+                return stepper.t, stepper.y, TURNED
         return end, stepper.y, None
+
+    def _along(self, stepper: DOP853) -> States:
+        path = stepper.dense_output()
+        return lambda time: self.state(path(time))
+
+    def _far(self, y: np.ndarray) -> bool:
+        """Return whether a state is far from the base, if there are bodies that turn in space."""
+        half = len(y) // 2
+        return len(self.base) > half and bool(np.abs(y[:half]).max() > FARTHEST)
 
     def _first(
         self, stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray], crossing: Mapping[int, float]

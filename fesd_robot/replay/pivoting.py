@@ -18,6 +18,9 @@ Rated = Callable[[ContactDynamics, Modes], ModeMotion]
 _SHOWN = 1e-5
 """Acceleration or force, as a ratio of the largest, from which forces found by projection show a motion or a push."""
 
+_AT_BOUND = 1e-6
+"""Room of a force in its friction cone, as a ratio of the largest force, up to which it is at the cone."""
+
 _NEAR = 1e-5
 """By how much modes next to those just left may violate a condition, as `ADMISSIBLE`: by what a state has drifted."""
 
@@ -29,8 +32,9 @@ def pivoted(
 
     Where not all closed contacts may stay, they start from the modes that `forces_by_projection` shows. Every contact
     that violates the law changes to the mode that the violation points to, or only the first of them where that leads
-    round in a circle. Where all slides are proper the motion in such modes is the only one unless contacts are
-    redundant, and it need not be compared with others.
+    round in a circle. Contacts that stick at the edge of their cones leave it together with one that has just left it.
+    Where all slides are proper the motion in such modes is the only one unless contacts are redundant, and it need not
+    be compared with others.
 
     Args:
         dynamics, closed, left: as in `rated_modes`.
@@ -48,9 +52,11 @@ def pivoted(
             seen.add(modes)
             motion = rated(dynamics, modes)
             if motion.admissible and modes == left:
-                nearest = replace(rated(dynamics, _without_room(dynamics, motion)), tolerance=_NEAR)
-                if nearest.admissible:
-                    return nearest
+                alone = _without_room(dynamics, motion)
+                for change in (_at_bound(dynamics, motion) | alone, alone):
+                    nearest = replace(rated(dynamics, _changed(modes, change)), tolerance=_NEAR)
+                    if nearest.admissible:
+                        return nearest
             pivots = _pivots(dynamics, motion, closed, stays)
             if motion.admissible and modes != left:
                 idle = {i: mode for i, mode in pivots.items() if mode is Mode.STICK and motion.modes[i].direction}
@@ -80,10 +86,10 @@ def _shown(dynamics: ContactDynamics, closed: np.ndarray, stays: Modes) -> tuple
     return replace(dynamics, headings=np.where(resting[:, None], begins, dynamics.headings)), tuple(modes)
 
 
-def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> Modes:
-    """Return modes that have just been left in which the contact that is nearest to a bound has crossed it.
+def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, Mode]:
+    """Return the contact that is nearest to a bound in modes that have just been left -> its mode beyond that.
 
-    Where the state has drifted by a round-off since, they may be admissible still.
+    Where the state has drifted by a round-off since, the modes may be admissible still.
     """
     rooms = list[tuple[float, int, Mode]]()
     for i, mode in enumerate(motion.modes):
@@ -94,7 +100,18 @@ def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> Modes:
         if mode is not Mode.FLIGHT:
             rooms.append((push, i, Mode.FLIGHT))
     _, contact, becomes = min(rooms, key=lambda room: room[0])
-    return _changed(motion.modes, {contact: becomes})
+    return {contact: becomes}
+
+
+def _at_bound(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, Mode]:
+    """Return the contacts that stick at the edges of their friction cones -> that they slide."""
+    sizes = np.linalg.norm(motion.force[:, 1:], axis=1)
+    room = (dynamics.friction * motion.force[:, 0] - sizes) / scale_of(motion.force)
+    return {
+        i: Mode.SLIP_FORWARDS
+        for i, mode in enumerate(motion.modes)
+        if mode is Mode.STICK and dynamics.friction[i] > 0 and room[i] <= _AT_BOUND
+    }
 
 
 def _changed(modes: Modes, changes: Mapping[int, Mode]) -> Modes:

@@ -13,7 +13,7 @@ from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
 from fesd_robot.replay.event import Event
 from fesd_robot.replay.impacts import Impact
-from fesd_robot.replay.integrator import Path, Segments, events_along
+from fesd_robot.replay.integrator import Segments, States, events_along
 from fesd_robot.simulation.schedule import Schedule
 
 _FATAL = {
@@ -107,7 +107,6 @@ def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Sched
         law = ContactLaw(physics, control)
         recorder = _Recorder(result, start, interval, control)
         segments = Segments(physics, result.configuration, control, law, taken=recorder.step)
-        recorder.segments = segments
         if contacts is None:
             begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool))
             contacts, velocity = begin.contacts, begin.velocity
@@ -124,12 +123,11 @@ def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Sched
             try:
                 event = next(following)
             except StopIteration as last:
-                y, contacts = last.value
+                result.configuration, result.velocity, contacts = last.value
                 break
             recorder.event(event)
             recorder.check(law, event.time)
         recorder.check(law, end - start)
-        result.configuration, result.velocity = segments.state(y)
     return result
 
 
@@ -142,19 +140,15 @@ class _Recorder:
         start: of the interval, s.
         interval: its number.
         control: its controls, (n_u).
-        segments: of its motion.
     """
 
     result: Drive
     start: float
     interval: int
     control: np.ndarray
-    segments: Segments | None = None
 
-    def step(self, start: float, end: float, path: Path, contacts: Contacts) -> None:
+    def step(self, start: float, end: float, states: States, contacts: Contacts) -> None:
         """Add a step of the integrator; those without a length are none."""
-        segments = self.segments
-        assert segments is not None
         if end > start:
             self.result.pieces.append(
                 Piece(
@@ -163,7 +157,7 @@ class _Recorder:
                     self.interval,
                     self.control,
                     contacts,
-                    lambda time: segments.state(path(time - self.start)),
+                    lambda time: states(time - self.start),
                 )
             )
 

@@ -80,6 +80,31 @@ def test_a_ball_with_spin_rolls_when_mechanics_says(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(quaternion, axis=0), 1, atol=1e-12)
 
 
+def test_a_ball_in_flight_turns_many_times_in_one_interval(tmp_path: Path) -> None:
+    """Its orientation is a turn by spin times time about its spin, however many turns an interval takes."""
+    spin, duration = np.array([12.0, -20.0, 30.0]), 1.1
+    task = written(
+        tmp_path,
+        BALL,
+        "robot: {model: model.urdf, root: free_flyer}\n"
+        "ground: {type: plane, friction: 0.3}\n"
+        "contacts: {rim: {type: circle, frame: ball, radius: 0.1}}\n"
+        f"horizon: {{duration: {duration}, intervals: 1}}\n"
+        "initial:\n"
+        "  configuration: {root_joint.x: 0, root_joint.y: 0, root_joint.z: 0.2}\n"
+        "  velocity: {root_joint.vx: 2, root_joint.vz: 8, root_joint.wx: 12, root_joint.wy: -20, root_joint.wz: 30}\n"
+        "goal: {configuration: {}, soft: true}\n",
+    )
+    motion = simulate(load_task(task))
+    half = np.linalg.norm(spin) * duration / 2
+    quaternion = np.array([*(np.sin(half) * spin / np.linalg.norm(spin)), np.cos(half)])
+    end = ends(motion, tuple(f"root_joint.q{axis}" for axis in "xyzw"))
+    assert half > 4 * np.pi
+    assert abs(end @ quaternion) == pytest.approx(1, abs=1e-12)
+    rise = 0.2 + 8 * duration - GRAVITY * duration**2 / 2
+    np.testing.assert_allclose(ends(motion, ("root_joint.x", "root_joint.z")), [2 * duration, rise], atol=1e-9)
+
+
 @pytest.mark.parametrize("friction", [0.05, 0.6])
 def test_a_ball_thrown_with_spin_bounces_as_mechanics_says(tmp_path: Path, friction: float) -> None:
     """v_z turns to -e v_z at every bounce, and the rim's velocity keeps its direction: friction takes mu times the

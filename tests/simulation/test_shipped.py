@@ -61,3 +61,25 @@ def test_a_box_slides_tips_falls_on_its_side_and_rests() -> None:
     assert _at(motion, "configuration", "z", -1)[0] == pytest.approx(0.075, abs=1e-9)
     assert abs(_at(motion, "velocity", "vx vy vz wx wy wz", -1)).max() < 1e-9
     assert all(gaps.min() > -1e-9 for gaps in (contact.gap for contact in motion.contacts.values()))
+
+
+def test_edges_come_to_rest_and_slide_off_again_whatever_the_control_grid() -> None:
+    """Both corners of an edge stick, and slide again, at once, at the same time on one interval as on six."""
+    motions = [
+        simulate(load_task(SIMULATED / "tumbling_box.yaml", ["horizon.duration=0.3", f"horizon.intervals={intervals}"]))
+        for intervals in (1, 6)
+    ]
+    for motion in motions:
+        low = [switch for switch in motion.switches if switch.contact.startswith("low_front")]
+        assert sorted((one.kind, one.contact) for one in low) == [
+            ("slip_to_stick", "low_front_left"),
+            ("slip_to_stick", "low_front_right"),
+            ("stick_to_slip", "low_front_left"),
+            ("stick_to_slip", "low_front_right"),
+        ]
+        first, second, third, fourth = (switch.time for switch in low)
+        assert (first, third) == pytest.approx((second, fourth), abs=1e-7)
+    times = [[switch.time for switch in motion.switches] for motion in motions]
+    assert times[0] == pytest.approx(times[1], abs=1e-7)
+    ends = [_at(motion, "configuration", "x y z qx qy qz qw", -1) for motion in motions]
+    np.testing.assert_allclose(*ends, atol=1e-8)
