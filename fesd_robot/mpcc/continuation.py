@@ -79,6 +79,9 @@ TRIALS = (
 TRIAL_UPDATES = 1
 """How often a trial that has not converged goes on, without the elements that have shrunk to nothing."""
 
+NEAR_VIOLATION = 1e-5
+"""Constraint violation, ten times that of a trial which has converged, up to which costs of its points are compared."""
+
 HOPELESS_VIOLATION = 0.1
 """Constraint violation above which it does not."""
 
@@ -176,7 +179,8 @@ class BranchSolver:
     ) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
 
-        A trial that goes on and leaves its constraints ends where it held them before.
+        A trial that goes on and leaves its constraints ends where it held them before, and so does one that goes on to
+        where it costs more: going on begins farther from bounds, and may lead back to the motion that was left.
 
         Args:
             start: where it begins.
@@ -186,6 +190,7 @@ class BranchSolver:
         """
         w, branch, found = start.w, start.branch, None
         held: PolishingReport | None = None
+        near: PolishingReport | None = None
         for _ in range(1 + TRIAL_UPDATES):
             found = self._nlp.solve_once(
                 branch,
@@ -197,10 +202,13 @@ class BranchSolver:
             )
             if found is None or (held and not found.residuals.constraint_violation <= trial.violation):
                 return held
+            if near and not found.residuals.objective <= near.residuals.objective:
+                return near
             if found.status.converged or not np.isfinite(found.w).all():
                 break
             violation, objective = found.residuals.constraint_violation, found.residuals.objective
             held = found if violation <= trial.violation else None
+            near = held if violation <= NEAR_VIOLATION else None
             if violation > HOPELESS_VIOLATION or (held and objective > reach):
                 break
             w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch

@@ -18,16 +18,29 @@ PROBLEM = mpcc((X - 2) ** 2 + (Y - 1) ** 2, X, Y, [1, 1])
 
 
 @pytest.mark.parametrize(
-    ("violations", "kept"),
-    [((1e-5, 1e-2), 0), ((1e-5, np.nan), 0), ((1e-5, 1e-6), 1), ((5e-2, 1e-2), 1), ((1e-2, 1e-7), 1)],
+    ("violations", "costs", "kept"),
+    [
+        ((1e-5, 1e-2), (1, 1), 0),
+        ((1e-5, np.nan), (1, 1), 0),
+        ((1e-5, 1e-6), (1, 1), 1),
+        ((5e-2, 1e-2), (1, 1), 1),
+        ((1e-2, 1e-7), (1, 1), 1),
+        ((3e-6, 1e-9), (16.6, 18.4), 0),
+        ((3e-6, 1e-9), (16.6, 16.5), 1),
+        ((1e-4, 1e-9), (16.6, 18.4), 1),
+        ((3e-6, 1e-9), (16.6, np.nan), 0),
+    ],
 )
-def test_a_trial_keeps_what_held_its_constraints(
-    monkeypatch: pytest.MonkeyPatch, violations: tuple[float, float], kept: int
+def test_a_trial_keeps_what_held_its_constraints_and_cost_less(
+    monkeypatch: pytest.MonkeyPatch, violations: tuple[float, float], costs: tuple[float, float], kept: int
 ) -> None:
-    """A trial that goes on and leaves its constraints ends where it held them; one that did not ends where it ends."""
+    """A trial that goes on and leaves its constraints, or to where it costs more, ends where it was before; one that
+    was not near its constraints ends where it ends."""
     solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), HomotopyOptions(), lambda: None)
     branch = Branch.of_pairs(PROBLEM.pair_labels, [ActiveFactor.G])
-    ends = [_end(violation, branch, at) for at, violation in enumerate(violations)]
+    ends = [
+        _end(violation, cost, branch, at) for at, (violation, cost) in enumerate(zip(violations, costs, strict=True))
+    ]
     coming: Iterator[PolishingReport] = iter(ends)
     monkeypatch.setattr(BranchNlp, "solve_once", lambda *_, **__: next(coming))
     assert solver.tried(BranchPoint(PROBLEM.start, branch), TRIALS[0]) is ends[kept]
@@ -44,7 +57,7 @@ def test_whole_steps_come_first_and_count_where_they_stay_near(start: tuple[floa
     np.testing.assert_allclose(end.w, [0.0, 1.0], atol=1e-6)
 
 
-def _end(violation: float, branch: Branch, at: int) -> PolishingReport:
-    residuals = replace(PROBLEM.residuals(PROBLEM.start), constraint_violation=violation)
+def _end(violation: float, cost: float, branch: Branch, at: int) -> PolishingReport:
+    residuals = replace(PROBLEM.residuals(PROBLEM.start), constraint_violation=violation, objective=cost)
     w = PROBLEM.start + at
     return PolishingReport(NlpStatus.ITERATION_LIMIT, 40, 0.1, residuals, w, branch, exact=False)
