@@ -64,7 +64,7 @@ def page_of(rows: list[list[str]]) -> str:
         [
             "# Switches and the control grid",
             "",
-            f"Made by `python scripts/switch_times.py` from plans of default calls of {len(rows)} tasks.",
+            f"Made by `python scripts/switch_times.py` from the plans of {len(rows)} tasks in the gallery.",
             "",
             f"**{hard_on} of {hard}** impacts faster than {HARD:g} m/s and **{switches_on} of {switches}** touchdowns "
             "and take-offs are where a control interval ends. By chance none would be, for their times are free. They "

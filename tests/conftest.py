@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -32,6 +33,14 @@ def single_start() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(multistart, "DEFAULT_STARTS", 1)
         yield
+
+
+@pytest.fixture
+def python_interrupts() -> Iterator[None]:
+    """SIGINT has Python's own handler: a shell that starts the tests may have it ignored."""
+    inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, inherited)
 
 
 class Planned(NamedTuple):

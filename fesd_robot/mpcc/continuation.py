@@ -14,7 +14,7 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport, Window
-from fesd_robot.mpcc.problem import Mpcc
+from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 
 CONTINUATION_ITERATIONS = 120
@@ -190,7 +190,6 @@ class BranchSolver:
         """
         w, branch, found = start.w, start.branch, None
         held: PolishingReport | None = None
-        near: PolishingReport | None = None
         for _ in range(1 + TRIAL_UPDATES):
             found = self._nlp.solve_once(
                 branch,
@@ -200,15 +199,12 @@ class BranchSolver:
                 limits=self._limits(trial.iterations, 0),
                 window=window,
             )
-            if found is None or (held and not found.residuals.constraint_violation <= trial.violation):
+            if found is None or (held and _is_lost(found.residuals, held.residuals, trial)):
                 return held
-            if near and not found.residuals.objective <= near.residuals.objective:
-                return near
             if found.status.converged or not np.isfinite(found.w).all():
                 break
             violation, objective = found.residuals.constraint_violation, found.residuals.objective
             held = found if violation <= trial.violation else None
-            near = held if violation <= NEAR_VIOLATION else None
             if violation > HOPELESS_VIOLATION or (held and objective > reach):
                 break
             w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch
@@ -300,3 +296,9 @@ def continue_on_branch(
     solver = BranchSolver(problem, polisher, options, seconds_left, stop=stop, progress=progress)
     end = solver.exact(start, near=True)
     return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)
+
+
+def _is_lost(found: Residuals, held: Residuals, trial: Trial) -> bool:
+    """Return whether a trial that held its constraints has left them, or gone from near them to where it costs more."""
+    near = held.constraint_violation <= NEAR_VIOLATION
+    return not found.constraint_violation <= trial.violation or (near and not found.objective <= held.objective)

@@ -91,27 +91,29 @@ def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, Mo
 
     Where the state has drifted by a round-off since, the modes may be admissible still.
     """
-    rooms = list[tuple[float, int, Mode]]()
+    rooms, unused = list[tuple[float, int, Mode]](), _unused(dynamics, motion)
     for i, mode in enumerate(motion.modes):
-        push = float(motion.force[i, 0])
         if mode is Mode.STICK:
-            unused = dynamics.friction[i] * push - float(np.linalg.norm(motion.force[i, 1:]))
-            rooms.append((unused, i, Mode.SLIP_FORWARDS))
+            rooms.append((float(unused[i]), i, Mode.SLIP_FORWARDS))
         if mode is not Mode.FLIGHT:
-            rooms.append((push, i, Mode.FLIGHT))
+            rooms.append((float(motion.force[i, 0]), i, Mode.FLIGHT))
     _, contact, becomes = min(rooms, key=lambda room: room[0])
     return {contact: becomes}
 
 
 def _at_bound(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, Mode]:
     """Return the contacts that stick at the edges of their friction cones -> that they slide."""
-    sizes = np.linalg.norm(motion.force[:, 1:], axis=1)
-    room = (dynamics.friction * motion.force[:, 0] - sizes) / scale_of(motion.force)
+    room = _unused(dynamics, motion) / scale_of(motion.force)
     return {
         i: Mode.SLIP_FORWARDS
         for i, mode in enumerate(motion.modes)
         if mode is Mode.STICK and dynamics.friction[i] > 0 and room[i] <= _AT_BOUND
     }
+
+
+def _unused(dynamics: ContactDynamics, motion: ModeMotion) -> np.ndarray:
+    """Return the friction that every contact could still take, mu f_n - |f_t|, N, (n_c)."""
+    return np.asarray(dynamics.friction * motion.force[:, 0] - np.linalg.norm(motion.force[:, 1:], axis=1))
 
 
 def _changed(modes: Modes, changes: Mapping[int, Mode]) -> Modes:

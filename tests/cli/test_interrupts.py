@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -97,11 +97,9 @@ def calls() -> list[str]:
 
 
 @pytest.fixture
-def interrupts(calls: list[str]) -> Iterator[Interrupts]:
-    """An object that notes its calls, where SIGINT has Python's own handler: a shell may have it ignored."""
-    inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield Interrupts(on_request=lambda: calls.append("request"), on_abort=lambda: calls.append("abort"))
-    signal.signal(signal.SIGINT, inherited)
+def interrupts(python_interrupts: None, calls: list[str]) -> Interrupts:
+    """An object that notes its calls."""
+    return Interrupts(on_request=lambda: calls.append("request"), on_abort=lambda: calls.append("abort"))
 
 
 def test_the_handler_is_given_back(interrupts: Interrupts) -> None:

@@ -27,12 +27,11 @@ def _interrupt() -> None:
 os.register_at_fork(after_in_parent=_interrupt)
 
 
+@pytest.mark.usefixtures("python_interrupts")
 def test_an_interrupt_while_processes_are_forked_is_not_lost(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """A Ctrl-C between fork and return ends the call with KeyboardInterrupt, and Python prints nothing about it; SIGINT
-    has Python's own handler, for a shell may have it ignored."""
-    inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """A Ctrl-C between fork and return ends the call with KeyboardInterrupt, and Python prints nothing about it."""
     pool = ForkedPool(1, abs, lambda: None)
     monkeypatch.setattr(sys.modules[__name__], "_interrupting", True)
     try:
@@ -41,7 +40,6 @@ def test_an_interrupt_while_processes_are_forked_is_not_lost(
     finally:
         monkeypatch.undo()
         pool.end()
-        signal.signal(signal.SIGINT, inherited)
     assert "Traceback" not in capfd.readouterr().err
 
 
