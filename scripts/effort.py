@@ -1,0 +1,131 @@
+"""What less effort than that of the default call costs.
+
+    python scripts/effort.py hopper_one_jump block_push --processes 2
+
+Every task is planned by the default call and with less effort, with refinement and certificate, on one core each. The
+table goes to docs/results/effort.md; rows of tasks that are not planned stay as they are.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import casadi
+import numpy as np
+from arguments import PROGRAM_IS, ROOT, earlier_rows, program_of, task_parser
+from claims import CLAIMS
+
+from fesd_robot import load_task, plan
+from fesd_robot.plans import Plan
+from fesd_robot.plans.tables import markdown_table
+
+PAGE = ROOT / "docs" / "results" / "effort.md"
+
+EFFORTS: dict[str, tuple[str, ...]] = {
+    "default": (),
+    "one start": ("solver.starts=1",),
+    "no search": ("solver.starts=1", "solver.local_search=false"),
+    "no search, 60 iterations": ("solver.starts=1", "solver.local_search=false", "solver.loose_iterations=60"),
+}
+"""Effort -> settings."""
+
+HEADER = [
+    "task",
+    *[f"{what}, {effort}" for effort in EFFORTS for what in ("cost", "iterations", "seconds")],
+    "program",
+]
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What an effort led to: cost, iterations of IPOPT in all attempts, seconds, and what is wrong with the motion."""
+
+    cost: float
+    iterations: int
+    seconds: float
+    wrong: str = ""
+
+    @classmethod
+    def of(cls, result: Plan, seconds: float) -> Spent:
+        """Return what a plan took, and whether its motion is the one that the task's first line describes."""
+        wrong = "; ".join(CLAIMS[result.name].broken(result)) if result.status.solved else "not solved"
+        iterations = sum(each.iterations for each in result.statistics.attempts)
+        return cls(result.statistics.objective, iterations, seconds, wrong)
+
+    def cells(self) -> list[str]:
+        """Return the three cells; ✗ is a motion that is not solved or is not what its task says."""
+        return [f"{self.cost:.5g}" + (" ✗" if self.wrong else ""), str(self.iterations), f"{self.seconds:.0f}"]
+
+
+def spent(name: str, effort: str) -> Spent:
+    """Plan a task with an effort."""
+    begin = time.perf_counter()
+    result = plan(load_task(ROOT / "tasks" / f"{name}.yaml", [*EFFORTS[effort], "solver.processes=1"]))
+    return Spent.of(result, time.perf_counter() - begin)
+
+
+def summary(rows: list[list[str]]) -> list[str]:
+    """Return a table of what less effort costs and saves over all tasks."""
+    first, lines = 1, []
+    for effort in EFFORTS:
+        column = 1 + 3 * list(EFFORTS).index(effort)
+        done = [row for row in rows if "✗" not in row[column] + row[first]]
+        above = [float(row[column]) / float(row[first]) - 1 for row in done]
+        fewer = [float(row[first + 1]) / float(row[column + 1]) for row in done]
+        faster = [float(row[first + 2]) / max(float(row[column + 2]), 1.0) for row in done]
+        ratios = [f"{np.median(each):.3g}" for each in (fewer, faster)]
+        costs = [f"{100 * np.median(above):.2g} %", f"{100 * max(above):.2g} %"]
+        settings = " ".join(f"--set {one}" for one in EFFORTS[effort])
+        lines.append([effort, f"`{settings}`" if settings else "", f"{len(done)} of {len(rows)}", *costs, *ratios])
+    header = ["effort", "settings", "does what its task says", "median cost above the default", "largest",
+              "times fewer iterations", "times faster"]  # fmt: skip
+    return [markdown_table(header, lines)]
+
+
+def page_of(rows: list[list[str]], processes: int) -> str:
+    """Return the page with the rows of all tasks so far."""
+    return "\n".join(
+        [
+            "# Less effort than the default call",
+            "",
+            f"Made by `python scripts/effort.py TASK ...`, processes: {processes}, Python {platform.python_version()}, "
+            f"casadi {casadi.__version__}.",
+            "",
+            "Every effort ends with refinement, audit and certificate, and has the fallback settings of a task that is "
+            "not solved. Iterations are those of IPOPT in all attempts; seconds are those of one core, compiled "
+            "functions from the cache. ✗: not solved, or not the motion that the first line of the task describes.",
+            "",
+            *summary(rows),
+            PROGRAM_IS,
+            "",
+            markdown_table(HEADER, rows),
+        ]
+    )
+
+
+def main() -> int:
+    """Plan every task with every effort and write the table."""
+    arguments = task_parser(__doc__, PAGE).parse_args()
+    rows = earlier_rows(arguments.page, HEADER)
+    with ProcessPoolExecutor(arguments.processes) as pool:
+        jobs = {name: [pool.submit(spent, name, effort) for effort in EFFORTS] for name in arguments.tasks}
+        for name, own in jobs.items():
+            done = [job.result() for job in own]
+            rows[name] = [name, *[cell for one in done for cell in one.cells()], program_of(name)]
+            wrong = [f"{effort}: {one.wrong}" for effort, one in zip(EFFORTS, done, strict=True) if one.wrong]
+            print(" ".join([*rows[name], *wrong]), flush=True)
+            arguments.page.write_text(
+                page_of([rows[each] for each in sorted(rows)], arguments.processes), encoding="utf-8"
+            )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
