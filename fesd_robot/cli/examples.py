@@ -70,9 +70,14 @@ def _listed(shipped: Sequence[Example]) -> list[str]:
     """Return the lines of the list, no longer than the terminal is wide."""
     columns = min(shutil.get_terminal_size().columns, _MOST_COLUMNS)
     lines: list[str] = []
-    for kind, title in (("task", "Tasks (fesd-robot plan NAME):"), ("model", "Models:")):
+    kinds = {
+        "Tasks (fesd-robot plan NAME):": [each for each in shipped if each.kind == "task" and not each.simulated],
+        "Tasks without controls (fesd-robot simulate NAME):": [each for each in shipped if each.simulated],
+        "Models:": [each for each in shipped if each.kind == "model"],
+    }
+    for title, examples_of_kind in kinds.items():
         lines += ["", title] if lines else [title]
-        for example in (each for each in shipped if each.kind == kind):
+        for example in examples_of_kind:
             words = f"{example.words} {NEEDS_ROBOTS}" if example.needs_robot_data else example.words
             lines.append(f"  {example.name}")
             lines += textwrap.wrap(

@@ -18,8 +18,9 @@ def simulate(
     what: Annotated[
         Path,
         typer.Argument(
-            metavar="TASK.yaml|PLAN",
-            help="A task file, a folder of results, or the plan.json in it.",
+            metavar="TASK|PLAN",
+            help="A task file, the name of a task that `fesd-robot examples` lists, a folder of results, or its "
+            "plan.json.",
             show_default=False,
         ),
     ],

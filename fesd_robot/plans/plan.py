@@ -47,7 +47,7 @@ class ContactHistory(Record):
         gap: true signed distance, m, shape (n,).
         normal_force: N, shape (n,); zero in flight.
         tangential_force: N, shape (n,); positive along the ground's tangent in the x-z plane.
-        lateral_force: N, shape (n,), positive along the world's y axis; None of a contact in the plane.
+        lateral_force: N, shape (n,), along the second tangent, y on level ground; None of a contact in the plane.
         mode: ``flight``, ``impact``, ``stick`` or ``slip`` at each sample.
     """
 

@@ -35,7 +35,7 @@ class ContactForce:
     """The force of a contact on the robot, N: normal and along the ground's tangent, and what the contact does.
 
     Attributes:
-        normal, tangential, lateral: N, the last one along the world's y axis; None of a contact in the plane.
+        normal, tangential, lateral: N, the last along the second tangent, y on level ground; None of a planar contact.
         mode: ``flight``, ``impact``, ``stick`` or ``slip``.
     """
 

@@ -25,6 +25,18 @@ def test_the_list_fits_a_terminal(run: Callable[..., Any], monkeypatch: pytest.M
     assert " ".join(outcome.out.split()).count("(needs pip install 'fesd-robot[robots]')") == len(needing) > 0
 
 
+def test_what_is_simulated_is_listed_apart(run: Callable[..., Any]) -> None:
+    """Each heading has the tasks of its folder below it, and names the command for them."""
+    text = run("examples").out
+    planned, simulated = text.split("Tasks without controls (fesd-robot simulate NAME):")
+    assert planned.startswith("Tasks (fesd-robot plan NAME):")
+    simulated, models = simulated.split("Models:")
+    for part, folder in ((planned, ROOT / "tasks"), (simulated, ROOT / "tasks" / "simulated")):
+        names = [line.strip() for line in part.splitlines() if line.startswith("  ") and not line.startswith("   ")]
+        assert names == sorted(file.stem for file in folder.glob("*.yaml"))
+    assert "  hopper\n" in models
+
+
 def test_a_copy_can_be_checked(run: Callable[..., Any]) -> None:
     """The files are named, with what to type next, which works."""
     outcome = run("examples", "block_push", "--out", "here")

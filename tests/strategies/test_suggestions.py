@@ -15,6 +15,7 @@ from fesd_robot.task import Task, load_task
 from .test_fallbacks import Attempts
 
 TASKS = Path(__file__).parents[2] / "tasks"
+JUMP = TASKS / "hopper_one_jump.yaml"
 
 
 def test_more_time_keeps_waypoints_at_the_ends_of_intervals() -> None:
@@ -32,7 +33,7 @@ def test_limits_are_raised_where_the_task_has_them(name: str, section: str) -> N
     """Of actuators or of joints; nothing else changes."""
     task = load_task(TASKS / f"{name}.yaml")
     _, (changes, stronger) = suggestions(task)
-    assert changes == {"limits of all controls": "1.5 times as high"}
+    assert changes == {"limits of controls in the task": "1.5 times as high"}
     assert [key for key in Task.model_fields if getattr(stronger, key) != getattr(task, key)] == [section]
     before, after = formulate(task).actuation, formulate(stronger).actuation
     assert after.upper == pytest.approx(HIGHER_LIMITS * before.upper)
@@ -45,11 +46,24 @@ def test_limits_of_the_model_and_a_free_duration_stay() -> None:
     assert list(suggestions(task)) == []
 
 
+def test_an_actuator_may_leave_its_limits_to_the_model() -> None:
+    """Those limits stay; the one that the task gives is raised, and where it gives none only more time is tried."""
+    wheel = "robot.actuators.reaction_torque={type: joint, joint: root_pitch%s}"
+    leg = "robot.actuators.leg_force={type: joint, joint: leg}"
+    assert [list(each) for each, _ in suggestions(load_task(JUMP, [wheel % "", leg]))] == [["horizon.duration"]]
+    _, (_, stronger) = suggestions(load_task(JUMP, [wheel % ", upper: 80", leg]))
+    assert {name: (one.lower, one.upper) for name, one in (stronger.robot.actuators or {}).items()} == {
+        "reaction_torque": (None, HIGHER_LIMITS * 80),
+        "leg_force": (None, None),
+    }
+    formulate(stronger)
+
+
 @pytest.mark.parametrize(
     ("outcomes", "said"),
     [
         (["infeasible", "infeasible", "solved"], "horizon.duration = 1.25"),
-        (["infeasible", "infeasible", "infeasible", "solved"], "limits of all controls = 1.5 times as high"),
+        (["infeasible", "infeasible", "infeasible", "solved"], "limits of controls in the task = 1.5 times as high"),
         (["infeasible"] * 4, ""),
         (["infeasible", "infeasible", "interrupted", "solved"], ""),
     ],
@@ -64,7 +78,7 @@ def test_the_message_says_what_was_tried_and_helps(
     task = load_task(TASKS / "hopper_one_jump.yaml", ["solver.retries=1"])
     reported: list[list[str]] = []
     planned = planner.plan(task, retrying=lambda changes, _: reported.append(list(changes)))
-    assert reported[1:] == [["horizon.duration"], ["limits of all controls"]][: len(attempts.tasks) - 2]
+    assert reported[1:] == [["horizon.duration"], ["limits of controls in the task"]][: len(attempts.tasks) - 2]
     expected = f"infeasible 1 Tried, and solved: the same task with {said}." if said else "infeasible 1"
     assert planned.status.message == expected and not planned.status.solved
     assert len(planned.statistics.attempts) == 2
