@@ -221,11 +221,11 @@ class Chain:
         return chain._before_and_after(motion, coarse, with_spare=False, depth=Depth.PATIENT).after
 
     def _twin(self, task: Task) -> list[SolvedMotion]:
-        """Return the motion of a task in the plane, refined and as it was before; a deeper search took two thirds of
-        the time on quadrupeds, and found nothing."""
+        """Return the motion of a task in the plane, refined and as it was before, within half of the time that is left;
+        a deeper search took two thirds of the time on quadrupeds, and found nothing."""
         motion = formulate(task)
         transcription = Transcription(motion.ocp, motion.fesd)
-        chain = replace(self, least=None)
+        chain = replace(self, deadline=self.deadline.share(0.5), least=None)
         found = chain._before_and_after(motion, transcription, with_spare=False, depth=Depth.QUICK)
         return [found.before] if found.after is found.before else [found.after, found.before]
 

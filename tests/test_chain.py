@@ -124,3 +124,21 @@ def test_a_search_goes_on_from_postures_that_decide_the_motion(
     assert found.cost == pytest.approx(begun[-1] - 0.5 + left) and found.rounds == 0
     assert found.search is not None
     assert [move.split(":")[0] for move in found.search.moves] == [HELD] * holds
+
+
+@pytest.mark.parametrize("which", ["_coarse", "_twin"])
+def test_a_motion_to_begin_with_leaves_half_of_the_time(
+    load_short: Callable[..., Task], monkeypatch: pytest.MonkeyPatch, which: str
+) -> None:
+    """What is planned on a coarser grid, or in the plane, is over when half of the time that was left is."""
+    given: list[Deadline] = []
+
+    def found(own: Chain, *_: Any, **__: Any) -> chain._Refined:
+        given.append(own.deadline)
+        return chain._Refined(None, None)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Chain, "_before_and_after", found)
+    whole = Deadline(100.0)
+    own = Chain(whole, None, None, lambda station: None, lambda done, of: None, [])
+    getattr(own, which)(load_short())
+    assert given[0].left == pytest.approx(0.5 * whole.left, abs=1.0)

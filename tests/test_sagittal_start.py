@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from fesd_robot import sagittal_start
+from fesd_robot.strategies.deadline import Deadline
 
 
 @pytest.mark.parametrize("leads", ["refined", "before", ""])
@@ -30,3 +31,13 @@ def test_the_refined_motion_is_lifted_first(leads: str, monkeypatch: pytest.Monk
     start = sagittal_start.sagittal_start(nothing, planned, nothing, nothing, None, None)
     assert start == ("a motion" if leads else None)
     assert lifted == (["refined"] if leads == "refined" else ["refined", "before"])
+
+
+def test_nothing_is_lifted_when_the_time_is_over() -> None:
+    """The functions of the NLP in space, which take minutes to compile, are not made then."""
+    planar = SimpleNamespace(solution=SimpleNamespace(exact=True))
+    lift = sagittal_start._Lift(motion=None, twin=None, planar=planar)  # type: ignore[arg-type]
+    nothing: Any = None
+    assert sagittal_start._lifted(lift, nothing, Deadline(0.0), None, None) is None
+    with pytest.raises(AttributeError):
+        sagittal_start._lifted(lift, nothing, Deadline(None), None, None)
