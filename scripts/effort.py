@@ -81,7 +81,7 @@ def summary(rows: list[list[str]]) -> list[str]:
         fewer = [float(row[first + 1]) / float(row[column + 1]) for row in done]
         faster = [float(row[first + 2]) / max(float(row[column + 2]), 1.0) for row in done]
         ratios = [f"{np.median(each):.3g}" for each in (fewer, faster)]
-        costs = [f"{100 * np.median(above):.2g} %", f"{100 * max(above):.2g} %"]
+        costs = [f"{100 * np.median(above):.3g} %", f"{100 * max(above):.3g} %"]
         settings = " ".join(f"--set {one}" for one in EFFORTS[effort])
         lines.append([effort, f"`{settings}`" if settings else "", f"{len(done)} of {len(rows)}", *costs, *ratios])
     header = ["effort", "settings", "does what its task says", "median cost above the default", "largest",
