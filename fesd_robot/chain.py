@@ -34,6 +34,9 @@ from fesd_robot.task import Task
 
 logger = logging.getLogger(__name__)
 
+SHARE_OF_TIME = 0.5
+"""Of what is left: for a motion to begin with, on a coarser control grid or in the plane."""
+
 ORDINARY_LOSS = 0.05
 """Of the cost: refinement of a motion costs one or two hundredths, and of another on the way of its search as much.
 Only a motion that costs less by more than this is refined, too, where one has passed."""
@@ -216,7 +219,7 @@ class Chain:
         """Return the motion of a task on a coarser control grid, within half of the time that is left; detours took a
         third of that, and gained nothing."""
         motion = formulate(task)
-        chain = replace(self, deadline=self.deadline.share(0.5), least=None)
+        chain = replace(self, deadline=self.deadline.share(SHARE_OF_TIME), least=None)
         coarse = Transcription(motion.ocp, motion.fesd)
         return chain._before_and_after(motion, coarse, with_spare=False, depth=Depth.PATIENT).after
 
@@ -225,7 +228,7 @@ class Chain:
         a deeper search took two thirds of the time on quadrupeds, and found nothing."""
         motion = formulate(task)
         transcription = Transcription(motion.ocp, motion.fesd)
-        chain = replace(self, deadline=self.deadline.share(0.5), least=None)
+        chain = replace(self, deadline=self.deadline.share(SHARE_OF_TIME), least=None)
         found = chain._before_and_after(motion, transcription, with_spare=False, depth=Depth.QUICK)
         return [found.before] if found.after is found.before else [found.after, found.before]
 

@@ -89,7 +89,7 @@ def _lifted(
     stop: Stop | None,
 ) -> tuple[BranchTranscription, MpccSolution] | None:
     """Return the exact motion in space near a motion in the plane; other args as in `sagittal_start`."""
-    if not lift.planar.solution.exact or deadline.left <= 0:  # the functions in space take long to make
+    if not lift.planar.solution.exact:
         return None
     polisher, problem, begin = BranchTranscription(lift.transcription), lift.transcription.problem, time.perf_counter()
     solver = BranchSolver(

@@ -5,8 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from typing import TypeVar
+
+Planned, Way = TypeVar("Planned"), TypeVar("Way")
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM_IS = (
@@ -29,6 +33,24 @@ def task_parser(description: str, page: Path) -> argparse.ArgumentParser:
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--page", type=Path, default=page)
     return parser
+
+
+def planned_in_all_ways(
+    planned: Callable[[str, Way], Planned], tasks: Sequence[str], ways: Iterable[Way], processes: int
+) -> Iterator[tuple[str, list[Planned]]]:
+    """Yield the name of each task, and what comes of planning it in each way, several at a time.
+
+    Args:
+        planned: (name, way) -> what comes of it, in a process of its own.
+        tasks: names.
+        ways: in which each is planned.
+        processes: how many.
+    """
+    ways = list(ways)
+    with ProcessPoolExecutor(processes) as pool:
+        jobs = {name: [pool.submit(planned, name, way) for way in ways] for name in tasks}
+        for name, own in jobs.items():
+            yield name, [job.result() for job in own]
 
 
 def earlier_rows(page: Path, header: Sequence[str]) -> dict[str, list[str]]:

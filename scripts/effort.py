@@ -12,14 +12,13 @@ import os
 import platform
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, earlier_rows, program_of, task_parser
+from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
 from claims import CLAIMS
 
 from fesd_robot import load_task, plan
@@ -71,22 +70,21 @@ def spent(name: str, effort: str) -> Spent:
     return Spent.of(result, time.perf_counter() - begin)
 
 
-def summary(rows: list[list[str]]) -> list[str]:
+def summary(rows: list[list[str]]) -> str:
     """Return a table of what less effort costs and saves over all tasks."""
     first, lines = 1, []
-    for effort in EFFORTS:
-        column = 1 + 3 * list(EFFORTS).index(effort)
+    for column, (effort, changes) in zip(range(first, len(HEADER), 3), EFFORTS.items(), strict=False):
         done = [row for row in rows if "✗" not in row[column] + row[first]]
         above = [float(row[column]) / float(row[first]) - 1 for row in done]
         fewer = [float(row[first + 1]) / float(row[column + 1]) for row in done]
         faster = [float(row[first + 2]) / max(float(row[column + 2]), 1.0) for row in done]
         ratios = [f"{np.median(each):.3g}" for each in (fewer, faster)]
         costs = [f"{100 * np.median(above):.3g} %", f"{100 * max(above):.3g} %"]
-        settings = " ".join(f"--set {one}" for one in EFFORTS[effort])
+        settings = " ".join(f"--set {one}" for one in changes)
         lines.append([effort, f"`{settings}`" if settings else "", f"{len(done)} of {len(rows)}", *costs, *ratios])
     header = ["effort", "settings", "does what its task says", "median cost above the default", "largest",
               "times fewer iterations", "times faster"]  # fmt: skip
-    return [markdown_table(header, lines)]
+    return markdown_table(header, lines)
 
 
 def page_of(rows: list[list[str]], processes: int) -> str:
@@ -102,7 +100,7 @@ def page_of(rows: list[list[str]], processes: int) -> str:
             "not solved. Iterations are those of IPOPT in all attempts; seconds are those of one core, compiled "
             "functions from the cache. ✗: not solved, or not the motion that the first line of the task describes.",
             "",
-            *summary(rows),
+            summary(rows),
             PROGRAM_IS,
             "",
             markdown_table(HEADER, rows),
@@ -114,16 +112,11 @@ def main() -> int:
     """Plan every task with every effort and write the table."""
     arguments = task_parser(__doc__, PAGE).parse_args()
     rows = earlier_rows(arguments.page, HEADER)
-    with ProcessPoolExecutor(arguments.processes) as pool:
-        jobs = {name: [pool.submit(spent, name, effort) for effort in EFFORTS] for name in arguments.tasks}
-        for name, own in jobs.items():
-            done = [job.result() for job in own]
-            rows[name] = [name, *[cell for one in done for cell in one.cells()], program_of(name)]
-            wrong = [f"{effort}: {one.wrong}" for effort, one in zip(EFFORTS, done, strict=True) if one.wrong]
-            print(" ".join([*rows[name], *wrong]), flush=True)
-            arguments.page.write_text(
-                page_of([rows[each] for each in sorted(rows)], arguments.processes), encoding="utf-8"
-            )
+    for name, done in planned_in_all_ways(spent, arguments.tasks, EFFORTS, arguments.processes):
+        rows[name] = [name, *[cell for one in done for cell in one.cells()], program_of(name)]
+        wrong = [f"{effort}: {one.wrong}" for effort, one in zip(EFFORTS, done, strict=True) if one.wrong]
+        print(" ".join([*rows[name], *wrong]), flush=True)
+        arguments.page.write_text(page_of([rows[each] for each in sorted(rows)], arguments.processes), encoding="utf-8")
     return 0
 
 

@@ -15,7 +15,6 @@ import os
 import platform
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from itertools import groupby
 from unittest import mock
 
@@ -23,7 +22,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import casadi
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, earlier_rows, program_of, task_parser
+from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
 from moved_start import MOVED, moved
 
 from fesd_robot import chain, load_task, plan
@@ -93,21 +92,17 @@ def main() -> int:
     """Plan every task on every processor and write the table."""
     arguments = task_parser(__doc__, PAGE).parse_args()
     rows = earlier_rows(arguments.page, HEADER)
-    with ProcessPoolExecutor(arguments.processes) as pool:
-        jobs = {name: [pool.submit(planned, name, one) for one in PROCESSORS] for name in arguments.tasks}
-        for name, own in jobs.items():
-            plans = [job.result()[0] for job in own]
-            costs = [one.statistics.objective for one in plans]
-            spread = (max(costs) - min(costs)) / max(abs(min(costs)), 1e-9)
-            same = len({sequence(one) for one in plans}) == 1
-            cells = [
-                f"{cost:.6g}" + ("" if one.status.solved else " ✗") for cost, one in zip(costs, plans, strict=True)
-            ]
-            seconds = np.median([job.result()[1] for job in own])
-            contacts = "yes" if same else "no"
-            rows[name] = [name, *cells, f"{100 * spread:.2g} %", contacts, f"{seconds:.0f}", program_of(name)]
-            print(" ".join(rows[name]), flush=True)
-            arguments.page.write_text(page_of(rows, arguments), encoding="utf-8")
+    for name, done in planned_in_all_ways(planned, arguments.tasks, PROCESSORS, arguments.processes):
+        plans = [one for one, _ in done]
+        costs = [one.statistics.objective for one in plans]
+        spread = (max(costs) - min(costs)) / max(abs(min(costs)), 1e-9)
+        same = len({sequence(one) for one in plans}) == 1
+        cells = [f"{cost:.6g}" + ("" if one.status.solved else " ✗") for cost, one in zip(costs, plans, strict=True)]
+        seconds = np.median([took for _, took in done])
+        contacts = "yes" if same else "no"
+        rows[name] = [name, *cells, f"{100 * spread:.2g} %", contacts, f"{seconds:.0f}", program_of(name)]
+        print(" ".join(rows[name]), flush=True)
+        arguments.page.write_text(page_of(rows, arguments), encoding="utf-8")
     return 0 if all(agrees(rows[name]) for name in arguments.tasks) else 1
 
 

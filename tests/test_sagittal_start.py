@@ -5,9 +5,11 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from fesd_robot import sagittal_start
+from fesd_robot.mpcc import BranchPoint, BranchSolver
 from fesd_robot.strategies.deadline import Deadline
 
 
@@ -33,11 +35,16 @@ def test_the_refined_motion_is_lifted_first(leads: str, monkeypatch: pytest.Monk
     assert lifted == (["refined"] if leads == "refined" else ["refined", "before"])
 
 
-def test_nothing_is_lifted_when_the_time_is_over() -> None:
+def test_nothing_is_lifted_when_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """The functions of the NLP in space, which take minutes to compile, are not made then."""
-    planar = SimpleNamespace(solution=SimpleNamespace(exact=True))
-    lift = sagittal_start._Lift(motion=None, twin=None, planar=planar)  # type: ignore[arg-type]
     nothing: Any = None
+    lift: Any = SimpleNamespace(
+        planar=SimpleNamespace(solution=SimpleNamespace(exact=True)),
+        transcription=SimpleNamespace(problem=None),
+        point=lambda: BranchPoint(np.zeros(0), nothing),
+    )
+    monkeypatch.setattr(sagittal_start, "BranchTranscription", lambda transcription: None)
+    monkeypatch.setattr(BranchSolver, "_linear_solver", {})
     assert sagittal_start._lifted(lift, nothing, Deadline(0.0), None, None) is None
     with pytest.raises(AttributeError):
         sagittal_start._lifted(lift, nothing, Deadline(None), None, None)

@@ -138,8 +138,13 @@ class BranchSolver:
     @property
     def ended_early(self) -> bool:
         """Whether the user or the time limit ended the last NLP, or no time is left."""
+        return self._over or bool(self.reports and self.reports[-1].status.ended_early)
+
+    @property
+    def _over(self) -> bool:
+        """Whether no time is left; then no functions are made, which may take minutes to compile."""
         left = self.seconds_left()
-        return (left is not None and left <= 0) or bool(self.reports and self.reports[-1].status.ended_early)
+        return left is not None and left <= 0
 
     def window(self, free: np.ndarray) -> Window:
         """Return the part of the problem in which only some variables, (n), may move."""
@@ -191,6 +196,8 @@ class BranchSolver:
         w, branch, found = start.w, start.branch, None
         held: PolishingReport | None = None
         for _ in range(1 + TRIAL_UPDATES):
+            if self._over:
+                return held
             found = self._nlp.solve_once(
                 branch,
                 self.problem,
@@ -237,6 +244,8 @@ class BranchSolver:
     def _solve(
         self, start: BranchPoint, starting: dict[str, Any], iterations: int, updates: int
     ) -> PolishingReport | None:
+        if self._over:
+            return None
         return self._nlp.solve(
             self.problem,
             start.w,
