@@ -82,7 +82,7 @@ def _missing(solved: SolvedMotion) -> Iterator[_Missing]:
     """Yield where contacts are closed in postures in which Coulomb's law does not decide."""
     elements = solved.transcription.unpack(solved.solution.w)
     modes = [contact_modes(solved.branch, e) for e in range(len(elements))]
-    for number, constraint in enumerate(solved.transcription.ocp.constraints):
+    for number, constraint in enumerate(solved.transcription.constraints):
         if not isinstance(constraint, DeterminacyConstraint):
             continue
         rows = ca.Function("rows", [constraint.variables], [constraint.rows])

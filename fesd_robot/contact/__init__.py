@@ -17,7 +17,7 @@ from fesd_robot.contact.geometry import (
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
-from fesd_robot.contact.modes import ContactMode, acting_impulses, contact_modes, joint_modes
+from fesd_robot.contact.modes import ContactMode, acting_impulses, contact_modes, factors_of, joint_modes, modes_of
 from fesd_robot.contact.points import leaves_plane, point_contact
 from fesd_robot.contact.two_in_space import Facing, axes_about, ball_box_contact, two_balls_contact
 
@@ -48,9 +48,11 @@ __all__ = [
     "contact_modes",
     "contact_of",
     "contact_system",
+    "factors_of",
     "frames_of",
     "joint_modes",
     "leaves_plane",
+    "modes_of",
     "needs_space",
     "point_contact",
     "two_balls_contact",

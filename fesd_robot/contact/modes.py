@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity
 from fesd_robot.contact.joint_friction import FRICTION_ALONG_MOTION
 from fesd_robot.contact.kinds import (
     BACKWARDS,
     FORCE_AT_A_DISTANCE,
     FORCE_WHILE_PARTING,
     FORWARDS,
+    FRICTION_AFTER_IMPACT,
     FRICTION_ALONG_SLIDING,
     MOTION_DURING_IMPACT,
     SLIDING_INSIDE_CONE,
@@ -40,6 +41,38 @@ class ContactMode(str, Enum):
     SLIP = "slip"
     """Closed without friction, or in space: the branch leaves the direction of the tangential velocity open."""
 
+    IMPACT_STICK = "impact, stick"
+    """An impact in which the contact does not slip."""
+    IMPACT_FORWARDS = "impact, slip+"
+    """An impact in which the contact moves along the tangent."""
+    IMPACT_BACKWARDS = "impact, slip-"
+    """An impact in which the contact moves against the tangent."""
+
+    @property
+    def hits(self) -> bool:
+        """Whether it is an impact."""
+        return self in _RUNNING
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is neither flight nor an impact."""
+        return self is not ContactMode.FLIGHT and not self.hits
+
+    @property
+    def running(self) -> ContactMode:
+        """The mode of an impact as that of a contact while the clock runs; any other mode itself."""
+        return _RUNNING.get(self, self)
+
+    @property
+    def hitting(self) -> ContactMode:
+        """The mode of a contact while the clock runs as that of an impact."""
+        return {running: hits for hits, running in _RUNNING.items()}[self]
+
+    @property
+    def mirrored(self) -> ContactMode:
+        """The mode in which the contact slips to the other side; the mode itself if it has none."""
+        return _MIRRORED.get(self, self)
+
     @property
     def slipping(self) -> ContactMode:
         """The mode while the clock runs: an impact slips."""
@@ -50,6 +83,58 @@ class ContactMode(str, Enum):
         """The mode with both directions of slip as one."""
         slips = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
         return ContactMode.SLIP if self in slips else self
+
+
+_RUNNING = {
+    ContactMode.IMPACT: ContactMode.SLIP,
+    ContactMode.IMPACT_STICK: ContactMode.STICK,
+    ContactMode.IMPACT_FORWARDS: ContactMode.SLIP_FORWARDS,
+    ContactMode.IMPACT_BACKWARDS: ContactMode.SLIP_BACKWARDS,
+}
+_SIDES = [
+    (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS),
+    (ContactMode.IMPACT_FORWARDS, ContactMode.IMPACT_BACKWARDS),
+]
+_MIRRORED = {one: other for side in _SIDES for one, other in (side, side[::-1])}
+
+
+def modes_of(branch: Branch, element: int) -> dict[str, ContactMode]:
+    """Return name of every contact, and of every joint with dry friction -> its mode; impacts with how they slip.
+
+    Args:
+        branch: of a trajectory of a contact system in multipliers, or with impulses.
+        element: number of the element in the trajectory.
+    """
+    found = contact_modes(branch, element)
+    for name, mode in found.items():
+        if mode is ContactMode.IMPACT:
+            found[name] = _in_contact(branch.of_contact(element, name)).hitting
+    return {**found, **joint_modes(branch, element)}
+
+
+def factors_of(conditions: Iterable[Complementarity], modes: Mapping[str, ContactMode]) -> tuple[ActiveFactor, ...]:
+    """Return the active factors of conditions of a contact system in which everything has a given mode.
+
+    The inverse of `modes_of`. Impulses are not among the conditions.
+
+    Args:
+        conditions: of one element, in multipliers or with impulses.
+        modes: name of every contact, and of every joint with dry friction -> its mode.
+    """
+    return tuple(_factor(one, modes[str(one.label.joint or one.label.contact)]) for one in conditions)
+
+
+def _factor(condition: Complementarity, mode: ContactMode) -> ActiveFactor:
+    label = condition.label
+    if mode is ContactMode.FLIGHT:
+        return ActiveFactor.G if condition.met_by else ActiveFactor.H
+    if mode.hits and condition.complement is not None:
+        return ActiveFactor.COMPLEMENT
+    if label.kind == SLIDING_INSIDE_CONE:
+        return ActiveFactor.G if mode.running is ContactMode.STICK else ActiveFactor.H
+    own = {FORWARDS: ContactMode.SLIP_FORWARDS, BACKWARDS: ContactMode.SLIP_BACKWARDS}.get(label.subject)
+    along = label.kind in (FRICTION_ALONG_SLIDING, FRICTION_AFTER_IMPACT, FRICTION_ALONG_MOTION)
+    return ActiveFactor.H if along and mode.running is own else ActiveFactor.G
 
 
 def contact_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
@@ -106,6 +191,11 @@ def _by_multipliers(active: Active) -> ContactMode:
         return ContactMode.FLIGHT
     if active.get((MOTION_DURING_IMPACT, "")) is ActiveFactor.COMPLEMENT:
         return ContactMode.IMPACT
+    return _in_contact(active)
+
+
+def _in_contact(active: Active) -> ContactMode:
+    """Read how a contact that is closed, or hit, moves along its tangents."""
     inside = active.get((SLIDING_INSIDE_CONE, FORWARDS))
     if inside is not None:
         return ContactMode.SLIP if inside is ActiveFactor.H else ContactMode.STICK

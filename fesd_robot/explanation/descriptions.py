@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.standing import standings_of
-from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.orientations import with_angles
 from fesd_robot.robot.units import configuration_units
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
@@ -33,17 +33,18 @@ def _point_target(target: PointTarget) -> str:
 
 
 def described_waypoints(motion: MotionProblem) -> list[str]:
-    """Return a sentence for each waypoint, with the end of the interval it belongs to."""
-    lines = []
-    for waypoint, end in zip(motion.task.waypoints, waypoint_ends(motion.task, motion.grid), strict=True):
-        time = "" if motion.grid.free else f", {motion.grid.ends[end - 1]:g} s"
+    """Return a sentence for each waypoint, with its time, and the end of the interval it belongs to if that stands."""
+    lines, grid = [], motion.grid
+    for waypoint, at in zip(motion.task.waypoints, waypoint_times(motion.task, grid), strict=True):
+        time = f"{at / grid.nominal:.3g} of the duration" if grid.free else f"{at:g} s"
+        where = f"At {time}" if grid.moving else f"After interval {grid.node(at)} of {grid.intervals}, {time}"
         tolerance = waypoint.tolerance
         parts = [f"{name} {value:g}" for name, value in with_angles(waypoint.configuration).items()]
         parts += [f"velocity of {name} {value:g}" for name, value in waypoint.velocity.items()]
         parts += [f"{name} within {width:g}" for name, width in tolerance.configuration.items()]
         parts += [f"velocity of {name} within {width:g}" for name, width in tolerance.velocity.items()]
         parts += [sentence.rstrip(".") for sentence in described_points(waypoint)]
-        lines.append(f"After interval {end} of {motion.grid.intervals}{time}: {', '.join(parts)}.")
+        lines.append(f"{where}: {', '.join(parts)}.")
     return lines
 
 

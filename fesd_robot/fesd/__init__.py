@@ -1,6 +1,7 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
 from fesd_robot.fesd.constraints import TrajectoryConstraint
+from fesd_robot.fesd.grid import ControlGrid, Span
 from fesd_robot.fesd.ocp import OptimalControlProblem, RelaxedCost, initial_value_problem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
 from fesd_robot.fesd.refinement import with_stages
@@ -13,6 +14,7 @@ from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 __all__ = [
+    "ControlGrid",
     "CrossComplementarity",
     "Element",
     "FesdOptions",
@@ -26,6 +28,7 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SimulationSettings",
+    "Span",
     "StepEquilibration",
     "StepReport",
     "Tableau",

@@ -38,7 +38,9 @@ def is_large(system: ComplementaritySystem, stages: int, elements: Iterable[int]
     return bool(SystemFunctions.of(system).dynamics.n_instructions() * stages * sum(set(elements)) >= LARGE_INTERVALS)
 
 
-def stages_block(ocp: OptimalControlProblem, tableau: Tableau, indices: TrajectoryIndices) -> Block:
+def stages_block(
+    ocp: OptimalControlProblem, tableau: Tableau, indices: TrajectoryIndices, parameters: np.ndarray
+) -> Block:
     """Return the block of ``E(X_j) sum_r l_r'(c_j) X_r - h f(X_j, u, Z_j) = 0``, a copy for every stage.
 
     Its cost is ``h b_j L(X_j, u, Z_j)``. The coefficients l_r'(c_j) and b_j are parameters, and X_j is the first of the
@@ -48,6 +50,7 @@ def stages_block(ocp: OptimalControlProblem, tableau: Tableau, indices: Trajecto
         ocp: the problem.
         tableau: of a collocation scheme with s stages, in the integral form.
         indices: where the variables of the trajectory sit.
+        parameters: values of the system's parameters on each interval, (n_p, N).
     """
     system, stages = ocp.system, tableau.stages
     x = [ca.SX.sym(f"x{r}", system.state.numel()) for r in range(stages + 1)]  # left end, the stage, other stages
@@ -75,7 +78,7 @@ def stages_block(ocp: OptimalControlProblem, tableau: Tableau, indices: Trajecto
             places.append(replace(place, stage=j + 1))
             index.append(np.concatenate(own))
             weight = np.append(derivative[j, order], tableau.b[j])
-            values.append(np.concatenate([ocp.parameters[:, place.interval], weight]))
+            values.append(np.concatenate([parameters[:, place.interval], weight]))
     return Block(
         name="stage",
         places=places,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import casadi as ca
@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
+from fesd_robot.fesd.grid import ControlGrid, Span
 from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.mpcc import Block
 
@@ -34,11 +35,12 @@ class TrajectoryConstraint:
         name: what it is, for messages.
         kind: where it holds.
         variables: y, SX symbols.
-        intervals: numbers of the intervals it holds in; without meaning for ``boundary``.
+        intervals: numbers of the intervals it holds in, or their span on a moving grid; without meaning for
+            ``boundary``.
         rows, lower, upper, row_names: SX (m) in y and p, its bounds and names, (m).
         cost: name -> SX in y and p, added once a place.
         parameters: p, SX symbols (n_p).
-        values: p for each of `intervals`, (n_p, len(intervals)).
+        values: p for each of `intervals`, (n_p, len(intervals)); of a span there is none.
         spare: by how much a ``path`` may be violated between stages before a refinement holds it there.
         on_request: whether a ``path`` holds nowhere but where a refinement adds it (`AddedRows.paths`).
 
@@ -49,7 +51,7 @@ class TrajectoryConstraint:
     name: str
     kind: ConstraintKind
     variables: ca.SX
-    intervals: Sequence[int] = (0,)
+    intervals: Sequence[int] | Span = (0,)
     rows: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     lower: np.ndarray = field(default_factory=lambda: np.zeros(0))
     upper: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -61,20 +63,25 @@ class TrajectoryConstraint:
     on_request: bool = False
 
     def __post_init__(self) -> None:
-        n = self.rows.numel()
+        n, count = self.rows.numel(), 0 if isinstance(self.intervals, Span) else len(self.intervals)
         for what, shape, expected in (
             ("lower", self.lower.shape, (n,)),
             ("upper", self.upper.shape, (n,)),
             ("row_names", (len(self.row_names),), (n,)),
-            ("values", self.parameter_values.shape, (self.parameters.numel(), len(self.intervals))),
+            ("values", self.parameter_values.shape, (self.parameters.numel(), count)),
         ):
             if shape != expected:
                 raise DimensionError(f"constraint '{self.name}': {what} has shape {shape}, expected {expected}")
 
     @property
     def parameter_values(self) -> np.ndarray:
-        """p for each of the intervals, (n_p, len(intervals))."""
-        return np.zeros((0, len(self.intervals))) if self.values is None else self.values
+        """p for each of the intervals, (n_p, len(intervals)); of a span (0, 0)."""
+        count = 0 if isinstance(self.intervals, Span) else len(self.intervals)
+        return np.zeros((0, count)) if self.values is None else self.values
+
+    def on(self, grid: ControlGrid) -> TrajectoryConstraint:
+        """Return the constraint in the intervals of a grid."""
+        return replace(self, intervals=grid.between(self.intervals)) if isinstance(self.intervals, Span) else self
 
 
 def constraint_block(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Block:

@@ -137,7 +137,8 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
         sums.append((sum((G for G, _ in sides[1:]), sides[0][0]), sum((H for _, H in sides[2:]), sides[1][1])))
         boundary.append(sides[0][0])
     interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
-    rows.append(Rows("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
+    if ocp.clock is None:
+        rows.append(Rows("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
     rows.append(Rows("end of interval", interval_end(parts[-1].right[0], p), ocp.interval_end_names))
     mean_step = ocp.duration / ocp.intervals / elements
     sums_before = _with_jumps(system, sums, boundary)
@@ -317,7 +318,12 @@ def _stage_bounds(ocp: OptimalControlProblem, layout: IntervalLayout, stages: li
 
 
 def step_bounds(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> tuple[float, float]:
-    """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps without switch detection."""
+    """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps without switch detection.
+
+    On a moving grid they are positive only, for the clock holds the lengths.
+    """
+    if ocp.clock is not None:
+        return 0.0, np.inf
     mean = ocp.duration / ocp.intervals / elements
     free = options.switch_detection and options.gamma > 0
     return (0.0, (1.0 + options.gamma) * mean) if free else (mean, mean)

@@ -13,6 +13,7 @@ from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.dcs.model import OMITTED
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
+from fesd_robot.fesd.grid import Span
 
 
 class RelaxedCost(NamedTuple):
@@ -30,6 +31,18 @@ class RelaxedCost(NamedTuple):
     if_exploited: Callable[[ca.SX], ca.SX]
 
 
+class Clock(NamedTuple):
+    """What a control grid needs that moves.
+
+    Attributes:
+        state: index of the state that is the physical time.
+        parameters: time in the middle of an interval, s of the nominal duration -> the parameters there, (n_p).
+    """
+
+    state: int
+    parameters: Callable[[float], np.ndarray]
+
+
 @dataclass(frozen=True, eq=False)
 class OptimalControlProblem:
     """min integral of the running cost + terminal cost over trajectories of a complementarity system.
@@ -41,7 +54,7 @@ class OptimalControlProblem:
         duration: numerical time horizon, sum of all steps.
         intervals: number N of control intervals; controls are constant on each.
         parameters: values of the system's parameters on each interval, (n_p, N); only a system without any may do
-            without.
+            without, or one whose grid moves: its clock has them.
         initial_lower, initial_upper: bounds of x(0), (n_x).
         state_lower, state_upper: bounds of x at every stage, (n_x).
         last_state_upper: tighter upper bounds of x at every stage of the last interval, (n_x).
@@ -56,6 +69,9 @@ class OptimalControlProblem:
         terminal_cost: name -> SX in x.
         interval_end: SX in (x, p) that is zero at the end of every interval.
         interval_end_names: one name per row of `interval_end`; numbers if omitted.
+        clock: of a problem whose control grid moves (`ControlGrid`): the lengths of its intervals are variables, their
+            number is that of the grid, and the last control is the pace of the clock, the same in all of them; None
+            where the grid is uniform.
         constraints: path, boundary and coupling constraints, and costs that are not the same on every interval.
 
     Raises:
@@ -83,6 +99,7 @@ class OptimalControlProblem:
     terminal_cost: Mapping[str, ca.SX] = field(default_factory=dict)
     interval_end: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     interval_end_names: tuple[str, ...] = ()
+    clock: Clock | None = None
     constraints: Sequence[TrajectoryConstraint] = ()
 
     def __post_init__(self) -> None:
@@ -92,7 +109,8 @@ class OptimalControlProblem:
                 "interval and a positive duration"
             )
         n_x, n_u, n_p = (part.numel() for part in (self.system.state, self.system.control, self.system.parameters))
-        self._set("parameters", np.zeros((0, self.intervals)), (n_p, self.intervals))
+        own = (n_p if self.clock is None else 0, self.intervals)
+        self._set("parameters", np.zeros((0, self.intervals)), own)
         for what, n in (("initial", n_x), ("state", n_x), ("terminal", n_x), ("control", n_u)):
             for side, infinite in (("lower", -np.inf), ("upper", np.inf)):
                 self._set(f"{what}_{side}", np.full(n, infinite), (n,))
@@ -111,6 +129,13 @@ class OptimalControlProblem:
         for kind, terms in (("running_cost", self.running_cost), ("terminal_cost", self.terminal_cost)):
             for name, term in terms.items():
                 _check(f"{kind}['{name}']", term.shape, (1, 1))
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Times inside the horizon at which a moving grid has nodes: the ends of spans of constraints, s."""
+        spans = [one.intervals for one in self.constraints if isinstance(one.intervals, Span)]
+        inside = {time for span in spans for time in span if 0 < time < self.duration}
+        return tuple(sorted(inside))
 
     def _set(self, name: str, default: np.ndarray, shape: tuple[int, ...]) -> None:
         """Fill in an array that was omitted, and check its shape."""

@@ -11,11 +11,13 @@ import numpy as np
 
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.dcs import Jump
-from fesd_robot.errors import DimensionError
+from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
 from fesd_robot.fesd.apart import conditions_block, is_large, stages_block
 from fesd_robot.fesd.constraints import TrajectoryConstraint, constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
+from fesd_robot.fesd.grid import ControlGrid
+from fesd_robot.fesd.grid_rows import grid_blocks
 from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.fesd.interval import Interval, build_interval, step_bounds
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
@@ -39,21 +41,49 @@ class Transcription:
         ocp: the problem.
         options: the discretisation; the form is chosen.
         added: rows that refinement adds.
+        given_grid: the control intervals of a problem whose grid moves; None where it is uniform.
     """
 
     ocp: OptimalControlProblem
     options: FesdOptions
     added: AddedRows = NO_ROWS
+    given_grid: ControlGrid | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "options", self.options.with_form("integral"))
+        if (self.given_grid is None) != (self.ocp.clock is None):
+            raise ModelError("a problem with a clock needs a moving grid, and one without has none")
+
+    @cached_property
+    def grid(self) -> ControlGrid:
+        """The control intervals."""
+        return self.given_grid or ControlGrid.uniform(self.ocp.duration, self.ocp.intervals)
+
+    @cached_property
+    def parameters(self) -> np.ndarray:
+        """Values of the system's parameters on each interval, (n_p, N)."""
+        if self.ocp.clock is None:
+            return self.ocp.parameters
+        nodes = self.grid.nodes
+        return np.array([self.ocp.clock.parameters(float(at)) for at in (nodes[:-1] + nodes[1:]) / 2]).T
+
+    @cached_property
+    def control_guess(self) -> np.ndarray:
+        """Start of the controls, (n_u, N)."""
+        guess = self.ocp.control_guess
+        return guess if self.given_grid is None else np.tile(guess[:, :1], self.grid.intervals)
+
+    @cached_property
+    def constraints(self) -> list[TrajectoryConstraint]:
+        """The constraints of the problem, in the intervals of the grid."""
+        return [constraint.on(self.grid) for constraint in self.ocp.constraints]
 
     @cached_property
     def elements(self) -> tuple[int, ...]:
         """Finite elements of every interval."""
         count = self.options.elements
-        elements = (count,) * self.ocp.intervals if isinstance(count, int) else tuple(count)
-        if len(elements) != self.ocp.intervals or min(elements) < 1:
+        elements = (count,) * self.grid.intervals if isinstance(count, int) else tuple(count)
+        if len(elements) != self.grid.intervals or min(elements) < 1:
             raise DimensionError(f"elements must be one positive number per interval, found {elements}")
         return elements
 
@@ -91,12 +121,14 @@ class Transcription:
         for count, interval in self.intervals.items():
             where = [k for k, c in enumerate(self.elements) if c == count]
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
-            blocks.append(interval.block([Place(interval=k) for k in where], index, self.ocp.parameters[:, where]))
+            blocks.append(interval.block([Place(interval=k) for k in where], index, self.parameters[:, where]))
         if self.apart:
             blocks.append(conditions_block(self.ocp, self.options, self.indices))
-            blocks.append(stages_block(self.ocp, self.options.tableau, self.indices))
+            blocks.append(stages_block(self.ocp, self.options.tableau, self.indices, self.parameters))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
-        blocks += self.added.blocks(self.indices, self.options.tableau, self.ocp.constraints)
+        blocks += self.added.blocks(self.indices, self.options.tableau, self.constraints)
+        if self.ocp.clock is not None:
+            blocks += grid_blocks(self.grid, self.indices, self.ocp)
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=self._variable_labels())
 
     def _variable_labels(self) -> list[Label]:
@@ -115,7 +147,7 @@ class Transcription:
     @property
     def _held(self) -> list[TrajectoryConstraint]:
         """The constraints that hold without being asked for."""
-        return [constraint for constraint in self.ocp.constraints if not constraint.on_request]
+        return [constraint for constraint in self.constraints if not constraint.on_request]
 
     def _initial_block(self) -> Block:
         """The step functions at x(0) give G at the very first boundary."""
@@ -133,7 +165,7 @@ class Transcription:
             upper=np.zeros(system.residual.numel()),
             constraints=rows.labels,
             index=index.reshape(-1, 1),
-            values=self.ocp.parameters[:, :1],
+            values=self.parameters[:, :1],
             complementarities=system.pairs,
         )
 
@@ -148,7 +180,7 @@ class Transcription:
             lower=np.zeros(0),
             upper=np.zeros(0),
             constraints=[],
-            index=self.indices.state(self.ocp.intervals).reshape(-1, 1),
+            index=self.indices.state(self.grid.intervals).reshape(-1, 1),
             values=np.zeros((0, 1)),
         )
 
@@ -158,7 +190,7 @@ class Transcription:
         lower = [ocp.initial_lower, system.algebraic_lower]
         upper = [ocp.initial_upper, system.algebraic_upper]
         x0 = np.clip(ocp.state_guess(0.0), ocp.initial_lower, ocp.initial_upper)
-        left = np.concatenate([x0, system.guess(x0, ocp.control_guess[:, 0], ocp.parameters[:, 0])])
+        left = np.concatenate([x0, system.guess(x0, self.control_guess[:, 0], self.parameters[:, 0])])
         start = [left]
         for k, count in enumerate(self.elements):
             low_k, high_k, start_k = self._interval_start(k, count, left)
@@ -167,7 +199,7 @@ class Transcription:
             start.append(start_k)
             left = start_k[self.layouts[count].end(count - 1)]
         low, high, w = np.concatenate(lower), np.concatenate(upper), np.concatenate(start)
-        end = self.indices.state(ocp.intervals)
+        end = self.indices.state(self.grid.intervals)
         low[end] = np.maximum(low[end], ocp.terminal_lower)
         high[end] = np.minimum(high[end], ocp.terminal_upper)
         return low, high, np.clip(w, low, high)
@@ -175,10 +207,10 @@ class Transcription:
     def _interval_start(self, k: int, count: int, left: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Lower and upper bounds and initial values of an interval's own variables; ``left`` is the point before it."""
         ocp, system, layout, tableau = self.ocp, self.ocp.system, self.layouts[count], self.options.tableau
-        length = ocp.duration / ocp.intervals
+        begin, length = float(self.grid.nodes[k]), self.grid.lengths[k]
         step = length / count
-        u, p, state_upper = ocp.control_guess[:, k], ocp.parameters[:, k], ocp.state_upper
-        if k == ocp.intervals - 1:
+        u, p, state_upper = self.control_guess[:, k], self.parameters[:, k], ocp.state_upper
+        if k == self.grid.intervals - 1:
             state_upper = np.minimum(state_upper, ocp.last_state_upper)
         low, high, start = np.full(layout.size, -np.inf), np.full(layout.size, np.inf), np.zeros(layout.size)
         low[: layout.n_u], high[: layout.n_u], start[: layout.n_u] = ocp.control_lower, ocp.control_upper, u
@@ -188,7 +220,7 @@ class Transcription:
             infinite = np.full(len(jump.algebraic_lower), np.inf)
             low[where] = np.concatenate([ocp.state_lower[states], jump.algebraic_lower])
             high[where] = np.concatenate([state_upper[states], infinite])
-            start[layout.jumped(n)] = ocp.state_guess(k * length + n * step)[states]
+            start[layout.jumped(n)] = ocp.state_guess(begin + n * step)[states]
 
         for n in range(count):
             at = layout.step(n)
@@ -198,7 +230,7 @@ class Transcription:
                 put_jump(system.jump, n)
             for j in range(layout.stages + layout.own_end):
                 fraction = 1.0 if j == layout.stages else tableau.c[j]
-                x = ocp.state_guess(k * length + (n + fraction) * step)
+                x = ocp.state_guess(begin + (n + fraction) * step)
                 z = system.guess(x, u, p)
                 if layout.stage_states or j == layout.stages:
                     at_x = layout.state(n, j)
@@ -301,7 +333,7 @@ class Transcription:
         if regularisation in totals:
             totals[regularisation] += float(self.problem.blocks[0].evaluate(w)[0].sum())
         terminal = ca.Function("terminal", [self.ocp.system.state], list(self.ocp.terminal_cost.values()))
-        values = terminal.call([w[self.indices.state(self.ocp.intervals)]])
+        values = terminal.call([w[self.indices.state(self.grid.intervals)]])
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):
             totals[name] = totals.get(name, 0.0) + float(value)
         for constraint, block in zip(self._held, self._constraint_blocks, strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import casadi as ca
@@ -46,8 +47,31 @@ class BlockDerivatives:
         return sum(int(f.n_instructions()) for f in (self.cost, self.rows, self.gradient, self.jacobian, self.hessian))
 
 
+REMEMBERED = 64
+"""Blocks whose derivatives are kept: those of other numbers of copies are the same."""
+
+_known: OrderedDict[tuple[object, ...], BlockDerivatives] = OrderedDict()
+
+
 def differentiate(
     block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int, *, shared: bool = True
+) -> BlockDerivatives:
+    """Return a block's relaxed rows with all derivatives; of an equal formula they are made once.
+
+    Args: those of `_differentiated`.
+    """
+    if block.pairs or not block.while_relaxed.is_zero():  # what follows from bounds is different for other problems
+        return _differentiated(block, problem, relaxation, steering, slacks, shared=shared)
+    key = (block.function.serialize(), block.lower.tobytes(), block.upper.tobytes(), shared)
+    found = _known.pop(key, None) or _differentiated(block, problem, relaxation, steering, slacks, shared=shared)
+    _known[key] = found
+    if len(_known) > REMEMBERED:
+        _known.popitem(last=False)
+    return found
+
+
+def _differentiated(
+    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int, *, shared: bool
 ) -> BlockDerivatives:
     """Return a block's relaxed rows with G >= 0, H >= 0 where they ask for it, and all derivatives.
 

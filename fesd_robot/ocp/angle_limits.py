@@ -49,7 +49,7 @@ def angle_limits(parts: ProblemParts) -> list[TrajectoryConstraint]:
     _check_start(parts, list(rows), found, (np.array(low), np.array(high)))
     system = parts.contact_system.system
     at_stage = ca.vertcat(system.state, system.control, system.algebraic)
-    intervals, labels = range(parts.grid.intervals), [f"limit of {name}" for name in rows]
+    intervals, labels = parts.grid.everywhere, [f"limit of {name}" for name in rows]
     return [
         TrajectoryConstraint(
             "angle limits", "path", at_stage, intervals, ca.vertcat(*found), np.array(low), np.array(high), labels

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import Contact, MultibodyDynamics
 from fesd_robot.ocp.actuation import Actuation
-from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.robot import Robot
@@ -132,10 +132,10 @@ def _hard_targets(task: Task, grid: TimeGrid) -> Iterator[_HardTarget]:
     for name, width in goal.tolerance.configuration.items():
         if name in goal.configuration:
             yield _HardTarget(("goal", "configuration", name), name, goal.configuration[name], width, grid.upper)
-    for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
+    for i, (waypoint, at) in enumerate(zip(task.waypoints, waypoint_times(task, grid), strict=True)):
         for name, width in waypoint.tolerance.configuration.items():
             if name in waypoint.configuration:
-                key, time = ("waypoints", str(i), "configuration", name), grid.upper * end / grid.intervals
+                key, time = ("waypoints", str(i), "configuration", name), grid.upper * at / grid.nominal
                 yield _HardTarget(key, name, waypoint.configuration[name], width, time)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact import Contact, ContactSystem, Ground
 from fesd_robot.errors import ModelError
-from fesd_robot.fesd import TrajectoryConstraint
+from fesd_robot.fesd import Span, TrajectoryConstraint
 from fesd_robot.ocp.default_costs import RobotScales
 from fesd_robot.ocp.distances import distances_of
 from fesd_robot.ocp.parts import ProblemParts
@@ -114,12 +114,12 @@ def path_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
             _check_start(parts, name, rows)
             everywhere += [row for row in rows if not row[1].is_constant()]
         elif isinstance(constraint, ContactWindow):
-            others.append(_window(parts, name, constraint))
+            others += _window(parts, name, constraint)
         elif isinstance(constraint, SwingClearance):
             others.append(_swing(parts, name, constraint))
     if not everywhere:
         return others
-    return [*others, _trajectory_constraint(parts, "constraints", "path", range(parts.grid.intervals), everywhere)]
+    return [*others, _trajectory_constraint(parts, "constraints", "path", parts.grid.everywhere, everywhere)]
 
 
 def _configuration_rows(
@@ -153,29 +153,33 @@ def _swing(parts: ProblemParts, name: str, swing: SwingClearance) -> TrajectoryC
             row = contact.gap - swing.height * (square - slow) / (square + slow)
             rows.append((f"constraint '{name}', {contact.name}", row, 0.0, np.inf))
     _check_start(parts, name, rows)
-    everywhere = _trajectory_constraint(parts, name, "path", range(parts.grid.intervals), rows)
+    everywhere = _trajectory_constraint(parts, name, "path", parts.grid.everywhere, rows)
     return replace(everywhere, spare=SWING_SPARE * swing.spare)
 
 
-def _window(parts: ProblemParts, name: str, window: ContactWindow) -> TrajectoryConstraint:
-    """Return the constraint on the gap of a contact that must, or must not, touch during some time."""
-    first, last = (parts.grid.node(time) for time in window.times)
+def _window(parts: ProblemParts, name: str, window: ContactWindow) -> list[TrajectoryConstraint]:
+    """Return the constraints on the gap of a contact that must, or must not, touch during some time.
+
+    One that must touch does so where the window begins, and at all ends of intervals from there to its end.
+    """
+    begin, end = (parts.grid.at_node(time) for time in window.times)
     (gap,) = (contact.gap for contact in parts.contacts if contact.name == window.contact)
     forbidden = window.touch == "forbidden"
     low, high = (window.clearance, np.inf) if forbidden else (-np.inf, window.tolerance)
     rows = [(f"constraint '{name}', gap", gap, low, high)]
-    if first == 0:
+    if begin == 0:
         _check_start(parts, name, rows)
     if forbidden:
-        return _trajectory_constraint(parts, name, "path", range(first, last), rows)
-    return _trajectory_constraint(parts, name, "interval_end", range(max(first, 1) - 1, last), rows)
+        return [_trajectory_constraint(parts, name, "path", parts.grid.between(begin, end), rows)]
+    times = [(begin, end)] if begin == 0 else [(begin, begin), (begin, end)]
+    return [_trajectory_constraint(parts, name, "interval_end", parts.grid.between(*ends), rows) for ends in times]
 
 
 def _trajectory_constraint(
     parts: ProblemParts,
     name: str,
     kind: Literal["path", "interval_end"],
-    intervals: Sequence[int],
+    intervals: Sequence[int] | Span,
     rows: Sequence[BoundedRow],
 ) -> TrajectoryConstraint:
     system = parts.contact_system.system

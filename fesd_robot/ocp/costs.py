@@ -203,23 +203,23 @@ def _control_change(parts: ProblemParts) -> TrajectoryConstraint:
         "control change",
         "coupling",
         ca.vertcat(system.state, system.control, x, u),
-        range(parts.grid.intervals),
+        parts.grid.everywhere,
         cost={"control change": _square(parts, "control_change", change, names)},
     )
 
 
 def _acceleration(parts: ProblemParts) -> TrajectoryConstraint:
-    """sum_k w ((v_{k+1} - v_k) / h)^2 h with h = T/N and the velocities v_k at the ends of the intervals."""
+    """sum_k w ((v_{k+1} - v_k) / h)^2 h with the lengths h of the intervals and the velocities v_k at their ends."""
     state, dynamics, grid = parts.contact_system.system.state, parts.dynamics, parts.grid
     x = ca.SX.sym("next_x", state.numel())
     first = dynamics.configuration.numel()
     change = (x - state)[first : first + dynamics.velocity.numel()]
-    length = grid.nominal / grid.intervals
+    length = (x - state)[parts.clock_index] if grid.moving else grid.nominal / grid.intervals
     return TrajectoryConstraint(
         "acceleration",
         "interval",
         ca.vertcat(state, x),
-        range(grid.intervals),
+        grid.everywhere,
         cost={"acceleration": _square(parts, "acceleration", change, dynamics.velocity_names) / length},
     )
 

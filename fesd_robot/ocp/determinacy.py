@@ -62,7 +62,7 @@ def determinacy_constraints(parts: ProblemParts) -> list[DeterminacyConstraint]:
                 f"{DETERMINACY} {contact.name}",
                 "path",
                 point,
-                range(parts.grid.intervals),
+                parts.grid.everywhere,
                 ca.vertcat(*rows.values()),
                 np.full(len(rows), MARGIN),
                 np.full(len(rows), np.inf),

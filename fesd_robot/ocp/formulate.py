@@ -38,6 +38,7 @@ from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import optimal_control_problem
 from fesd_robot.ocp.promises import with_promises, with_slipping
 from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.reference_spline import ReferenceSpline, window_size
 from fesd_robot.ocp.reference_types import reference_of
 from fesd_robot.ocp.scene import friction_of, restitution_of, scene_of
 from fesd_robot.ocp.standing import GAP_TOLERANCE, touching_configuration, with_configurations
@@ -87,6 +88,7 @@ class MotionProblem:
     endpoints: Endpoints
     limits: StateLimits
     reference: ReferenceMotion
+    reference_spline: ReferenceSpline
     grid: TimeGrid
     ocp: OptimalControlProblem
     fesd: FesdOptions
@@ -136,7 +138,7 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
     auxiliary_force = _auxiliary_force(task, robot)
     formulation = task.method.formulation
     n_q = len(robot.configuration_names)
-    parameters = ca.SX.sym("reference", n_q + 1)
+    parameters = ca.SX.sym("reference", window_size(n_q) if grid.moving else n_q + 1)
     contact_system = build_contact_system(
         dynamics,
         contacts,
@@ -155,6 +157,7 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
     contact_system = add_forbidden_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
     check_pace(task, robot, endpoints, limits, grid)
     reference = reference_of(task, robot, endpoints, limits, grid)
+    reference_spline = ReferenceSpline.of(reference, robot.configuration_names)
     return MotionProblem(
         task=task,
         default_costs=default_costs,
@@ -169,6 +172,7 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
         endpoints=endpoints,
         limits=limits,
         reference=reference,
+        reference_spline=reference_spline,
         grid=grid,
         ocp=optimal_control_problem(
             ProblemParts(
@@ -187,6 +191,7 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
                 grid=grid,
                 points=points,
                 parameters=parameters,
+                reference_spline=reference_spline,
             )
         ),
         fesd=FesdOptions(

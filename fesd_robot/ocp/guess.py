@@ -43,6 +43,11 @@ class PerturbedMotion:
         perturbation = (np.sin(waves * np.pi * time / self.duration) / waves) @ self.heights
         return np.asarray(pin.integrate(self.robot.model, self.motion.configuration(time), perturbation))
 
+    @property
+    def knots(self) -> np.ndarray:
+        """Those of what is perturbed."""
+        return self.motion.knots
+
     def velocity(self, time: float) -> np.ndarray:
         """Velocity consistent with the configuration to first order in the perturbation, (n_v)."""
         waves = np.arange(1, WAVES + 1)
@@ -60,7 +65,7 @@ def guess_of(task: Task, robot: Robot, reference: ReferenceMotion, duration: flo
     if name is not None:
         times, rows = read_motion(task, "solver.warm_start", name, robot)
         times = (times - times[0]) * duration / max(times[-1] - times[0], 1e-300)
-        motion = SampledMotion(robot, lambda time: between(robot, times, rows, time), duration)
+        motion = SampledMotion(robot, lambda time: between(robot, times, rows, time), duration, np.array([0.0, duration]))
     if task.solver.seed:
         heights = np.random.default_rng(task.solver.seed).normal(0.0, PERTURBATION, (WAVES, robot.model.nv))
         motion = PerturbedMotion(robot, motion, heights, duration)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -12,6 +13,7 @@ from fesd_robot.contact import Contact, ContactSystem, Ground, MultibodyDynamics
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.points import Points
 from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.reference_spline import ReferenceSpline
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.task import Task
@@ -25,7 +27,9 @@ class ProblemParts:
         gap: q -> gaps of all contacts, m.
         auxiliary_force: a_n, N.
         reference: the motion that the costs compare with; guess: the one that the solver starts from.
-        parameters: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1).
+        parameters: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1); on a
+            moving grid of a window of the reference.
+        reference_spline: the reference as a function of time that such windows are of.
     """
 
     task: Task
@@ -43,6 +47,7 @@ class ProblemParts:
     grid: TimeGrid
     points: Points
     parameters: ca.SX
+    reference_spline: ReferenceSpline
 
     @property
     def clock_index(self) -> int:
@@ -64,10 +69,14 @@ class ProblemParts:
         """Largest distance, m, of every slip distance in the state; they follow the integrated gaps."""
         return np.array([contact.slip_distance for contact in self.contacts if contact.limits_slip])
 
-    @property
+    @cached_property
     def reference_configuration(self) -> ca.SX:
-        """Symbols of the reference configuration at the end of an interval, (n_q)."""
-        return self.parameters[: self.dynamics.configuration.numel()]
+        """The reference that a state is compared with, (n_q): at the end of its interval or, on a moving grid, now."""
+        names = self.dynamics.configuration_names
+        if not self.grid.moving:
+            return self.parameters[: len(names)]
+        pace = self.contact_system.system.control[-1] if self.grid.free else 1.0
+        return self.reference_spline.expression(self.parameters, self.clock / pace)
 
     def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
         """Return x of a configuration and velocity that has not slipped; gaps below the ground are closed."""

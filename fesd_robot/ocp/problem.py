@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
+from fesd_robot.fesd.ocp import Clock
 from fesd_robot.ocp.angle_limits import angle_limits
 from fesd_robot.ocp.constraints import path_constraints
 from fesd_robot.ocp.costs import relaxed_costs, running_costs, terminal_costs, trajectory_costs
@@ -24,6 +25,9 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     Every interval ends when the clock says kT/N; where it never stops its speed is 1 instead. Of a free duration T
     only the bounds are known: the clock at the end lies between them, and the intervals are equal,
     ``t_k = k / (k + 1) t_{k+1}``.
+
+    On a moving grid the clock holds the lengths of the intervals (`fesd.grid_rows`). Numerical time goes as fast as
+    physical time then; of a free duration T the speed is T over the nominal one, the same everywhere.
     """
     grid, limits, actuation = parts.grid, parts.limits, parts.actuation
     contact_system, reference = parts.contact_system, parts.reference
@@ -41,12 +45,16 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     free_slip = np.full_like(slip_limits, np.inf)
     costs = running_costs(parts)
     pace = (speed.lower, speed.upper) if contact_system.clock_stops or grid.free else (1.0, 1.0)
-    on_grid = grid.free or not contact_system.clock_stops
+    if grid.moving:
+        pace = (grid.lower / grid.nominal, grid.upper / grid.nominal)
+    on_grid = grid.free or not contact_system.clock_stops or grid.moving
+    parameters = np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends])
+    clock = Clock(parts.clock_index, parts.reference_spline.parameters) if grid.moving else None
     return OptimalControlProblem(
         system=contact_system.system,
         duration=grid.nominal,
         intervals=grid.intervals,
-        parameters=np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends]),
+        parameters=parameters[:0] if grid.moving else parameters,
         initial_lower=initial_lower,
         initial_upper=initial_upper,
         state_lower=parts.bounds(
@@ -68,6 +76,7 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         interval_end=ca.SX(0, 1) if on_grid else parts.clock - parts.parameters[n_q],
         interval_end_names=() if on_grid else ("clock",),
         constraints=_constraints(parts),
+        clock=clock,
     )
 
 
@@ -81,7 +90,7 @@ def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
         *path_constraints(parts),
         *angle_limits(parts),
         *determinacy_constraints(parts),
-        *([_equal_intervals(parts)] if grid.free and grid.intervals > 1 else []),
+        *([_equal_intervals(parts)] if grid.free and grid.intervals > 1 and not grid.moving else []),
         *([_period(parts)] if parts.task.goal.periodic is not None else []),
     ]
 

@@ -18,6 +18,13 @@ _DIFFERENCE = 1e-6
 """Step of the difference quotient for the reference velocity, as a fraction of the duration."""
 
 
+ROUNDED_KINK = 0.025
+"""Of a jump's time: how far from a take-off or landing, where its slope jumps, the reference begins to bend."""
+
+KNOTS_OF_A_TURN = 8
+"""Pieces of the spline that follows an orientation along a line."""
+
+
 class ReferenceMotion(Protocol):
     """A motion over the nominal duration, s."""
 
@@ -27,6 +34,11 @@ class ReferenceMotion(Protocol):
 
     def velocity(self, time: float) -> np.ndarray:
         """Velocity consistent with the configuration, (n_v)."""
+        ...
+
+    @property
+    def knots(self) -> np.ndarray:
+        """Times between which a cubic polynomial follows it closely, the start and the end among them, s, (n >= 2)."""
         ...
 
 
@@ -62,6 +74,17 @@ class LineMotion:
         first, second = (time, time + step) if ahead else (time - step, time)
         before, after = self._at(first, jump), self._at(second, jump)
         return np.asarray(pin.difference(self.robot.model, before, after)) / step
+
+    @property
+    def knots(self) -> np.ndarray:
+        """Start and end; both sides of every take-off and landing, between which a kink is rounded; more for turns."""
+        found = np.array([0.0, 1.0])
+        if self.apex:
+            kinks = [jump + at for jump in range(self.count) for at in (0.5 * self.stance, 1.0 - 0.5 * self.stance)]
+            found = np.add.outer(kinks, (-ROUNDED_KINK, ROUNDED_KINK)).ravel() / self.count
+        if quaternion_entries(self.robot.configuration_names):
+            found = np.concatenate([found, np.linspace(0.0, 1.0, 1 + KNOTS_OF_A_TURN * self.count)])
+        return self.duration * np.unique(np.clip(np.append(found, [0.0, 1.0]), 0.0, 1.0).round(9))
 
     def _jump(self, time: float) -> int:
         return min(int(time / self.duration * self.count + 1e-9), self.count - 1)

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from fesd_robot.ocp.reference_file import read_motion
 from fesd_robot.ocp.reference_motion import LineMotion, ReferenceMotion
-from fesd_robot.ocp.targets import waypoint_ends
+from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.orientations import quaternion_entries, quaternion_of
@@ -24,6 +24,9 @@ from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 LONGEST_STANCE = 0.8
 """Of a jump, as a fraction of its time, where the free fall would leave more."""
 
+PIECES_OF_A_TURN = 4
+"""Cubic polynomials that follow an orientation from one waypoint to the next."""
+
 _STEP = 1e-6
 """Step of difference quotients, as a fraction of the duration."""
 
@@ -35,11 +38,13 @@ class SampledMotion:
     Attributes:
         at: time, s -> configuration, (n_q).
         duration: s.
+        knots: times between which a cubic polynomial follows it closely, s, (n).
     """
 
     robot: Robot
     at: Callable[[float], np.ndarray]
     duration: float
+    knots: np.ndarray
 
     def configuration(self, time: float) -> np.ndarray:
         """Configuration at a time, (n_q)."""
@@ -65,9 +70,14 @@ def reference_of(
         times, rows = read_motion(task, "reference.path", reference.path, robot)
         if reference.stretch:
             times = (times - times[0]) * duration / max(times[-1] - times[0], 1e-300)
-        return SampledMotion(robot, lambda time: between(robot, times, rows, time), duration)
+        return SampledMotion(
+            robot, lambda time: between(robot, times, rows, time), duration, _few(times, duration, 2 * grid.intervals)
+        )
     if isinstance(reference, ThroughWaypoints):
-        return SampledMotion(robot, _splines(task, robot, endpoints, limits, grid), duration)
+        ends = np.array([0.0, *waypoint_times(task, grid), duration])
+        parts = PIECES_OF_A_TURN if quaternion_entries(robot.configuration_names) else 1
+        knots = np.interp(np.linspace(0, 1, 1 + parts * (len(ends) - 1)), np.linspace(0, 1, len(ends)), ends)
+        return SampledMotion(robot, _splines(task, robot, endpoints, limits, grid), duration, knots)
     jumps = reference if isinstance(reference, Jumps) else None
     return LineMotion(
         robot=robot,
@@ -89,6 +99,12 @@ def _stance(jumps: Jumps, robot: Robot, endpoints: Endpoints, duration: float) -
     takeoff = endpoints.initial_configuration[robot.configuration_names.index(height)]
     rise = max(jumps.apex[height] - takeoff, 0.0)
     return float(np.clip(1.0 - 2.0 * np.sqrt(2.0 * rise / gravity) / duration, 0.0, LONGEST_STANCE))
+
+
+def _few(times: np.ndarray, duration: float, most: int) -> np.ndarray:
+    """Return the times between the start and the end, or equally spaced ones where there are too many."""
+    inside = times[(times > 0) & (times < duration)]
+    return np.unique([0.0, *inside, duration]) if len(inside) < most else np.linspace(0.0, duration, 1 + most)
 
 
 def between(robot: Robot, times: np.ndarray, rows: np.ndarray, time: float) -> np.ndarray:
@@ -152,8 +168,7 @@ def _splines(
         (np.asarray(pin.integrate(model, q, _STEP * v)) - q) / _STEP
         for q, v in ((start, endpoints.initial_velocity), (goal, endpoints.goal_velocity))
     ]
-    ends = [grid.nominal * end / grid.intervals for end in waypoint_ends(task, grid)]
-    passing = list(zip(ends, (each.configuration for each in task.waypoints), strict=True))
+    passing = list(zip(waypoint_times(task, grid), (each.configuration for each in task.waypoints), strict=True))
     turns = [
         _turning(at, quaternion_of(joint), (grid.nominal, start[at], goal[at]), passing)
         for joint, at in quaternion_entries(robot.configuration_names).items()

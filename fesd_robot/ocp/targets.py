@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd import TrajectoryConstraint
+from fesd_robot.fesd import Span, TrajectoryConstraint
 from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
@@ -37,11 +37,11 @@ class _Rows:
         if weight:
             self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
 
-    def constraint(self, name: str, state: ca.SX, interval: int) -> TrajectoryConstraint:
+    def constraint(self, name: str, state: ca.SX, intervals: Sequence[int] | Span) -> TrajectoryConstraint:
         width = np.array(self.width)
         rows = ca.vertcat(ca.SX(0, 1), *self.rows)
         return TrajectoryConstraint(
-            name, "interval_end", state, (interval,), rows, -width, width, self.names, self.cost
+            name, "interval_end", state, intervals, rows, -width, width, self.names, self.cost
         )
 
 
@@ -63,13 +63,14 @@ def target_constraints(
         _add_points(rows, ("goal",), "goal: ", task.goal, points)
         _check_agreement(rows, task, points)
     _add_orientations(rows, task, points, goal)
-    if task.goal.has_points or rows.rows:
-        constraints.append(rows.constraint("goal", state, grid.intervals - 1))
-    for i, (waypoint, end) in enumerate(zip(task.waypoints, waypoint_ends(task, grid), strict=True)):
+    if rows.rows or rows.cost:
+        constraints.append(rows.constraint("goal", state, grid.between(grid.nominal, grid.nominal)))
+    for i, (waypoint, time) in enumerate(zip(task.waypoints, waypoint_times(task, grid), strict=True)):
         rows, name = _Rows(), f"waypoint {i + 1}"
         _add_coordinates(rows, name, waypoint, points)
         _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
-        constraints.append(rows.constraint(name, state, end - 1))
+        if rows.rows or rows.cost:
+            constraints.append(rows.constraint(name, state, grid.between(time, time)))
     return constraints
 
 
@@ -115,11 +116,14 @@ def _width(widths: Mapping[str, float], name: str) -> float:
     return widths.get(name, np.inf)
 
 
-def waypoint_ends(task: Task, grid: TimeGrid) -> list[int]:
-    """Return for every waypoint the number of intervals that lie before it; evenly spread if none has a time."""
-    count = len(task.waypoints)
+def waypoint_times(task: Task, grid: TimeGrid) -> list[float]:
+    """Return the time of every waypoint, s of the nominal duration: an end of an interval where these stand still.
+
+    Those without a time are evenly spread over such ends.
+    """
+    count, length = len(task.waypoints), grid.nominal / grid.intervals
     return [
-        round((i + 1) * grid.intervals / (count + 1)) if waypoint.time is None else grid.node(waypoint.time)
+        round((i + 1) * grid.intervals / (count + 1)) * length if waypoint.time is None else grid.at_node(waypoint.time)
         for i, waypoint in enumerate(task.waypoints)
     ]
 

@@ -1,28 +1,32 @@
-"""The grid of control intervals in physical time, of fixed or free length."""
+"""The control intervals in physical time: of one length, fixed or free, or moving with the contacts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from fesd_robot.fesd import Span
 from fesd_robot.task import FreeDuration, Task
 
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """Control intervals of equal physical length T/N.
+    """Control intervals: of equal physical length T/N, or of lengths that the planner chooses.
 
     Attributes:
         nominal: duration of the initial guess, s; also the length of numerical time.
         intervals: N.
         lower, upper: bounds of T, s; both `nominal` if it is fixed.
+        moving: whether the grid moves with the contacts; N is then about the number of its intervals.
     """
 
     nominal: float
     intervals: int
     lower: float
     upper: float
+    moving: bool = False
 
     @property
     def free(self) -> bool:
@@ -42,6 +46,22 @@ class TimeGrid:
         """Return the number of the interval's end nearest to a time, 0 for the start."""
         return round(time / self.nominal * self.intervals)
 
+    def at_node(self, time: float) -> float:
+        """Return a time as the grid has it: that of the nearest end of an interval, if these stand still, s."""
+        return time if self.moving else self.node(time) * self.nominal / self.intervals
+
+    def between(self, begin: float, end: float) -> Sequence[int] | Span:
+        """Return where a constraint holds from one time to another, s, or at the end of an interval if they agree."""
+        if self.moving:
+            return Span(begin, end)
+        first, last = self.node(begin), self.node(end)
+        return range(first - 1, first) if first == last else range(first, last)
+
+    @property
+    def everywhere(self) -> Sequence[int] | Span:
+        """Where a constraint holds that holds always."""
+        return self.between(0.0, self.nominal)
+
 
 def time_grid(task: Task) -> TimeGrid:
     """Return the control intervals of a task.
@@ -51,9 +71,9 @@ def time_grid(task: Task) -> TimeGrid:
     Raises:
         TaskError: the speed of time cannot reach both bounds of a free duration.
     """
-    duration, intervals = task.horizon.duration, task.horizon.intervals
+    duration, intervals, moving = task.horizon.duration, task.horizon.intervals, task.method.grid == "phases"
     if not isinstance(duration, FreeDuration):
-        return TimeGrid(duration, intervals, duration, duration)
+        return TimeGrid(duration, intervals, duration, duration, moving)
     speed = task.limits.speed_of_time
     least, most = duration.upper / speed.upper, duration.lower / speed.lower
     if least > most:
@@ -64,4 +84,4 @@ def time_grid(task: Task) -> TimeGrid:
             "bounds of limits.speed_of_time",
         )
     nominal = min(max(0.5 * (duration.lower + duration.upper), least), most)
-    return TimeGrid(nominal, intervals, duration.lower, duration.upper)
+    return TimeGrid(nominal, intervals, duration.lower, duration.upper, moving)

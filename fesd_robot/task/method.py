@@ -107,6 +107,12 @@ class StepEquilibration(Section):
 class Method(Section):
     """The discretisation: finite elements with switch detection."""
 
+    grid: Literal["uniform", "phases"] = Field(
+        default="uniform",
+        description="Where controls may change: at the ends of control intervals of one length (uniform), or where "
+        "contacts change, too (phases): between two such changes the intervals are equally long, and when contacts "
+        "change is free.",
+    )
     scheme: Literal["radau_iia", "gauss_legendre"] = Field(default="radau_iia", description="Runge-Kutta scheme.")
     stages: Annotated[int, Field(strict=True, ge=1, le=MAX_STAGES)] = Field(
         default=2,

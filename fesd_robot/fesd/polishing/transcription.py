@@ -52,7 +52,7 @@ class BranchTranscription:
                 for block, count in zip(intervals, self.transcription.intervals, strict=True)
             ),
             *(_without_pairs(block, self._element_rows(block, 1)[0]) for block in elements),
-            *others,
+            *(_unrelaxed(block) for block in others),
         ]
         return replace(full, blocks=blocks)
 
@@ -135,8 +135,8 @@ class BranchTranscription:
     @cached_property
     def _equal_steps(self) -> np.ndarray:
         """Equal part of the interval of every element, numerical time."""
-        ocp = self.transcription.ocp
-        return np.concatenate([np.full(n, ocp.duration / ocp.intervals / n) for n in self.transcription.elements])
+        lengths, counts = self.transcription.grid.lengths, self.transcription.elements
+        return np.concatenate([np.full(n, length / n) for length, n in zip(lengths, counts, strict=True)])
 
     @cached_property
     def element_rows(self) -> ElementRows:
@@ -167,10 +167,15 @@ def _without_pairs(block: Block, rows: ca.SX) -> Block:
     """Return the block without its pairs, and with further rows that no branch holds yet."""
     free = np.full(rows.numel(), np.inf)
     return replace(
-        block,
+        _unrelaxed(block),
         rows=ca.vertcat(block.rows, rows),
         lower=np.append(block.lower, -free),
         upper=np.append(block.upper, free),
         constraints=[*block.constraints, *[Label("active factor", str(i)) for i in range(rows.numel())]],
         complementarities=(),
     )
+
+
+def _unrelaxed(block: Block) -> Block:
+    """Return the block without what is added to its cost while pairs are relaxed: here none ever is."""
+    return replace(block, while_relaxed=ca.SX(0), if_exploited=ca.SX(0))

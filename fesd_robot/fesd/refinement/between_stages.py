@@ -125,7 +125,7 @@ class _Path:
     """
 
     def __init__(self, transcription: Transcription, number: int) -> None:
-        self._number, constraint = number, transcription.ocp.constraints[number]
+        self._number, constraint = number, transcription.constraints[number]
         self._constraint = constraint
         self._rows = ca.Function("rows", [constraint.variables, constraint.parameters], [constraint.rows])
         self._held = {one.element: one.margin for one in transcription.added.paths if one.constraint == number}

@@ -171,7 +171,7 @@ class _ModeEquations:
         self.transcription.pack_element(own, 0, start, layout)
         own[layout.jumped(0)] = start.x_left[list(layout.jump_states)]
         unknown = np.arange(layout.jump(0).stop, layout.size)
-        chosen, p = self._equations(factors), self.transcription.ocp.parameters[:, start.interval]
+        chosen, p = self._equations(factors), self.transcription.parameters[:, start.interval]
         for _ in range(NEWTON_ITERATIONS):
             values, slope = (np.asarray(part) for part in function(start.x_left, own, p))
             residual = values.ravel()[chosen]

@@ -1,0 +1,17 @@
+"""Phases: spans in which no contact changes its mode, their sequences, and the motions on a grid that follows them."""
+
+from fesd_robot.phases.discretised import Discretised, discretised
+from fesd_robot.phases.reading import sequence_of
+from fesd_robot.phases.sequence import Modes, Phase, Sequence
+from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
+
+__all__ = [
+    "Discretised",
+    "Modes",
+    "Phase",
+    "PhaseMotion",
+    "PhaseSolver",
+    "Sequence",
+    "discretised",
+    "sequence_of",
+]

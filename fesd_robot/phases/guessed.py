@@ -1,0 +1,195 @@
+"""Sequences that a task's own guess shows: what touches along it, feet that step in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from fesd_robot.contact import Contact, ContactMode
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.formulate import gap_function
+from fesd_robot.phases.sequence import Modes, Phase, Sequence, joined, landings
+from fesd_robot.stepping import steppings
+
+SAMPLES = 4
+"""Of the guess, in the time of a control interval."""
+
+TOUCHING = 0.2
+"""Part of the largest height of a contact up to which it touches in the guess."""
+
+LOW = 2e-3
+"""m, height up to which it touches whatever the largest is."""
+
+MOVING = 1e-2
+"""Part of the largest velocity along the ground of a contact that always touches, above which it slides."""
+
+SLIDING = 0.02
+"""m, path of a contact that touches all along the guess, from which it slides."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A motion without forces that shows what may touch when.
+
+    Attributes:
+        motion: the formulated task.
+        state: time, s -> state, of which configuration and velocity, (n_q + n_v), are taken.
+    """
+
+    motion: MotionProblem
+    state: Callable[[float], np.ndarray]
+
+    @cached_property
+    def _times(self) -> np.ndarray:
+        grid = self.motion.grid
+        return grid.nominal * (np.arange(SAMPLES * grid.intervals) + 0.5) / (SAMPLES * grid.intervals)
+
+    @cached_property
+    def _states(self) -> np.ndarray:
+        n = len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names)
+        return np.array([self.state(time)[:n] for time in self._times])
+
+    @cached_property
+    def _along(self) -> np.ndarray:
+        """Velocities of all contacts along their tangents, m/s, (samples, n_c, n_t)."""
+        dynamics, contacts = self.motion.dynamics, self.motion.contacts
+        rows = ca.vertcat(*[ca.horzcat(*one.tangential_velocities(dynamics.velocity)) for one in contacts])
+        function = ca.Function("along", [dynamics.configuration, dynamics.velocity], [ca.densify(rows)])
+        n_q = len(self.motion.robot.configuration_names)
+        return np.array([np.asarray(function(x[:n_q], x[n_q:])) for x in self._states])
+
+    @cached_property
+    def _touching(self) -> np.ndarray:
+        gap, n_q = gap_function(self.motion.dynamics, self.motion.contacts), len(self.motion.robot.configuration_names)
+        gaps = np.array([np.asarray(gap(x[:n_q])).ravel() for x in self._states])
+        return np.asarray(gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0)))
+
+    def sequence(self, touching: np.ndarray | None = None) -> Sequence:
+        """Return the sequence in which contacts touch as the guess does, without impacts.
+
+        Args:
+            touching: which contacts touch at which sample, if that is known, (samples, n_c).
+        """
+        own = self._touching if touching is None else touching
+        speeds = np.linalg.norm(self._along, axis=2)
+        paths = speeds.sum(axis=0) * self.motion.grid.nominal / len(self._times)
+        slides = own.all(axis=0) & (paths > SLIDING) & (speeds > MOVING * speeds.max(axis=0))
+        length = self.motion.grid.nominal / len(self._times)
+        names = tuple(contact.name for contact in self.motion.contacts)
+        joints = tuple(self.motion.dynamics.dry_friction)
+        phases = []
+        for touches, slid, along, x in zip(own, slides, self._along, self._states, strict=True):
+            modes = tuple(
+                self._mode(contact, touch, slide, velocity)
+                for contact, touch, slide, velocity in zip(self.motion.contacts, touches, slid, along, strict=True)
+            )
+            phases.append(Phase((*modes, *(self._rubbing(name, x) for name in joints)), length))
+        return Sequence((*names, *joints), joined(phases))
+
+    def _mode(self, contact: Contact, touches: bool, slides: bool, velocity: np.ndarray) -> ContactMode:
+        if not touches:
+            return ContactMode.FLIGHT
+        if contact.friction == 0:
+            return ContactMode.SLIP
+        if not slides or contact.slip_distance == 0:
+            return ContactMode.STICK
+        if contact.in_space:
+            return ContactMode.SLIP
+        return ContactMode.SLIP_FORWARDS if velocity[0] > 0 else ContactMode.SLIP_BACKWARDS
+
+    def _rubbing(self, name: str, x: np.ndarray) -> ContactMode:
+        at = len(self.motion.robot.configuration_names) + list(self.motion.robot.velocity_names).index(name)
+        if abs(x[at]) < MOVING:
+            return ContactMode.STICK
+        return ContactMode.SLIP_FORWARDS if x[at] > 0 else ContactMode.SLIP_BACKWARDS
+
+    def landing_side(self, contact: int, time: float) -> ContactMode:
+        """Return how a contact slips where it comes down at a time, s, by its velocity shortly before.
+
+        In space it does not: the direction in which it slips is not one of two, and a guess knows none.
+        """
+        sample = max(int(np.searchsorted(self._times, time)) - 1, 0)
+        velocity = self._along[sample, contact]
+        one = self.motion.contacts[contact]
+        if one.friction == 0 or one.in_space:
+            return ContactMode.SLIP if one.friction == 0 else ContactMode.STICK
+        return ContactMode.SLIP_FORWARDS if velocity[0] >= 0 else ContactMode.SLIP_BACKWARDS
+
+
+def with_hits(guess: Guess, sequence: Sequence) -> Sequence:
+    """Return a sequence in which contacts that come down slip first as the guess does, and then do what they do.
+
+    Args:
+        guess: that says how they move before.
+        sequence: without impacts.
+    """
+    phases, end = list(sequence.phases), 0.0
+    for i, phase in enumerate(phases):
+        begin, end = end, end + phase.duration
+        lands = landings(phases[i - 1].modes, phase.modes) if i else []
+        if lands:
+            phases[i] = replace(phase, impacts=hits(phase.modes, {n: guess.landing_side(n, begin) for n in lands}))
+    return replace(sequence, phases=tuple(phases))
+
+
+def hits(modes: Modes, sides: dict[int, ContactMode]) -> tuple[Modes, ...]:
+    """Return the impacts of contacts that come down at once: they slip to a side, and then do what follows.
+
+    Args:
+        modes: that follow.
+        sides: number of every contact that comes down -> how it slips.
+    """
+    slipping = tuple(sides[n].hitting if n in sides else mode for n, mode in enumerate(modes))
+    after = tuple(mode.hitting if n in sides else mode for n, mode in enumerate(modes))
+    return (slipping,) if slipping == after else (slipping, after)
+
+
+def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
+    """Yield the sequences that the guess of a task shows, the likelier first, each once.
+
+    - feet that end elsewhere and never leave the ground in the guess step in turn (`stepping.steppings`);
+    - what the guess shows, with impacts where contacts come down, and without;
+    - a short flight of all contacts to begin with, which saves the way down before a jump.
+    """
+    guess = Guess(motion, motion.ocp.state_guess)
+    seen = set()
+    for sequence in _guessed(motion, guess):
+        if sequence.key not in seen:
+            seen.add(sequence.key)
+            yield sequence
+
+
+def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
+    own = guess.sequence()
+    held = [all(phase.modes[i].closed for phase in own.phases) for i in range(len(motion.contacts))]
+    orders = steppings(motion)
+    if orders and all(held[foot.contact] for foot in orders[0].feet if foot.steps):
+        for stepping in orders:
+            step = Guess(motion, stepping.state)
+            sequence = step.sequence(np.repeat(stepping.touching, SAMPLES, axis=0))
+            yield with_hits(step, sequence)
+            yield sequence
+        return
+    flights = any(phase.modes[i] is ContactMode.FLIGHT for phase in own.phases for i in range(len(motion.contacts)))
+    hitting = with_hits(guess, own)
+    yield hitting
+    first = own.phases[0]
+    if flights and all(mode.closed for mode in first.modes[: len(motion.contacts)]):
+        flight = tuple(
+            ContactMode.FLIGHT if i < len(motion.contacts) else mode for i, mode in enumerate(first.modes)
+        )
+        whole = first.duration
+        begun = replace(
+            own,
+            phases=(
+                Phase(flight, 0.4 * whole),
+                replace(first, duration=0.6 * whole),
+                *own.phases[1:],
+            ),
+        )
+        yield with_hits(guess, begun)
+    yield own

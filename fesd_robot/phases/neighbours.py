@@ -1,0 +1,222 @@
+"""Neighbours of a sequence: sequences in which one thing happens that does not happen in it, or the other way round."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+from fesd_robot.contact import Contact, ContactMode
+from fesd_robot.phases.sequence import Modes, Phase, Sequence, joined, landings
+
+INSERTED = 0.25
+"""Part of a phase that what is put into it takes, in its middle or at one of its ends."""
+
+LONGEST_INSERTED = 0.1
+"""s; the same in time, at most."""
+
+APART = 0.01
+"""s; time between two switches that happened at once."""
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A sequence near another one.
+
+    Attributes:
+        what: is changed, in words.
+        sequence: without knots, with durations near those of the other.
+    """
+
+    what: str
+    sequence: Sequence
+
+
+def neighbours(sequence: Sequence, contacts: list[Contact]) -> Iterator[Neighbour]:
+    """Yield the neighbours of a sequence, each once, by kind and in the order of time.
+
+    - impacts: a contact that comes down hits and slips to either side, or hits without slipping, or comes down softly;
+    - a phase is left out;
+    - a contact leaves the surface for a short time in a phase, or as the motion begins; all that touch do;
+    - a contact touches for a short time in a flight;
+    - contacts that switch together switch one after the other, in either order; two that switch one after the other
+      exchange their order;
+    - a contact slips, to either side, where it sticks, in all of a phase or where it begins or ends; it sticks where it
+      slips.
+
+    Args:
+        sequence: with durations, s; its knots are left out.
+        contacts: of the task, by whose numbers its modes are.
+    """
+    own, seen = _Neighbours(sequence.without_knots, contacts), {sequence.key}
+    for one in own.all_of_them():
+        if one.sequence.key not in seen:
+            seen.add(one.sequence.key)
+            yield one
+
+
+@dataclass(frozen=True)
+class _Neighbours:
+    sequence: Sequence
+    contacts: list[Contact]
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        return self.sequence.phases
+
+    def all_of_them(self) -> Iterator[Neighbour]:
+        yield from self._impacts()
+        yield from self._left_out()
+        yield from self._flights()
+        yield from self._touches()
+        yield from self._in_turn()
+        yield from self._exchanged()
+        yield from self._slips()
+
+    def _of(self, what: str, phases: list[Phase]) -> Neighbour:
+        return Neighbour(what, replace(self.sequence, phases=joined(phases)))
+
+    def _name(self, i: int) -> str:
+        return f"'{self.sequence.names[i]}'"
+
+    def _names(self, numbers: list[int]) -> str:
+        return " and ".join(self._name(i) for i in numbers)
+
+    def _changed(self, i: int, phase: Phase) -> list[Phase]:
+        return [*self.phases[:i], phase, *self.phases[i + 1 :]]
+
+    def _sides(self, contact: int) -> list[ContactMode]:
+        """How a contact with friction may slip; nothing if it has none, or may not."""
+        if contact < len(self.contacts) and self.contacts[contact].friction == 0:
+            return []
+        if contact < len(self.contacts) and self.contacts[contact].in_space:
+            return [ContactMode.SLIP]
+        return [ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS]
+
+    def hit(self, modes: Modes, lands: list[int], side: ContactMode | None) -> tuple[Modes, ...]:
+        """Return the impacts of contacts that come down: they slip to a side first, if one is given."""
+        after = tuple(mode.hitting if n in lands else mode for n, mode in enumerate(modes))
+        if side is None:
+            return (after,)
+        slipping = tuple(side.hitting if n in lands and self._sides(n) else mode for n, mode in enumerate(after))
+        return (slipping,) if slipping == after else (slipping, after)
+
+    def _impacts(self) -> Iterator[Neighbour]:
+        for i, phase in enumerate(self.phases):
+            lands = landings(self.phases[i - 1].modes, phase.modes) if i else []
+            if not lands:
+                continue
+            groups = [lands] if len(lands) == 1 else [lands, *([n] for n in lands)]
+            for group in groups:
+                for side in (None, *self._sides(group[0])):
+                    word = "without slipping" if side is None else f"with {side.value}"
+                    impacts = self.hit(phase.modes, group, side)
+                    yield self._of(f"{self._names(group)} hits {word}", self._changed(i, replace(phase, impacts=impacts)))
+            if phase.impacts:
+                yield self._of(f"{self._names(lands)} comes down softly", self._changed(i, replace(phase, impacts=())))
+            if len(phase.impacts) > 1:
+                for n in range(len(phase.impacts)):
+                    fewer = (*phase.impacts[:n], *phase.impacts[n + 1 :])
+                    yield self._of(f"one part of an impact less", self._changed(i, replace(phase, impacts=fewer)))
+
+    def _left_out(self) -> Iterator[Neighbour]:
+        for i in range(len(self.phases)):
+            if len(self.phases) > 1:
+                yield self._of(f"without phase {i + 1}", list(self.sequence.without([i]).phases))
+
+    def _inserted(self, what: str, i: int, modes: Modes, *, where: str = "middle") -> Iterator[Neighbour]:
+        """Yield phases put into a phase, with impacts where contacts come down, and softly."""
+        phase = self.phases[i]
+        short = min(INSERTED * phase.duration, LONGEST_INSERTED)
+        rest = phase.duration - short
+        begins = where == "begin"
+        first = [] if begins else [replace(phase, duration=rest if where == "end" else rest / 2)]
+        before = phase.modes if not begins else (self.phases[i - 1].modes if i else modes)
+        lands = landings(before, modes)
+        again = landings(modes, phase.modes)
+        for side in (*self._sides((lands or again or [0])[0]), None) if lands or again else (None,):
+            soft = side is None
+            inside = Phase(modes, short, () if soft or not lands else self.hit(modes, lands, side))
+            last = [] if where == "end" else [Phase(phase.modes, rest if begins else rest / 2, () if soft or not again else self.hit(phase.modes, again, side))]
+            if begins and i and phase.impacts and not lands:
+                inside = replace(inside, impacts=())
+            yield self._of(what, [*self.phases[:i], *first, inside, *last, *self.phases[i + 1 :]])
+
+    def _flights(self) -> Iterator[Neighbour]:
+        for i, phase in enumerate(self.phases):
+            closed = [n for n in range(len(self.contacts)) if phase.modes[n].closed]
+            groups = [[n] for n in closed] + ([closed] if len(closed) > 1 else [])
+            for group in groups:
+                modes = tuple(ContactMode.FLIGHT if n in group else mode for n, mode in enumerate(phase.modes))
+                yield from self._inserted(f"{self._names(group)} leaves in phase {i + 1}", i, modes)
+                if i == 0:
+                    yield from self._inserted(f"{self._names(group)} leaves at once", i, modes, where="begin")
+
+    def _touches(self) -> Iterator[Neighbour]:
+        for i, phase in enumerate(self.phases):
+            for n in range(len(self.contacts)):
+                if phase.modes[n] is ContactMode.FLIGHT:
+                    mode = ContactMode.SLIP if self.contacts[n].friction == 0 else ContactMode.STICK
+                    modes = tuple(mode if m == n else one for m, one in enumerate(phase.modes))
+                    yield from self._inserted(f"{self._name(n)} touches in phase {i + 1}", i, modes)
+
+    def _in_turn(self) -> Iterator[Neighbour]:
+        for i, (before, after) in enumerate(zip(self.phases[:-1], self.phases[1:], strict=True), start=1):
+            switching = [n for n, (one, other) in enumerate(zip(before.modes, after.modes, strict=True)) if one != other]
+            if len(switching) < 2:
+                continue
+            sizes = (1, len(switching) - 1) if len(switching) > 2 else (1,)
+            for size in dict.fromkeys(sizes):
+                for group in combinations(switching, size):
+                    between = tuple(a if n in group else b for n, (b, a) in enumerate(zip(before.modes, after.modes, strict=True)))
+                    first = landings(before.modes, between)
+                    last = landings(between, after.modes)
+                    hits = bool(after.impacts)
+                    inside = Phase(between, APART, self.hit(between, first, None) if hits and first else ())
+                    changed = Phase(after.modes, after.duration, self.hit(after.modes, last, None) if hits and last else ())
+                    yield self._of(
+                        f"{self._names(list(group))} switches first before phase {i + 1}",
+                        [*self.phases[:i], inside, changed, *self.phases[i + 1 :]],
+                    )
+
+    def _exchanged(self) -> Iterator[Neighbour]:
+        for i in range(1, len(self.phases) - 1):
+            before, own, after = self.phases[i - 1 : i + 2]
+            first = {n for n, (b, a) in enumerate(zip(before.modes, own.modes, strict=True)) if b != a}
+            last = {n for n, (b, a) in enumerate(zip(own.modes, after.modes, strict=True)) if b != a}
+            if first & last:
+                continue
+            modes = tuple(after.modes[n] if n in last else mode for n, mode in enumerate(before.modes))
+            one, other = landings(before.modes, modes), landings(modes, after.modes)
+            hits = bool(own.impacts or after.impacts)
+            yield self._of(
+                f"phase {i + 1} exchanged",
+                [
+                    *self.phases[:i],
+                    Phase(modes, own.duration, self.hit(modes, one, None) if hits and one else ()),
+                    Phase(after.modes, after.duration, self.hit(after.modes, other, None) if hits and other else ()),
+                    *self.phases[i + 2 :],
+                ],
+            )
+
+    def _slips(self) -> Iterator[Neighbour]:
+        for i, phase in enumerate(self.phases):
+            for n, mode in enumerate(phase.modes):
+                if not mode.closed or (n < len(self.contacts) and self.contacts[n].slip_distance == 0):
+                    continue
+                for other in (ContactMode.STICK, *self._sides(n)) if self._sides(n) else ():
+                    if other is mode:
+                        continue
+                    modes = tuple(other if m == n else one for m, one in enumerate(phase.modes))
+                    what = f"{self._name(n)} does {other.value} in phase {i + 1}"
+                    changed = replace(phase, modes=modes, impacts=self._slid(phase, n, other))
+                    yield self._of(what, self._changed(i, changed))
+                    for where in ("begin", "end"):
+                        yield from self._inserted(f"{what} at its {where}", i, modes, where=where)
+
+    def _slid(self, phase: Phase, contact: int, mode: ContactMode) -> tuple[Modes, ...]:
+        """Return the impacts of a phase in which a contact moves otherwise, as far as it is not hit itself."""
+        return tuple(
+            tuple(mode if n == contact and not one.hits else one for n, one in enumerate(modes))
+            for modes in phase.impacts
+        )

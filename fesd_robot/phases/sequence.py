@@ -1,0 +1,195 @@
+"""A sequence of phases as a value: what every contact does, one phase after the other, and about how long."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from fesd_robot.contact import ContactMode
+
+Modes = tuple[ContactMode, ...]
+"""What everything does that touches or rubs, in the order of `Sequence.names`."""
+
+_LETTERS = {
+    ContactMode.FLIGHT: "F",
+    ContactMode.STICK: "S",
+    ContactMode.SLIP: "L",
+    ContactMode.SLIP_FORWARDS: "+",
+    ContactMode.SLIP_BACKWARDS: "-",
+}
+
+SAME_TIME = 1e-6
+"""s; a phase that a knot would cut nearer to its ends is not cut."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A span of time in which no contact changes its mode.
+
+    Attributes:
+        modes: of everything, none of them an impact.
+        duration: s; about, as long as it is not solved.
+        impacts: modes while the clock stands still where the phase begins, one after the other; some of them hit.
+        knot: whether its end stays at its time.
+    """
+
+    modes: Modes
+    duration: float
+    impacts: tuple[Modes, ...] = ()
+    knot: bool = False
+
+    @property
+    def hit(self) -> frozenset[int]:
+        """Numbers of the contacts that are hit where it begins."""
+        return frozenset(i for modes in self.impacts for i, mode in enumerate(modes) if mode.hits)
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Phases in the order of time.
+
+    Attributes:
+        names: of the contacts and, behind them, of the joints with dry friction.
+        phases: at least one.
+    """
+
+    names: tuple[str, ...]
+    phases: tuple[Phase, ...]
+
+    @property
+    def key(self) -> tuple[tuple[Modes, tuple[Modes, ...]], ...]:
+        """What happens, without when: two sequences that share it differ in durations and knots only."""
+        return tuple((phase.modes, phase.impacts) for phase in self.without_knots.phases)
+
+    @property
+    def durations(self) -> np.ndarray:
+        """Of the phases, s, (P)."""
+        return np.array([phase.duration for phase in self.phases])
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Of the phases, s, (P)."""
+        return np.cumsum(self.durations)
+
+    @property
+    def without_knots(self) -> Sequence:
+        """The sequence in which phases are joined that follow each other without a change."""
+        joined: list[Phase] = []
+        for phase in self.phases:
+            if joined and joined[-1].modes == phase.modes and not phase.impacts:
+                joined[-1] = replace(joined[-1], duration=joined[-1].duration + phase.duration, knot=False)
+            else:
+                joined.append(replace(phase, knot=False))
+        return replace(self, phases=tuple(joined))
+
+    def with_knots(self, times: Iterable[float]) -> Sequence:
+        """Return the sequence cut at given times, s, each into two phases that do the same."""
+        phases = list(self.without_knots.phases)
+        for time in sorted(times):
+            end = 0.0
+            for i, phase in enumerate(phases):
+                begin, end = end, end + phase.duration
+                if abs(end - time) <= SAME_TIME:
+                    phases[i] = replace(phase, duration=time - begin, knot=True)
+                    if i + 1 < len(phases):
+                        phases[i + 1] = replace(phases[i + 1], duration=phases[i + 1].duration + end - time)
+                    break
+                if begin + SAME_TIME < time < end:
+                    first = replace(phase, duration=time - begin, knot=True)
+                    phases[i : i + 1] = [first, replace(phase, duration=end - time, impacts=())]
+                    break
+        return replace(self, phases=tuple(phases))
+
+    def lasting(self, duration: float) -> Sequence:
+        """Return the sequence stretched to a duration, s."""
+        factor = duration / self.durations.sum()
+        return replace(self, phases=tuple(replace(one, duration=one.duration * factor) for one in self.phases))
+
+    def with_durations(self, durations: np.ndarray) -> Sequence:
+        """Return the sequence with other durations, s, (P)."""
+        pairs = zip(self.phases, durations, strict=True)
+        return replace(self, phases=tuple(replace(one, duration=float(duration)) for one, duration in pairs))
+
+    def without_impacts(self, gone: Iterable[tuple[int, int]]) -> Sequence:
+        """Return the sequence without some impacts, given by the number of a phase and its number there."""
+        left = set(gone)
+        return replace(
+            self,
+            phases=tuple(
+                replace(phase, impacts=tuple(one for n, one in enumerate(phase.impacts) if (i, n) not in left))
+                for i, phase in enumerate(self.phases)
+            ),
+        )
+
+    def without(self, gone: Iterable[int]) -> Sequence:
+        """Return the sequence without phases of given numbers.
+
+        A neighbour takes the time of each: the one before it, or the one after the first. What hits where it began hits
+        where the next one begins, as far as that has not begun in flight again.
+        """
+        left, phases = set(gone), list(self.phases)
+        for i in sorted(left, reverse=True):
+            if len(phases) == 1:
+                break
+            lost = phases.pop(i)
+            if i == 0:
+                phases[0] = replace(phases[0], duration=phases[0].duration + lost.duration, impacts=())
+                continue
+            phases[i - 1] = replace(
+                phases[i - 1], duration=phases[i - 1].duration + lost.duration, knot=phases[i - 1].knot or lost.knot
+            )
+            if i < len(phases):
+                impacts = phases[i].impacts or lost.impacts
+                phases[i] = replace(phases[i], impacts=_lawful(phases[i - 1].modes, phases[i].modes, impacts))
+        return replace(self, phases=tuple(phases))
+
+    def __str__(self) -> str:
+        return " ".join(
+            ("!" if phase.impacts else "") + "".join(_LETTERS[mode] for mode in phase.modes)
+            for phase in self.without_knots.phases
+        )
+
+
+def _lawful(before: Modes, after: Modes, impacts: tuple[Modes, ...]) -> tuple[Modes, ...]:
+    """Return the impacts between two phases of contacts that touch then, and do something else before."""
+    hit = {i for modes in impacts for i, mode in enumerate(modes) if mode.hits}
+    lands = {i for i in hit if before[i] is ContactMode.FLIGHT and after[i].closed}
+    return tuple(
+        tuple(mode if not mode.hits or i in lands else after[i] for i, mode in enumerate(modes))
+        for modes in impacts
+        if any(mode.hits and i in lands for i, mode in enumerate(modes))
+    )
+
+
+def landings(before: Modes, after: Modes) -> list[int]:
+    """Return the numbers of the contacts that touch in a phase and not in the one before it."""
+    return [
+        i
+        for i, (one, other) in enumerate(zip(before, after, strict=True))
+        if one is ContactMode.FLIGHT and other.closed
+    ]
+
+
+def joined(phases: Iterable[Phase]) -> tuple[Phase, ...]:
+    """Return phases without those that repeat the one before them."""
+    found: list[Phase] = []
+    for phase in phases:
+        if found and found[-1].modes == phase.modes and not phase.impacts:
+            found[-1] = replace(found[-1], duration=found[-1].duration + phase.duration, knot=phase.knot)
+        else:
+            found.append(phase)
+    return tuple(found)
+
+
+def with_impacts(phases: Iterable[Phase]) -> tuple[Phase, ...]:
+    """Return phases in which every contact hits that comes down, all at once, and sticks or slips as it does then."""
+    found = list(phases)
+    for i, (before, after) in enumerate(pairwise(found), start=1):
+        lands = landings(before.modes, after.modes)
+        if lands and not after.impacts:
+            modes = tuple(mode.hitting if n in lands else mode for n, mode in enumerate(after.modes))
+            found[i] = replace(after, impacts=(modes,))
+    return tuple(found)

@@ -1,0 +1,251 @@
+"""The motion on a sequence of phases, by one or a few branch NLPs in which their durations are free."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from fesd_robot.fesd import FesdOptions
+from fesd_robot.fesd.grid_rows import SHORTEST_PHASE
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
+from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
+from fesd_robot.mpcc.polishing import BranchNlp, PolishingLimits
+from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.formulate import AUTOMATIC_AUXILIARY_FORCE
+from fesd_robot.phases.discretised import Discretised, discretised
+from fesd_robot.phases.sequence import Sequence
+from fesd_robot.phases.start import Along
+from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.deadline import Deadline
+
+FIXED_START = starting_at(1e-1, 1e-2)
+"""IPOPT's options where durations are those of the guess, from a point that is no motion."""
+
+FIXED_ITERATIONS = 150
+"""IPOPT iterations with the durations of the guess; those that converge take 20 to 120."""
+
+FIXED_TOLERANCES = {"tol": 1e-2, "constr_viol_tol": 1e-5}
+"""Of IPOPT for it: its end is a start, no more."""
+
+ROUGH_VIOLATION = 1e-2
+"""Violation of constraints above which its end is no start either."""
+
+FREE_START = starting_at(1e-1, 1e-2)
+"""IPOPT's options where durations are free, from a motion with given ones."""
+
+FREE_TOLERANCES = {"tol": 1e-6}
+"""Of IPOPT where durations are free. Constraints hold to round-off then, and the cost is right to a millionth; the last
+digits of forces that cost nothing, as those of feet against each other, take most of the iterations of a smaller one."""
+
+FREE_ITERATIONS = 200
+
+NEIGHBOUR_START = starting_at(1e-2, 1e-3)
+"""The same from the motion of another sequence."""
+
+AGAIN_START = starting_at(1e-4, 1e-5)
+"""The same where only bounds of durations have moved, or a phase is left out."""
+
+SHORTER, LONGER = 0.4, 2.2
+"""Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a
+millisecond beside one that lasts as long as all."""
+
+NEAR_BOUND = 0.02
+"""Part of a bound within which a duration is at it."""
+
+MOST_ROUNDS = 6
+"""NLPs of one sequence: bounds move with durations that have reached them, and phases that have shrunk are left out."""
+
+VANISHED = 1.5 * SHORTEST_PHASE
+"""s; a phase that is this short at the end of an NLP is left out."""
+
+SOFT = 1e-4
+"""Part of the largest impulse of a sequence, and at least of the weight in a second, below which an impact is none: it
+leaves multipliers undetermined, and an interior-point method without an end although its point is right."""
+
+NEARLY = 1e-4
+"""Violation of constraints below which the end of an NLP shows which impacts there are, converged or not."""
+
+
+@dataclass(frozen=True)
+class PhaseMotion:
+    """The exact motion on a sequence.
+
+    Attributes:
+        own: the sequence, with the durations of the guess, on its grid.
+        report: of the NLP that it is the end of.
+    """
+
+    own: Discretised
+    report: PolishingReport
+
+    @property
+    def w(self) -> np.ndarray:
+        """The point, (n)."""
+        return self.report.w
+
+    @property
+    def cost(self) -> float:
+        """Of the task."""
+        return self.report.residuals.objective
+
+    @property
+    def sequence(self) -> Sequence:
+        """With the durations that it has."""
+        return self.own.solved(self.w)
+
+    @property
+    def along(self) -> Along:
+        """What the solve of another sequence may begin along."""
+        return Along(self.own.transcription, self.w, self.own.branch)
+
+    def solution(self, reports: list[NlpReport], seconds: float) -> MpccSolution:
+        """Return the solution that it is."""
+        return MpccSolution(
+            w=self.w,
+            residuals=self.report.residuals,
+            feasible=True,
+            solved=True,
+            branch=self.own.branch,
+            status=NlpStatus.CONVERGED,
+            reports=reports,
+            build_seconds=0.0,
+            solve_seconds=seconds,
+        )
+
+
+@dataclass
+class PhaseSolver:
+    """Finds the motions of sequences of one task.
+
+    Attributes:
+        motion: the formulated task, on a moving grid.
+        options: of the homotopy.
+        deadline: of all NLPs.
+        stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
+        progress: called after every NLP.
+        reports: of all NLPs so far.
+    """
+
+    motion: MotionProblem
+    options: HomotopyOptions
+    deadline: Deadline
+    stop: Stop | None = None
+    progress: Callable[[NlpReport], None] | None = None
+    reports: list[NlpReport] = field(default_factory=list)
+
+    @property
+    def over(self) -> bool:
+        """Whether the user or the time limit ended the last NLP, or no time is left."""
+        return self.deadline.left <= 0 or bool(self.reports and self.reports[-1].status.ended_early)
+
+    def from_guess(self, sequence: Sequence, below: float = np.inf) -> PhaseMotion | None:
+        """Return the motion of a sequence, from the initial guess of the task; None if none is found.
+
+        Args:
+            sequence: with durations that are guessed.
+            below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
+        """
+        own = self._on_grid(sequence)
+        lengths = own.sequence.durations
+        end = self._end(own, own.transcription.problem.start, lengths, lengths, FIXED_START, FIXED_ITERATIONS, rough=True)
+        if end is None or not end.residuals.constraint_violation <= ROUGH_VIOLATION:
+            return None
+        return self._freed(own, end.w, FREE_START, below)
+
+    def from_motion(self, sequence: Sequence, along: Along, below: float = np.inf) -> PhaseMotion | None:
+        """Return the motion of a sequence, from that of another; None if none is found.
+
+        Args:
+            sequence: with durations near to those of that motion.
+            along: that motion.
+            below: cost that it is to stay below; where it does not after one NLP it is given up.
+        """
+        own = self._on_grid(sequence)
+        return self._freed(own, along.point(own), NEIGHBOUR_START, below)
+
+    def _freed(self, own: Discretised, w: np.ndarray, start: dict[str, Any], below: float) -> PhaseMotion | None:
+        """Return the motion with free durations: their bounds move until none is met, and no phase has vanished."""
+        found: PhaseMotion | None = None
+        for _ in range(MOST_ROUNDS):
+            lengths = own.sequence.durations
+            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, FREE_ITERATIONS)
+            if end is None or not end.residuals.constraint_violation <= NEARLY:
+                return found
+            near = PhaseMotion(own, end)
+            soft = self._soft(near)
+            if not (end.exact or soft):
+                return found
+            found = near if end.exact else found
+            if end.exact and not near.cost < below:
+                return None
+            durations = near.sequence.durations
+            vanished = [i for i, duration in enumerate(durations) if duration <= VANISHED and len(durations) > 1]
+            at_bound = (durations <= (1 + NEAR_BOUND) * SHORTER * lengths) | (
+                durations >= (1 - NEAR_BOUND) * LONGER * lengths
+            )
+            if found and not (soft or vanished or at_bound.any()) and self._covered(found):
+                return found
+            own = self._on_grid(near.sequence.without_impacts(soft).without(vanished))
+            w, start = near.along.point(own), AGAIN_START
+        return found
+
+    def _soft(self, motion: PhaseMotion) -> list[tuple[int, int]]:
+        """Return the impacts that change nothing, by the number of a phase and their number there."""
+        steps = motion.own.impact_steps(motion.w)
+        weight = 1.0 / AUTOMATIC_AUXILIARY_FORCE
+        largest = max([weight, *(step for own in steps for step in own)])
+        return [(i, n) for i, own in enumerate(steps) for n, step in enumerate(own) if step <= SOFT * largest]
+
+    def _covered(self, found: PhaseMotion) -> bool:
+        """Return whether every interval is compared with the reference at its own times."""
+        spline, grid = self.motion.reference_spline, found.own.transcription.grid
+        clocks, nodes = found.own.clocks(found.w), grid.nodes
+        pace = clocks[-1] / nodes[-1]
+        return all(
+            spline.covers((nodes[k] + nodes[k + 1]) / 2, clocks[k + side] / pace)
+            for k in range(grid.intervals)
+            for side in (0, 1)
+        )
+
+    def _on_grid(self, sequence: Sequence, options: FesdOptions | None = None) -> Discretised:
+        return discretised(self.motion, sequence.without_knots.lasting(self.motion.grid.nominal), options)
+
+    def _end(
+        self,
+        own: Discretised,
+        w: np.ndarray,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        start: dict[str, Any],
+        iterations: int,
+        *,
+        rough: bool = False,
+    ) -> PolishingReport | None:
+        """Return the end of the branch NLP with durations between bounds, s, (P); None if no time is left."""
+        if self.over:
+            return None
+        nlp = BranchNlp(own.within(lower, upper), BranchNlp.of(own.polisher, self.options.compile).nlp)
+        settings = {**linear_solver_options(self.options.linear_solver), **start, **self.options.ipopt}
+        return nlp.solve_once(
+            own.branch,
+            own.transcription.problem,
+            w,
+            options={**settings, **(FIXED_TOLERANCES if rough else FREE_TOLERANCES)},
+            limits=PolishingLimits(
+                self.options.feasibility,
+                self.deadline.remaining,
+                self._report,
+                iterations=min(iterations, self.options.max_iterations),
+                updates=0,
+                stop=self.stop,
+            ),
+        )
+
+    def _report(self, one: PolishingReport) -> None:
+        self.reports.append(NlpReport.of_polishing(one))
+        if self.progress:
+            self.progress(self.reports[-1])

@@ -1,0 +1,129 @@
+"""Where the solve of a sequence begins: along another motion, by the clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Element, Transcription
+from fesd_robot.fesd.neighbours.room import at_stages
+from fesd_robot.phases.discretised import Discretised
+
+STANDSTILL = 0.01
+"""Numerical time of an impact that the other motion does not have."""
+
+NEAR = 0.2
+"""Of an interval: how far away an impact of the other motion may be that an impact begins as."""
+
+
+@dataclass(frozen=True)
+class Along:
+    """A motion of the same system, of which another one takes its start.
+
+    Attributes:
+        transcription: of it.
+        w, branch: the motion.
+    """
+
+    transcription: Transcription
+    w: np.ndarray
+    branch: Branch
+
+    @cached_property
+    def elements(self) -> list[Element]:
+        """That have a length."""
+        all_of_them = zip(self.transcription.unpack(self.w), self.branch.without_length, strict=True)
+        return [element for element, without in all_of_them if not without and element.step > 0]
+
+    @property
+    def _clock(self) -> int:
+        clock = self.transcription.ocp.clock
+        if clock is not None:
+            return clock.state
+        return list(self.transcription.ocp.system.state_names).index("clock")
+
+    @cached_property
+    def running(self) -> list[Element]:
+        """Those in which the clock runs."""
+        clock, length = self._clock, 1e-9 * self.duration
+        return [element for element in self.elements if element.x[-1, clock] - element.x_left[clock] > length]
+
+    @cached_property
+    def frozen(self) -> list[Element]:
+        """Those in which it stands still."""
+        clock, length = self._clock, 1e-9 * self.duration
+        return [element for element in self.elements if element.x[-1, clock] - element.x_left[clock] <= length]
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return float(self.elements[-1].x[-1, self._clock])
+
+    @cached_property
+    def _ends(self) -> np.ndarray:
+        return np.array([element.x[-1, self._clock] for element in self.running])
+
+    def at(self, time: float) -> tuple[Element, float]:
+        """Return the element in which the clock shows a time, s, and about where in numerical time."""
+        element = self.running[min(int(np.searchsorted(self._ends, time)), len(self.running) - 1)]
+        begin, end = element.x_left[self._clock], element.x[-1, self._clock]
+        fraction = float(np.clip((time - begin) / (end - begin), 0.0, 1.0))
+        return element, element.start + fraction * element.step
+
+    def point(self, new: Discretised) -> np.ndarray:
+        """Return the start of a sequence along the motion, (n)."""
+        transcription, tableau = new.transcription, new.transcription.options.tableau
+        old = self.transcription.options.tableau
+        grid, clock = transcription.grid, self._clock
+        fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
+        nothing = np.zeros((tableau.stages, transcription.ocp.system.state.numel()))
+        stretch = grid.nodes[-1] / self.duration
+        hits = list(self.frozen)
+        elements: list[Element] = []
+        start = 0.0
+        for k, count in enumerate(transcription.elements):
+            begin, length = float(grid.nodes[k]) / stretch, grid.lengths[k] / stretch
+            inside = [self.at(begin + share * length) for share in (0.0, *fractions)]
+            middle, _ = self.at(begin + 0.5 * length)
+            x_left = elements[-1].x[-1] if elements else self.elements[0].x_before
+            z_left = elements[-1].z[-1] if elements else self.elements[0].z_left
+            for _ in range(count - 1):
+                near = [e for e in hits if abs(e.x_left[clock] - begin) <= NEAR * length]
+                if near:
+                    hits.remove(near[0])
+                    one = near[0]
+                    x, z, step = one.x, one.z, one.step
+                    if len(one.x) != len(fractions):
+                        times = one.start + one.step * fractions
+                        x = one.at(old, times)
+                        z = np.vstack([at_stages(one, one.z, at, old) for at in times])
+                else:
+                    x, z, step = np.tile(x_left, (len(fractions), 1)), np.tile(z_left, (len(fractions), 1)), STANDSTILL
+                elements.append(Element(k, start, step, x_left, z_left, x, z, middle.u, nothing))
+                start, x_left, z_left = start + step, x[-1], z[-1]
+            x = np.vstack([element.at(old, np.array([at])) for element, at in inside[1:]])
+            x[:, clock] *= stretch
+            z = np.vstack([at_stages(element, element.z, at, old) for element, at in inside[1:]])
+            rate = (middle.x[-1, clock] - middle.x_left[clock]) / middle.step
+            step = length * stretch / rate
+            elements.append(Element(k, start, step, x_left, z_left, x, z, middle.u, nothing))
+            start += step
+        return transcription.pack(_with_jumps(elements, transcription))
+
+
+def _with_jumps(elements: list[Element], transcription: Transcription) -> list[Element]:
+    """Return the elements with jumps that change nothing, for a system whose state may jump."""
+    jump = transcription.ocp.system.jump
+    if jump is None:
+        return elements
+    still = [
+        np.concatenate([element.x_left[list(jump.states)], np.zeros(jump.size - len(jump.states))])
+        for element in elements
+    ]
+    return [
+        Element(e.interval, e.start, e.step, e.x_left, e.z_left, e.x, e.z, e.u, e.slopes, y, e.x_left)
+        for e, y in zip(elements, still, strict=True)
+    ]
