@@ -116,7 +116,8 @@ def motion_audit(
     """
     grid, limits, ends = motion.grid, motion.limits, motion.endpoints
     if interval_ends is None:
-        interval_ends = grid.duration(physical.clock) * np.arange(1, grid.intervals + 1) / grid.intervals
+        count = len(physical.clock)
+        interval_ends = grid.duration(physical.clock) * np.arange(1, count + 1) / count
     names = names_of(motion)
     found = audit(
         physical,

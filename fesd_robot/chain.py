@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+
 from fesd_robot.adapters import homotopy_options, with_promised_goal
 from fesd_robot.coarse_start import coarse_start
 from fesd_robot.determinacy import in_deciding_postures
@@ -19,6 +21,8 @@ from fesd_robot.known_sequence import known_start
 from fesd_robot.local_search import Depth, Listeners, searched
 from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.phases import Along, PhaseSolver, SequenceSearch, guessed_sequences, sequence_of
+from fesd_robot.plans.plan import LocalSearch, TriedSequence
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
 from fesd_robot.sagittal_start import sagittal_start
@@ -26,6 +30,7 @@ from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.strategies.processes import cores_for
 from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.shared import LeastCost
@@ -90,6 +95,51 @@ class Chain:
             promised: as in `planner.attempt`.
         """
         return self._before_and_after(motion, transcription, promised=promised).after
+
+    def on_phases(self, motion: MotionProblem, *, promised: bool = False) -> SolvedMotion | None:
+        """Return the motion of a task whose control grid moves with its contacts, searched and refined.
+
+        Sequences of phases are those that the guess shows; where none of them leads to a motion, that of a motion on a
+        grid that stands still.
+
+        Args:
+            motion: the formulated task.
+            promised: as in `planner.attempt`.
+
+        Returns:
+            None where no sequence leads to a motion.
+        """
+        options, task = homotopy_options(motion.task), motion.task
+        self.reached(Station.SEARCHING)
+        solver = PhaseSolver(motion, options, self.deadline, self.stop, self.report)
+        search = SequenceSearch(solver, cores_for(task), self.counted, lambda found: None)
+        search.guesses(guessed_sequences(motion))
+        if search.best is None and not solver.over:
+            self._from_uniform(search, motion)
+        if search.best is None:
+            return None
+        first = search.cost
+        if task.solver.effort != "quick":
+            self.reached(Station.IMPROVING)
+            search.improve(patient=task.solver.effort == "best")
+        best = solver.settled(search.best)
+        if promised and task.goal.soft:
+            motion = with_promised_goal(motion)
+        solution = best.solution(list(self.reports), search.seconds)
+        solved = SolvedMotion.of(motion, best.own.polisher, solution)
+        return self._refined(replace(solved, search=_summary(search, first)), options, with_spare=True)
+
+    def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Solve the sequence of a motion on a grid that stands still, from that motion, and from the guess."""
+        uniform = formulate(with_overrides(motion.task, {"method.grid": "uniform"}))
+        first = self._first(uniform, Transcription(uniform.ocp, uniform.fesd))
+        transcription, w = first.polisher.transcription, first.solution.w
+        exact = first.solution.branch
+        for branch in [exact] if exact else first.polisher.candidate_branches(w):
+            along = Along(transcription, w, branch)
+            sequence = sequence_of(branch, transcription.unpack(w), along.clock)
+            search.note("homotopy", sequence, search.solver.from_motion(sequence, along))
+            search.guesses([sequence], "homotopy, from the guess")
 
     def _before_and_after(
         self,
@@ -231,6 +281,28 @@ class Chain:
         chain = replace(self, deadline=self.deadline.share(SHARE_OF_TIME), least=None)
         found = chain._before_and_after(motion, transcription, with_spare=False, depth=Depth.QUICK)
         return [found.before] if found.after is found.before else [found.after, found.before]
+
+
+def _summary(search: SequenceSearch, first: float) -> LocalSearch:
+    """Return what a search over sequences did, of which the first motion had a cost."""
+    tried = [
+        TriedSequence(
+            what=one.what,
+            sequence=one.sequence,
+            cost=one.cost if np.isfinite(one.cost) else None,
+            seconds=one.seconds,
+            kept=one.kept,
+        )
+        for one in search.tried
+    ]
+    return LocalSearch(
+        seconds=search.seconds,
+        iterations=search.iterations,
+        trials=len(tried),
+        cost_before=first,
+        moves=[f"{one.what}: {one.sequence}, {one.cost:.6g}" for one in search.tried if one.kept],
+        sequences=tried,
+    )
 
 
 class _Refined(NamedTuple):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from functools import partial
+
+import numpy as np
 
 from fesd_robot.adapters import (
     assembled_plan,
@@ -27,7 +30,7 @@ from fesd_robot.plans.statistics import Effort, statistics_of
 from fesd_robot.plans.tables import settings_line
 from fesd_robot.plans.verdict import given_up, status_of
 from fesd_robot.solved_motion import SolvedMotion
-from fesd_robot.strategies.attempts import AttemptedPlan, Stop, best_plan, stop_requested
+from fesd_robot.strategies.attempts import AttemptedPlan, NoSequence, Stop, best_plan, stop_requested
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import (
     FALLBACKS,
@@ -42,6 +45,9 @@ from fesd_robot.strategies.shared import LeastCost, SharedStop
 from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
+
+
+logger = logging.getLogger(__name__)
 
 
 def plan(
@@ -85,10 +91,15 @@ def plan(
     deadline, reached, shared = Deadline(task.solver.time_limit), station or _unseen, SharedStop(stop)
     stop, least = None if stop is None else shared.here, LeastCost()
 
-    promised, guessed = not task.goal.soft, with_own_starts(task)
+    promised = not task.goal.soft
+    attempted = partial(attempt, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
+    if task.method.grid == "phases":
+        if on_phases := _on_phases(task, attempted, deadline):
+            return on_phases
+        task = with_overrides(task, {"method.grid": "uniform", **time_left(deadline)})
+    guessed = with_own_starts(task)
     if starting:
         starting(starts_of(guessed))
-    attempted = partial(attempt, promised=promised, progress=progress, stop=stop, station=station, counted=counted)
     attempts = attempt_seeds(
         guessed,
         partial(attempted, least=least),
@@ -112,6 +123,20 @@ def plan(
     if any(one.final for one in attempts) or stop_requested(stop) or not task.solver.retries:
         return best
     return _with_what_helps(best, task, deadline, progress, stop, retrying, station)
+
+
+def _on_phases(task: Task, attempted: Callable[[Task], Plan], deadline: Deadline) -> Plan | None:
+    """Return the plan on a control grid that moves, None where a grid that stands still is to be tried."""
+    begin = deadline.spent
+    try:
+        found = AttemptedPlan({}, attempted(task), deadline.spent - begin)
+    except NoSequence as error:
+        logger.warning("%s, which is planned on a control grid that stands still", error)
+        return None
+    if found.final or deadline.left <= 0:
+        return best_plan([found])
+    logger.warning("the motion on a control grid that moves is not solved: %s", found.plan.status.message)
+    return None
 
 
 def attempt(
@@ -154,10 +179,14 @@ def attempt(
     if task.solver.linear_solver in ("auto", "fesd"):
         begin_building()
     motion = formulate(task)
-    transcription = Transcription(motion.ocp, motion.fesd)
-    problem, build_seconds = transcription.problem, deadline.spent
-    options = homotopy_options(task)
-    solved = chain.solved(motion, transcription, promised=promised)
+    build_seconds, options = deadline.spent, homotopy_options(task)
+    if motion.grid.moving:
+        found = chain.on_phases(motion, promised=promised)
+        if found is None:
+            raise NoSequence("no sequence of phases leads to a motion of the task")
+        solved = found
+    else:
+        solved = chain.solved(motion, Transcription(motion.ocp, motion.fesd), promised=promised)
     motion, certificate = solved.motion, None
     beaten = chain.beaten(solved)
     if not beaten:
@@ -180,7 +209,7 @@ def attempt(
         motion,
         solved.physical,
         physics,
-        controls_of(controls[: len(names)], names, motion.grid.duration(solved.physical.clock)),
+        controls_of(controls[: len(names)], names, _interval_starts(solved)),
         status=status,
         audit=solved.audit,
         outcome=solved.outcome,
@@ -190,6 +219,14 @@ def attempt(
     elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
     warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+def _interval_starts(solved: SolvedMotion) -> np.ndarray:
+    """Return when control intervals begin, (N), s."""
+    ends, grid = solved.physical.clock, solved.motion.grid
+    if grid.moving:
+        return np.append(0.0, ends[:-1])
+    return grid.duration(ends) * np.arange(len(ends)) / len(ends)
 
 
 def _status(solved: SolvedMotion, certificate: Certificate | None, deadline: Deadline) -> Status:

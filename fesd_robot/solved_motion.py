@@ -100,7 +100,7 @@ class SolvedMotion:
     @cached_property
     def audit(self) -> Audit:
         """What the audit says."""
-        return motion_audit(self.motion, self.physical, self.physics, self.replay)
+        return self._audit_with(self.replay)
 
     @cached_property
     def outcome(self) -> Outcome:
@@ -128,11 +128,25 @@ class SolvedMotion:
 
     @cached_property
     def _audit_without_replay(self) -> Audit:
-        return motion_audit(self.motion, self.physical, self.physics, None)
+        return self._audit_with(None)
 
     @cached_property
     def _audit_without_impacts(self) -> Audit:
-        return motion_audit(self.motion, self.physical, self.physics, self.replay.without_impacts)
+        return self._audit_with(self.replay.without_impacts)
+
+    def _audit_with(self, replay: MotionReplay | None) -> Audit:
+        return motion_audit(self.motion, self.physical, self.physics, replay, self._interval_ends)
+
+    @cached_property
+    def _interval_ends(self) -> np.ndarray | None:
+        """When control intervals should end, s: on a grid that moves where they do, but for its knots."""
+        grid, ends = self.transcription.grid, self.physical.clock
+        if not grid.moving:
+            return None
+        expected, knots = ends.copy(), np.array(grid.knots)
+        duration = self.motion.grid.duration(ends)
+        expected[knots - 1] = grid.nodes[knots] * duration / grid.nodes[-1]
+        return expected
 
     def counted(self, rounds: int, seconds: float) -> SolvedMotion:
         """Return the same motion with these numbers; its audit and its errors are not worked out again."""

@@ -171,8 +171,8 @@ def _window(parts: ProblemParts, name: str, window: ContactWindow) -> list[Traje
         _check_start(parts, name, rows)
     if forbidden:
         return [_trajectory_constraint(parts, name, "path", parts.grid.between(begin, end), rows)]
-    times = [(begin, end)] if begin == 0 else [(begin, begin), (begin, end)]
-    return [_trajectory_constraint(parts, name, "interval_end", parts.grid.between(*ends), rows) for ends in times]
+    places = parts.grid.ends_from(begin, end)
+    return [_trajectory_constraint(parts, name, "interval_end", where, rows) for where in places]
 
 
 def _trajectory_constraint(

@@ -5,18 +5,27 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
+from fesd_robot.mpcc import PolishingReport
 from fesd_robot.phases.neighbours import Neighbour, neighbours
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
+from fesd_robot.strategies.attempts import stop_requested
+from fesd_robot.strategies.lookahead import Lookahead
+from fesd_robot.strategies.shared import Cores
 
 GAIN = 1e-3
 """Part of the cost by which a neighbour has to be cheaper to take the motion's place."""
 
 WORTHWHILE = 5e-3
-"""Part of the cost that a pass over all neighbours has to bring for another one to follow."""
+"""Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
+for the search to go on for long after it."""
+
+LEAST_PATIENCE = 300
+"""IPOPT iterations without a gain that is worthwhile, after which a search ends that is not patient."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +35,7 @@ class Tried:
     Attributes:
         what: in words, where it came from or what was changed.
         sequence: as it is written.
-        cost: infinite where no motion was found.
+        cost: infinite where no motion was found, or none that is cheaper.
         seconds: since the beginning, when it was there.
         kept: whether it was the cheapest so far.
     """
@@ -38,30 +47,59 @@ class Tried:
     kept: bool
 
 
+class _Trial(NamedTuple):
+    """A sequence to solve, or a motion, with its durations as they were guessed, in a form for another process."""
+
+    sequence: Sequence
+    from_sequence: Sequence
+    from_w: np.ndarray
+    below: float
+
+
+class _Found(NamedTuple):
+    """The motion of a trial, as another process says it, and the iterations that the trial took."""
+
+    sequence: Sequence | None
+    report: PolishingReport | None
+    iterations: int
+
+
 @dataclass
 class SequenceSearch:
     """A search, and what it has tried.
 
     Attributes:
         solver: of the task.
+        cores: on which neighbours are tried at once.
         counted: called with the number of sequences tried so far, and of how many.
         cheaper: called with every motion that costs less than all before.
         tried: all sequences so far.
         best: the cheapest motion; None if none is found.
+        iterations: of IPOPT with neighbours.
     """
 
     solver: PhaseSolver
+    cores: Cores
     counted: Callable[[int, int | None], None]
     cheaper: Callable[[PhaseMotion], None]
     tried: list[Tried] = field(default_factory=list)
     best: PhaseMotion | None = None
+    iterations: int = 0
     _begin: float = field(default_factory=time.perf_counter)
     _seen: set[object] = field(default_factory=set)
+    _patience: float = np.inf
+    _since: int = 0
+    _reference: float = np.inf
 
     @property
     def cost(self) -> float:
         """Of the cheapest motion; infinite if there is none."""
         return self.best.cost if self.best else np.inf
+
+    @property
+    def seconds(self) -> float:
+        """Since the beginning."""
+        return time.perf_counter() - self._begin
 
     def guesses(self, sequences: Iterable[Sequence], what: str = "guess") -> None:
         """Solve sequences from the guess of the task."""
@@ -70,54 +108,85 @@ class SequenceSearch:
                 break
             if sequence.key not in self._seen:
                 self._seen.add(sequence.key)
-                self._note(what, sequence, self.solver.from_guess(sequence))
+                self.note(what, sequence, self.solver.from_guess(sequence))
 
-    def known(self, motion: PhaseMotion, what: str) -> None:
-        """Take note of a motion that was found in another way."""
-        self._note(what, motion.sequence, motion)
-
-    def improve(self, passes: int) -> None:
-        """Try neighbours of the cheapest motion, pass after pass, until one brings less than `WORTHWHILE`.
+    def improve(self, *, patient: bool) -> None:
+        """Try neighbours of the cheapest motion, and of those that are cheaper, until a pass brings too little.
 
         Args:
-            passes: at most.
+            patient: whether it ends only then; else it does once neighbours have taken as many iterations since the last
+                gain that was worthwhile as everything had before, at least `LEAST_PATIENCE`.
         """
-        for _ in range(passes):
-            if self.best is None or self.solver.over:
-                return
-            before = self.cost
-            self._pass()
-            if not before - self.cost > WORTHWHILE * abs(before):
-                return
-
-    def _pass(self) -> None:
-        """Try all neighbours of the cheapest motion; where one is cheaper, go on with the neighbours of that."""
-        again = True
-        while again and not self.solver.over:
-            again = False
-            assert self.best is not None
-            found = list(neighbours(self.best.sequence, list(self.solver.motion.contacts)))
-            untried = [one for one in found if one.sequence.key not in self._seen]
-            for number, one in enumerate(untried):
-                if self.solver.over:
+        ahead = Lookahead(self._found, self.cores, self.solver.stop, self._alone)
+        self._patience = np.inf if patient else 0.0
+        self._gained()
+        try:
+            while self.best is not None and not self._over:
+                before = self.cost
+                while self._better_neighbour(ahead):
+                    pass
+                if not before - self.cost > WORTHWHILE * abs(before):
                     return
-                self.counted(number, len(untried))
-                if self._tries(one):
-                    again = True
-                    break
+        finally:
+            ahead.close()
 
-    def _tries(self, one: Neighbour) -> bool:
-        """Whether a neighbour is cheaper than the cheapest motion."""
-        assert self.best is not None
-        self._seen.add(one.sequence.key)
+    def _gained(self) -> None:
+        """Take note of a gain that is worthwhile."""
+        self._since, self._reference = self.iterations, self.cost
+        if self._patience < np.inf:
+            spent = self.iterations + sum(report.iterations for report in self.solver.reports)
+            self._patience = max(LEAST_PATIENCE, spent)
+
+    @property
+    def _over(self) -> bool:
+        """Whether the search ends: without time, by the user, or because it has not paid for long."""
+        ended = self.solver.deadline.left <= 0 or stop_requested(self.solver.stop)
+        return ended or self.iterations - self._since > self._patience
+
+    def _better_neighbour(self, ahead: Lookahead[_Trial, _Found]) -> bool:
+        """Whether a neighbour of the cheapest motion, which takes its place, is cheaper."""
+        best = self.best
+        assert best is not None
+        found = neighbours(best.sequence, list(self.solver.motion.contacts))
+        untried = [one for one in found if one.sequence.key not in self._seen]
         below = self.cost - GAIN * abs(self.cost)
-        return self._note(one.what, one.sequence, self.solver.from_motion(one.sequence, self.best.along, below))
+        trials = [_Trial(one.sequence, best.own.sequence, best.w, below) for one in untried]
+        for number, (one, result) in enumerate(zip(untried, ahead.results(trials), strict=False), start=1):
+            self.iterations += result.iterations
+            self.counted(number, len(untried))
+            self._seen.add(one.sequence.key)
+            if self._takes(one, result):
+                if self._reference - self.cost > WORTHWHILE * abs(self._reference):
+                    self._gained()
+                return not self._over
+            if self._over:
+                break
+        return False
 
-    def _note(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> bool:
+    def _takes(self, one: Neighbour, result: _Found) -> bool:
+        motion = None
+        if result.sequence is not None and result.report is not None:
+            motion = self.solver.motion_of(result.sequence, result.report)
+        return self.note(one.what, one.sequence, motion)
+
+    def _found(self, trial: _Trial) -> _Found:
+        """Return the motion of a trial."""
+        before = len(self.solver.reports)
+        along = self.solver.again(trial.from_sequence, trial.from_w)
+        motion = self.solver.from_motion(trial.sequence, along, trial.below)
+        iterations = sum(report.iterations for report in self.solver.reports[before:])
+        return _Found(motion and motion.own.sequence, motion and motion.report, iterations)
+
+    def _alone(self) -> None:
+        """In another process nobody looks, and nothing stops but the process."""
+        self.solver.progress = self.solver.stop = None
+
+    def note(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> bool:
+        """Take note of a sequence that was solved; return whether its motion is the cheapest so far."""
         cost = motion.cost if motion else np.inf
         kept = cost < self.cost
         shown = str(motion.sequence if motion else sequence)
-        self.tried.append(Tried(what, shown, cost, time.perf_counter() - self._begin, kept))
+        self.tried.append(Tried(what, shown, cost, self.seconds, kept))
         if motion and kept:
             self._seen.add(motion.sequence.key)
             self.best = motion

@@ -46,6 +46,15 @@ FREE_ITERATIONS = 200
 NEIGHBOUR_START = starting_at(1e-2, 1e-3)
 """The same from the motion of another sequence."""
 
+NEIGHBOUR_ITERATIONS = 40
+"""After which one goes on only if it nearly holds its constraints; those that converge take 15 to 60."""
+
+HOPE = 0.1
+"""Part of the cost that may be gained where bounds of durations move, or what has vanished is left out."""
+
+SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES = starting_at(1e-6, 1e-8), 60, {"tol": 1e-9}
+"""Of IPOPT for the last digits."""
+
 AGAIN_START = starting_at(1e-4, 1e-5)
 """The same where only bounds of durations have moved, or a phase is left out."""
 
@@ -151,10 +160,25 @@ class PhaseSolver:
         """
         own = self._on_grid(sequence)
         lengths = own.sequence.durations
-        end = self._end(own, own.transcription.problem.start, lengths, lengths, FIXED_START, FIXED_ITERATIONS, rough=True)
+        w = own.transcription.problem.start
+        end = self._end(own, w, lengths, lengths, FIXED_START, FIXED_ITERATIONS, FIXED_TOLERANCES)
         if end is None or not end.residuals.constraint_violation <= ROUGH_VIOLATION:
             return None
-        return self._freed(own, end.w, FREE_START, below)
+        return self._freed(own, end.w, FREE_START, FREE_ITERATIONS, below)
+
+    def again(self, sequence: Sequence, w: np.ndarray) -> Along:
+        """Return what the solve of a sequence may begin along, of a motion that another process has found.
+
+        Args:
+            sequence: of the motion, with the durations of its guess.
+            w: the motion, (n).
+        """
+        own = self._on_grid(sequence)
+        return Along(own.transcription, w, own.branch)
+
+    def motion_of(self, sequence: Sequence, report: PolishingReport) -> PhaseMotion:
+        """Return a motion that another process has found, of a sequence with the durations of its guess."""
+        return PhaseMotion(self._on_grid(sequence), report)
 
     def from_motion(self, sequence: Sequence, along: Along, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
@@ -165,33 +189,53 @@ class PhaseSolver:
             below: cost that it is to stay below; where it does not after one NLP it is given up.
         """
         own = self._on_grid(sequence)
-        return self._freed(own, along.point(own), NEIGHBOUR_START, below)
+        return self._freed(own, along.point(own), NEIGHBOUR_START, NEIGHBOUR_ITERATIONS, below)
 
-    def _freed(self, own: Discretised, w: np.ndarray, start: dict[str, Any], below: float) -> PhaseMotion | None:
-        """Return the motion with free durations: their bounds move until none is met, and no phase has vanished."""
+    def settled(self, motion: PhaseMotion) -> PhaseMotion:
+        """Return a motion to the last digits, as a certificate asks for them; as it is if that fails."""
+        own, nothing = motion.own, np.zeros(len(motion.own.counts))
+        end = self._end(own, motion.w, nothing, nothing + np.inf, SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES)
+        return PhaseMotion(own, end) if end and end.exact else motion
+
+    def _freed(
+        self, own: Discretised, w: np.ndarray, start: dict[str, Any], iterations: int, below: float
+    ) -> PhaseMotion | None:
+        """Return the motion with free durations: their bounds move until none is met, and no phase has vanished.
+
+        Args:
+            own, w: the sequence on its grid, and where to begin, (n).
+            start, iterations: of IPOPT.
+            below: cost that it is to stay below.
+        """
         found: PhaseMotion | None = None
         for _ in range(MOST_ROUNDS):
             lengths = own.sequence.durations
-            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, FREE_ITERATIONS)
+            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, iterations, FREE_TOLERANCES)
             if end is None or not end.residuals.constraint_violation <= NEARLY:
-                return found
+                break
             near = PhaseMotion(own, end)
+            if not end.exact and near.cost > below + HOPE * abs(below):
+                return None
             soft = self._soft(near)
             if not (end.exact or soft):
-                return found
+                if end.status is not NlpStatus.ITERATION_LIMIT or iterations >= FREE_ITERATIONS:
+                    break
+                w, start, iterations = end.w, AGAIN_START, FREE_ITERATIONS
+                continue
             found = near if end.exact else found
-            if end.exact and not near.cost < below:
-                return None
             durations = near.sequence.durations
             vanished = [i for i, duration in enumerate(durations) if duration <= VANISHED and len(durations) > 1]
             at_bound = (durations <= (1 + NEAR_BOUND) * SHORTER * lengths) | (
                 durations >= (1 - NEAR_BOUND) * LONGER * lengths
             )
-            if found and not (soft or vanished or at_bound.any()) and self._covered(found):
-                return found
+            moves = bool(soft or vanished or at_bound.any())
+            if end.exact and near.cost > below + (HOPE if moves else 0.0) * abs(below):
+                return None
+            if end.exact and not moves and self._covered(near):
+                return near
             own = self._on_grid(near.sequence.without_impacts(soft).without(vanished))
             w, start = near.along.point(own), AGAIN_START
-        return found
+        return found if found and found.cost < below else None
 
     def _soft(self, motion: PhaseMotion) -> list[tuple[int, int]]:
         """Return the impacts that change nothing, by the number of a phase and their number there."""
@@ -222,8 +266,7 @@ class PhaseSolver:
         upper: np.ndarray,
         start: dict[str, Any],
         iterations: int,
-        *,
-        rough: bool = False,
+        tolerances: dict[str, float],
     ) -> PolishingReport | None:
         """Return the end of the branch NLP with durations between bounds, s, (P); None if no time is left."""
         if self.over:
@@ -234,7 +277,7 @@ class PhaseSolver:
             own.branch,
             own.transcription.problem,
             w,
-            options={**settings, **(FIXED_TOLERANCES if rough else FREE_TOLERANCES)},
+            options={**settings, **tolerances},
             limits=PolishingLimits(
                 self.options.feasibility,
                 self.deadline.remaining,

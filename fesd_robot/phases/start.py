@@ -39,7 +39,8 @@ class Along:
         return [element for element, without in all_of_them if not without and element.step > 0]
 
     @property
-    def _clock(self) -> int:
+    def clock(self) -> int:
+        """Index of the state that is the physical time."""
         clock = self.transcription.ocp.clock
         if clock is not None:
             return clock.state
@@ -48,28 +49,28 @@ class Along:
     @cached_property
     def running(self) -> list[Element]:
         """Those in which the clock runs."""
-        clock, length = self._clock, 1e-9 * self.duration
+        clock, length = self.clock, 1e-9 * self.duration
         return [element for element in self.elements if element.x[-1, clock] - element.x_left[clock] > length]
 
     @cached_property
     def frozen(self) -> list[Element]:
         """Those in which it stands still."""
-        clock, length = self._clock, 1e-9 * self.duration
+        clock, length = self.clock, 1e-9 * self.duration
         return [element for element in self.elements if element.x[-1, clock] - element.x_left[clock] <= length]
 
     @property
     def duration(self) -> float:
         """s."""
-        return float(self.elements[-1].x[-1, self._clock])
+        return float(self.elements[-1].x[-1, self.clock])
 
     @cached_property
     def _ends(self) -> np.ndarray:
-        return np.array([element.x[-1, self._clock] for element in self.running])
+        return np.array([element.x[-1, self.clock] for element in self.running])
 
     def at(self, time: float) -> tuple[Element, float]:
         """Return the element in which the clock shows a time, s, and about where in numerical time."""
         element = self.running[min(int(np.searchsorted(self._ends, time)), len(self.running) - 1)]
-        begin, end = element.x_left[self._clock], element.x[-1, self._clock]
+        begin, end = element.x_left[self.clock], element.x[-1, self.clock]
         fraction = float(np.clip((time - begin) / (end - begin), 0.0, 1.0))
         return element, element.start + fraction * element.step
 
@@ -77,7 +78,7 @@ class Along:
         """Return the start of a sequence along the motion, (n)."""
         transcription, tableau = new.transcription, new.transcription.options.tableau
         old = self.transcription.options.tableau
-        grid, clock = transcription.grid, self._clock
+        grid, clock = transcription.grid, self.clock
         fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
         nothing = np.zeros((tableau.stages, transcription.ocp.system.state.numel()))
         stretch = grid.nodes[-1] / self.duration

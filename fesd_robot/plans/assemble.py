@@ -30,10 +30,9 @@ def trajectory_of(
     )
 
 
-def controls_of(control: np.ndarray, names: Sequence[str], duration: float) -> dict[str, np.ndarray]:
-    """Return the start time of every control interval and its controls by name; `control` is (n_u, N)."""
-    intervals = control.shape[1]
-    return {"time": duration * np.arange(intervals) / intervals, **dict(zip(names, control, strict=True))}
+def controls_of(control: np.ndarray, names: Sequence[str], starts: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the start time of every control interval, (N), s, and its controls by name; `control` is (n_u, N)."""
+    return {"time": starts, **dict(zip(names, control, strict=True))}
 
 
 def contacts_of(motion: PhysicalMotion, names: Sequence[str], physics: NumericPhysics) -> dict[str, ContactHistory]:

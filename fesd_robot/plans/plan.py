@@ -183,6 +183,25 @@ class Refinement(Record):
     largest_local_error: float
 
 
+class TriedSequence(Record):
+    """A sequence of phases that was solved.
+
+    Attributes:
+        what: where it came from, or what was changed, in words.
+        sequence: what every contact does, phase by phase: F flies, S sticks, + and - slip along and against the
+            tangent, L slips; ! in front of a phase that begins with an impact.
+        cost: None where no motion was found, or none that costs less.
+        seconds: since the first sequence was solved.
+        kept: whether it was the cheapest so far.
+    """
+
+    what: str
+    sequence: str
+    cost: float | None
+    seconds: float
+    kept: bool
+
+
 class LocalSearch(Record):
     """How cheaper neighbours of an exact motion were looked for.
 
@@ -191,6 +210,7 @@ class LocalSearch(Record):
         trials: neighbours that were tried.
         cost_before: of the exact motion that was found first.
         moves: what was changed, one after the other, in words, with the cost afterwards, which may rise first.
+        sequences: of phases that were solved, in this order; None where the control grid did not move.
     """
 
     seconds: float
@@ -198,6 +218,7 @@ class LocalSearch(Record):
     trials: int
     cost_before: float
     moves: list[str]
+    sequences: list[TriedSequence] | None = None
 
 
 class Statistics(Record):

@@ -17,6 +17,10 @@ class NoCoarserMotion(Exception):
     """A coarser control grid, on which an attempt should begin, led to no motion on the task's own."""
 
 
+class NoSequence(Exception):
+    """No sequence of phases led to a motion of a task whose control grid moves."""
+
+
 class AttemptedPlan(NamedTuple):
     """What one attempt at a task gave.
 

@@ -237,6 +237,11 @@ class Solver(Section):
         "whatever a direction of descent leaves that the certificate finds. auto: yes, but a motion in space that "
         "was searched in the x-z plane first is not searched again, only what a direction of descent leaves.",
     )
+    effort: Literal["quick", "balanced", "best"] = Field(
+        default="balanced",
+        description="How long cheaper sequences of phases are looked for, with method.grid phases: not at all (quick), "
+        "as long as that pays (balanced), or until no neighbour of the motion is cheaper (best).",
+    )
     coarse_to_fine: bool | Literal["auto"] = Field(
         default="auto",
         description="Whether the motion is planned on a control grid half as fine first (a third, where the number of "
