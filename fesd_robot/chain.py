@@ -138,7 +138,7 @@ class Chain:
         for branch in [exact] if exact else first.polisher.candidate_branches(w):
             along = Along(transcription, w, branch)
             sequence = sequence_of(branch, transcription.unpack(w), along.clock)
-            search.note("homotopy", sequence, search.solver.from_motion(sequence, along))
+            search.note("homotopy", sequence, search.solver.from_known(sequence, along))
             search.guesses([sequence], "homotopy, from the guess")
 
     def _before_and_after(

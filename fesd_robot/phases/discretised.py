@@ -20,6 +20,10 @@ WITH_FORCE = 2
 """Least number of intervals of a phase in which a contact has a force: with one control it could only push evenly."""
 
 
+ROUNDED = 1e-6
+"""Of an interval; durations that are multiples of it but for this have that many."""
+
+
 @dataclass(frozen=True)
 class Discretised:
     """A sequence on its grid.
@@ -57,12 +61,15 @@ class Discretised:
         return self.sequence.with_durations(np.diff(self.clocks(w)[self.nodes]))
 
     def impact_steps(self, w: np.ndarray) -> list[list[float]]:
-        """Return the numerical times of the impacts of every phase at a point, (P)."""
+        """Return the numerical times of the impacts of every phase at a point, and of those at the end, (P + 1)."""
         elements, indices, first, found = self.transcription.elements, self.transcription.indices, 0, []
-        for node, count in zip(self.nodes[:-1], self.counts, strict=True):
-            found.append([float(w[indices.step(first + n)]) for n in range(elements[node] - 1)])
+        impulses = self.transcription.ocp.system.jump is not None
+        for node, count, phase in zip(self.nodes[:-1], self.counts, self.sequence.phases, strict=True):
+            own = 0 if impulses else len(phase.impacts)
+            found.append([float(w[indices.step(first + n)]) for n in range(own)])
             first += sum(elements[node : node + count])
-        return found
+        last = 0 if impulses else len(self.sequence.at_end)
+        return [*found, [float(w[indices.step(first - last + n)]) for n in range(last)]]
 
     @cached_property
     def phase_rows(self) -> np.ndarray:
@@ -135,6 +142,10 @@ def discretised(
         elements += [1 + len(frozen)] + [1] * (count - 1)
         modes += [*frozen, *[phase.modes] * count]
         hits += [frozenset()] * len(frozen) + [phase.hit] + [frozenset()] * (count - 1)
+    if sequence.at_end and not impulses:
+        elements[-1] += len(sequence.at_end)
+        modes += sequence.at_end
+        hits += [frozenset()] * len(sequence.at_end)
     own = replace(options or motion.fesd, elements=tuple(elements), step_equilibration="none")
     polisher = BranchTranscription(Transcription(motion.ocp, own, given_grid=grid))
     branch = _branch(polisher.conditions, sequence.names, modes, hits)
@@ -145,7 +156,7 @@ def shares(sequence: Sequence, intervals: int) -> list[int]:
     """Return the number of control intervals of every phase: a number shared out in proportion to durations."""
     least = np.array([_least(phase) for phase in sequence.phases])
     wanted = intervals * sequence.durations / sequence.durations.sum()
-    counts = np.maximum(np.floor(wanted).astype(int), least)
+    counts = np.maximum(np.floor(wanted + ROUNDED).astype(int), least)
     while counts.sum() < intervals:
         counts[int(np.argmax(wanted - counts))] += 1
     return [int(count) for count in counts]

@@ -114,10 +114,6 @@ class _Neighbours:
                     yield self._of(f"{self._names(group)} hits {word}", self._changed(i, replace(phase, impacts=impacts)))
             if phase.impacts:
                 yield self._of(f"{self._names(lands)} comes down softly", self._changed(i, replace(phase, impacts=())))
-            if len(phase.impacts) > 1:
-                for n in range(len(phase.impacts)):
-                    fewer = (*phase.impacts[:n], *phase.impacts[n + 1 :])
-                    yield self._of(f"one part of an impact less", self._changed(i, replace(phase, impacts=fewer)))
 
     def _left_out(self) -> Iterator[Neighbour]:
         for i in range(len(self.phases)):
@@ -201,22 +197,29 @@ class _Neighbours:
 
     def _slips(self) -> Iterator[Neighbour]:
         for i, phase in enumerate(self.phases):
-            for n, mode in enumerate(phase.modes):
-                if not mode.closed or (n < len(self.contacts) and self.contacts[n].slip_distance == 0):
-                    continue
-                for other in (ContactMode.STICK, *self._sides(n)) if self._sides(n) else ():
-                    if other is mode:
+            free = [n for n, mode in enumerate(phase.modes) if mode.closed and self._slides(n)]
+            alike = [[n for n in free if phase.modes[n] is mode] for mode in dict.fromkeys(phase.modes)]
+            groups = [group for group in alike if len(group) > 1] + [[n] for n in free]
+            for group in groups:
+                for other in (ContactMode.STICK, *self._sides(group[0])):
+                    if other is phase.modes[group[0]]:
                         continue
-                    modes = tuple(other if m == n else one for m, one in enumerate(phase.modes))
-                    what = f"{self._name(n)} does {other.value} in phase {i + 1}"
-                    changed = replace(phase, modes=modes, impacts=self._slid(phase, n, other))
+                    modes = tuple(other if n in group else one for n, one in enumerate(phase.modes))
+                    what = f"{self._names(group)} does {other.value} in phase {i + 1}"
+                    for where in ("middle", "begin", "end"):
+                        yield from self._inserted(f"{what}, for a short time at its {where}", i, modes, where=where)
+                    changed = replace(phase, modes=modes, impacts=self._slid(phase, group, other))
                     yield self._of(what, self._changed(i, changed))
-                    for where in ("begin", "end"):
-                        yield from self._inserted(f"{what} at its {where}", i, modes, where=where)
 
-    def _slid(self, phase: Phase, contact: int, mode: ContactMode) -> tuple[Modes, ...]:
-        """Return the impacts of a phase in which a contact moves otherwise, as far as it is not hit itself."""
+    def _slides(self, contact: int) -> bool:
+        """Whether a contact, or a joint with dry friction, may stick and slip."""
+        return bool(self._sides(contact)) and not (
+            contact < len(self.contacts) and self.contacts[contact].slip_distance == 0
+        )
+
+    def _slid(self, phase: Phase, group: list[int], mode: ContactMode) -> tuple[Modes, ...]:
+        """Return the impacts of a phase in which contacts move otherwise, as far as they are not hit themselves."""
         return tuple(
-            tuple(mode if n == contact and not one.hits else one for n, one in enumerate(modes))
+            tuple(mode if n in group and not one.hits else one for n, one in enumerate(modes))
             for modes in phase.impacts
         )

@@ -49,4 +49,4 @@ def sequence_of(branch: Branch, elements: ListOf[Element], clock: int) -> Sequen
         pending = []
     phases = list(joined(phases))
     short = [i for i, phase in enumerate(phases) if phase.duration < shortest]
-    return Sequence(names, joined(Sequence(names, tuple(phases)).without(short).phases))
+    return Sequence(names, joined(Sequence(names, tuple(phases)).without(short).phases), tuple(pending))

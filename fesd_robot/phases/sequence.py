@@ -54,15 +54,17 @@ class Sequence:
     Attributes:
         names: of the contacts and, behind them, of the joints with dry friction.
         phases: at least one.
+        at_end: impacts where the last phase ends, as where another one would begin.
     """
 
     names: tuple[str, ...]
     phases: tuple[Phase, ...]
+    at_end: tuple[Modes, ...] = ()
 
     @property
-    def key(self) -> tuple[tuple[Modes, tuple[Modes, ...]], ...]:
+    def key(self) -> tuple[object, ...]:
         """What happens, without when: two sequences that share it differ in durations and knots only."""
-        return tuple((phase.modes, phase.impacts) for phase in self.without_knots.phases)
+        return (*((phase.modes, phase.impacts) for phase in self.without_knots.phases), self.at_end)
 
     @property
     def durations(self) -> np.ndarray:
@@ -114,10 +116,14 @@ class Sequence:
         return replace(self, phases=tuple(replace(one, duration=float(duration)) for one, duration in pairs))
 
     def without_impacts(self, gone: Iterable[tuple[int, int]]) -> Sequence:
-        """Return the sequence without some impacts, given by the number of a phase and its number there."""
+        """Return the sequence without some impacts, given by the number of a phase and its number there.
+
+        Those at the end have the number of the phase that would follow.
+        """
         left = set(gone)
         return replace(
             self,
+            at_end=tuple(one for n, one in enumerate(self.at_end) if (len(self.phases), n) not in left),
             phases=tuple(
                 replace(phase, impacts=tuple(one for n, one in enumerate(phase.impacts) if (i, n) not in left))
                 for i, phase in enumerate(self.phases)
@@ -150,7 +156,7 @@ class Sequence:
         return " ".join(
             ("!" if phase.impacts else "") + "".join(_LETTERS[mode] for mode in phase.modes)
             for phase in self.without_knots.phases
-        )
+        ) + "!" * bool(self.at_end)
 
 
 def _lawful(before: Modes, after: Modes, impacts: tuple[Modes, ...]) -> tuple[Modes, ...]:

@@ -46,17 +46,26 @@ FREE_ITERATIONS = 200
 NEIGHBOUR_START = starting_at(1e-2, 1e-3)
 """The same from the motion of another sequence."""
 
-NEIGHBOUR_ITERATIONS = 40
-"""After which one goes on only if it nearly holds its constraints; those that converge take 15 to 60."""
+NEIGHBOUR_ITERATIONS = 80
+"""Those that converge take 15 to 60."""
+
+ITERATIONS_AT_ONCE = 50
+"""After which an NLP goes on only if it nearly holds its constraints, without the impacts that are none."""
+
+PROMISING = 1e-2
+"""Violation of constraints up to which it does."""
 
 HOPE = 0.1
 """Part of the cost that may be gained where bounds of durations move, or what has vanished is left out."""
+
+KNOWN_START = starting_at(1e-4, 1e-5)
+"""IPOPT's options from a motion of the same sequence on another grid."""
 
 SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES = starting_at(1e-6, 1e-8), 60, {"tol": 1e-9}
 """Of IPOPT for the last digits."""
 
 AGAIN_START = starting_at(1e-4, 1e-5)
-"""The same where only bounds of durations have moved, or a phase is left out."""
+"""The same where it goes on, only bounds of durations have moved, or a phase or an impact is left out."""
 
 SHORTER, LONGER = 0.4, 2.2
 """Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a
@@ -71,11 +80,14 @@ MOST_ROUNDS = 6
 VANISHED = 1.5 * SHORTEST_PHASE
 """s; a phase that is this short at the end of an NLP is left out."""
 
+MUCH_LONGER = 1.6
+"""Times as long as the mean an interval may be; where one is longer, intervals are shared out again."""
+
 SOFT = 1e-4
 """Part of the largest impulse of a sequence, and at least of the weight in a second, below which an impact is none: it
 leaves multipliers undetermined, and an interior-point method without an end although its point is right."""
 
-NEARLY = 1e-4
+NEARLY = 1e-3
 """Violation of constraints below which the end of an NLP shows which impacts there are, converged or not."""
 
 
@@ -124,6 +136,13 @@ class PhaseMotion:
             build_seconds=0.0,
             solve_seconds=seconds,
         )
+
+
+def _well_shared(motion: PhaseMotion) -> bool:
+    """Return whether no phase has intervals that are much longer than they would be if all were shared out again."""
+    own, durations = motion.own, motion.sequence.durations
+    lengths = durations / np.array(own.counts)
+    return bool((lengths <= MUCH_LONGER * durations.sum() / sum(own.counts)).all())
 
 
 @dataclass
@@ -180,6 +199,22 @@ class PhaseSolver:
         """Return a motion that another process has found, of a sequence with the durations of its guess."""
         return PhaseMotion(self._on_grid(sequence), report)
 
+    def from_known(self, sequence: Sequence, along: Along) -> PhaseMotion | None:
+        """Return the motion of the sequence of another motion, from that; None if none is found.
+
+        Args:
+            sequence: of that motion, with its durations.
+            along: that motion, on whatever grid.
+        """
+        own = self._on_grid(sequence)
+        w, lengths = along.point(own), own.sequence.durations
+        if found := self._freed(own, w, KNOWN_START, FREE_ITERATIONS, np.inf):
+            return found
+        end = self._end(own, w, lengths, lengths, KNOWN_START, FREE_ITERATIONS, FREE_TOLERANCES)
+        if end is None or not end.exact:
+            return None
+        return self._freed(own, end.w, NEIGHBOUR_START, FREE_ITERATIONS, np.inf) or PhaseMotion(own, end)
+
     def from_motion(self, sequence: Sequence, along: Along, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
 
@@ -208,19 +243,20 @@ class PhaseSolver:
             below: cost that it is to stay below.
         """
         found: PhaseMotion | None = None
-        for _ in range(MOST_ROUNDS):
-            lengths = own.sequence.durations
-            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, iterations, FREE_TOLERANCES)
-            if end is None or not end.residuals.constraint_violation <= NEARLY:
+        lengths = own.sequence.durations
+        patience = iterations // ITERATIONS_AT_ONCE
+        for _ in range(MOST_ROUNDS + patience):
+            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, ITERATIONS_AT_ONCE, FREE_TOLERANCES)
+            if end is None or not np.isfinite(end.w).all():
                 break
-            near = PhaseMotion(own, end)
-            if not end.exact and near.cost > below + HOPE * abs(below):
+            near, violation = PhaseMotion(own, end), end.residuals.constraint_violation
+            if violation <= NEARLY and not end.exact and near.cost > below + HOPE * abs(below):
                 return None
-            soft = self._soft(near)
+            soft = self._soft(near) if violation <= NEARLY else []
             if not (end.exact or soft):
-                if end.status is not NlpStatus.ITERATION_LIMIT or iterations >= FREE_ITERATIONS:
+                if end.status is not NlpStatus.ITERATION_LIMIT or patience == 0 or violation > PROMISING:
                     break
-                w, start, iterations = end.w, AGAIN_START, FREE_ITERATIONS
+                w, start, patience = end.w, AGAIN_START, patience - 1
                 continue
             found = near if end.exact else found
             durations = near.sequence.durations
@@ -228,13 +264,18 @@ class PhaseSolver:
             at_bound = (durations <= (1 + NEAR_BOUND) * SHORTER * lengths) | (
                 durations >= (1 - NEAR_BOUND) * LONGER * lengths
             )
-            moves = bool(soft or vanished or at_bound.any())
+            fits = not (soft or vanished) and self._covered(near) and _well_shared(near)
+            moves = not fits or bool(at_bound.any())
             if end.exact and near.cost > below + (HOPE if moves else 0.0) * abs(below):
                 return None
-            if end.exact and not moves and self._covered(near):
+            if end.exact and not moves:
                 return near
+            start = AGAIN_START
+            if fits:
+                lengths, w = durations, end.w
+                continue
             own = self._on_grid(near.sequence.without_impacts(soft).without(vanished))
-            w, start = near.along.point(own), AGAIN_START
+            lengths, w = own.sequence.durations, near.along.point(own)
         return found if found and found.cost < below else None
 
     def _soft(self, motion: PhaseMotion) -> list[tuple[int, int]]:

@@ -82,7 +82,7 @@ class Along:
         fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
         nothing = np.zeros((tableau.stages, transcription.ocp.system.state.numel()))
         stretch = grid.nodes[-1] / self.duration
-        hits = list(self.frozen)
+        hits, jump = list(self.frozen), transcription.ocp.system.jump
         elements: list[Element] = []
         start = 0.0
         for k, count in enumerate(transcription.elements):
@@ -91,28 +91,35 @@ class Along:
             middle, _ = self.at(begin + 0.5 * length)
             x_left = elements[-1].x[-1] if elements else self.elements[0].x_before
             z_left = elements[-1].z[-1] if elements else self.elements[0].z_left
-            for _ in range(count - 1):
-                near = [e for e in hits if abs(e.x_left[clock] - begin) <= NEAR * length]
-                if near:
-                    hits.remove(near[0])
-                    one = near[0]
-                    x, z, step = one.x, one.z, one.step
-                    if len(one.x) != len(fractions):
-                        times = one.start + one.step * fractions
-                        x = one.at(old, times)
-                        z = np.vstack([at_stages(one, one.z, at, old) for at in times])
+            last = len(new.sequence.at_end) if k == grid.intervals - 1 and jump is None else 0
+            for n in range(count):
+                if n == count - 1 - last:
+                    x = np.vstack([element.at(old, np.array([at])) for element, at in inside[1:]])
+                    x[:, clock] *= stretch
+                    z = np.vstack([at_stages(element, element.z, at, old) for element, at in inside[1:]])
+                    rate = (middle.x[-1, clock] - middle.x_left[clock]) / middle.step
+                    step = length * stretch / rate
                 else:
-                    x, z, step = np.tile(x_left, (len(fractions), 1)), np.tile(z_left, (len(fractions), 1)), STANDSTILL
+                    at = begin + (length if n >= count - last else 0.0)
+                    near = [e for e in hits if abs(e.x_left[clock] - at) <= NEAR * length]
+                    if near:
+                        hits.remove(near[0])
+                        x, z, step = self._impact(near[0], fractions)
+                        x[:, clock] *= stretch
+                    else:
+                        x, z = np.tile(x_left, (len(fractions), 1)), np.tile(z_left, (len(fractions), 1))
+                        step = STANDSTILL
                 elements.append(Element(k, start, step, x_left, z_left, x, z, middle.u, nothing))
                 start, x_left, z_left = start + step, x[-1], z[-1]
-            x = np.vstack([element.at(old, np.array([at])) for element, at in inside[1:]])
-            x[:, clock] *= stretch
-            z = np.vstack([at_stages(element, element.z, at, old) for element, at in inside[1:]])
-            rate = (middle.x[-1, clock] - middle.x_left[clock]) / middle.step
-            step = length * stretch / rate
-            elements.append(Element(k, start, step, x_left, z_left, x, z, middle.u, nothing))
-            start += step
         return transcription.pack(_with_jumps(elements, transcription))
+
+
+    def _impact(self, one: Element, fractions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return states, algebraic variables and numerical time of an impact of the motion, at fractions of it."""
+        if len(one.x) == len(fractions):
+            return one.x.copy(), one.z, one.step
+        times, tableau = one.start + one.step * fractions, self.transcription.options.tableau
+        return one.at(tableau, times), np.vstack([at_stages(one, one.z, at, tableau) for at in times]), one.step
 
 
 def _with_jumps(elements: list[Element], transcription: Transcription) -> list[Element]:
