@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fesd_robot.adapters import homotopy_options, with_promised_goal
+from fesd_robot.complementarity import Branch
 from fesd_robot.coarse_start import coarse_start
 from fesd_robot.determinacy import in_deciding_postures
 from fesd_robot.fesd import Transcription
@@ -19,7 +20,7 @@ from fesd_robot.finer import continued
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
 from fesd_robot.known_sequence import known_start
 from fesd_robot.local_search import Depth, Listeners, searched
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, solve
+from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.phases import Along, PhaseSolver, SequenceSearch, guessed_sequences, sequence_of
 from fesd_robot.plans.plan import LocalSearch, TriedSequence
@@ -30,12 +31,13 @@ from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.deadline import Deadline
-from fesd_robot.strategies.fallbacks import with_overrides
+from fesd_robot.strategies.fallbacks import time_left, with_overrides
 from fesd_robot.strategies.processes import cores_for
 from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.shared import LeastCost
 from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.task import Task
+from fesd_robot.task.consistency import coarser_intervals
 
 logger = logging.getLogger(__name__)
 
@@ -45,6 +47,10 @@ SHARE_OF_TIME = 0.5
 ORDINARY_LOSS = 0.05
 """Of the cost: refinement of a motion costs one or two hundredths, and of another on the way of its search as much.
 Only a motion that costs less by more than this is refined, too, where one has passed."""
+
+SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
+"""How sequences of a homotopy that lead to no motion are simplified: without phases that are shorter than this part of
+the duration, and with contacts that stick wherever they touch."""
 
 HELD = "held in postures in which Coulomb's law decides the motion"
 """What is said of it among the moves of a search."""
@@ -130,16 +136,49 @@ class Chain:
         return self._refined(replace(solved, search=_summary(search, first)), options, with_spare=True)
 
     def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
-        """Solve the sequence of a motion on a grid that stands still, from that motion, and from the guess."""
-        uniform = formulate(with_overrides(motion.task, {"method.grid": "uniform"}))
+        """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
+
+        First a loose homotopy on a coarse grid, then one on the task's own, then the exact motion there. What is tried
+        is the sequence as it is read, from the motion that shows it and from the guess, and simpler ones.
+        """
+        task, intervals = with_overrides(motion.task, {"method.grid": "uniform"}), coarser_intervals(motion.task)
+        coarse = {} if intervals is None else {"horizon.intervals": intervals}
+        for changes in [coarse, {}] if coarse else [{}]:
+            uniform = formulate(with_overrides(task, changes))
+            polisher = BranchTranscription(Transcription(uniform.ocp, uniform.fesd))
+            found = self._loose(uniform.task, polisher)
+            self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
+            if search.best is not None or search.solver.over:
+                return
         first = self._first(uniform, Transcription(uniform.ocp, uniform.fesd))
-        transcription, w = first.polisher.transcription, first.solution.w
-        exact = first.solution.branch
-        for branch in [exact] if exact else first.polisher.candidate_branches(w):
+        self._from_branches(search, "motion on a uniform grid", first.polisher, first.solution)
+
+    def _loose(self, task: Task, polisher: BranchTranscription) -> MpccSolution:
+        """Return the end of a loose homotopy, from which no branch NLP is solved."""
+        problem = polisher.transcription.problem
+        options = homotopy_options(with_overrides(task, time_left(self.deadline)))
+        return solve(
+            problem,
+            replace(options, polish=True),
+            polisher=_Unpolished(polisher),
+            progress=self.report,
+            stop=self.stop,
+            otherwise=lambda w: problem.residuals(w).objective,
+        )
+
+    def _from_branches(
+        self, search: SequenceSearch, what: str, polisher: BranchTranscription, solution: MpccSolution
+    ) -> None:
+        """Solve the sequences of the branches on which a point may lie, and simpler ones if these lead to nothing."""
+        transcription, w = polisher.transcription, solution.w
+        branches = [solution.branch] if solution.branch else list(polisher.candidate_branches(w))
+        for branch in branches:
             along = Along(transcription, w, branch)
             sequence = sequence_of(branch, transcription.unpack(w), along.clock)
-            search.note("homotopy", sequence, search.solver.from_known(sequence, along))
-            search.guesses([sequence], "homotopy, from the guess")
+            search.note(what, sequence, search.solver.from_known(sequence, along))
+            search.guesses([sequence], f"{what}, from the guess")
+            for shortest, sticking in SIMPLER if search.best is None else ():
+                search.guesses([sequence.simplified(shortest, sticking=sticking)], f"{what}, simplified")
 
     def _before_and_after(
         self,
@@ -281,6 +320,30 @@ class Chain:
         chain = replace(self, deadline=self.deadline.share(SHARE_OF_TIME), least=None)
         found = chain._before_and_after(motion, transcription, with_spare=False, depth=Depth.QUICK)
         return [found.before] if found.after is found.before else [found.after, found.before]
+
+
+@dataclass(frozen=True)
+class _Unpolished:
+    """A polisher of a homotopy whose end is read, and not polished."""
+
+    own: BranchTranscription
+
+    @property
+    def problem(self) -> Mpcc:
+        """The problem without pairs."""
+        return self.own.problem
+
+    def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
+        """None."""
+        return iter(())
+
+    def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
+        """Nothing."""
+        return None
+
+    def bounds(self, branch: Branch) -> BranchBounds:
+        """Those of the branch."""
+        return self.own.bounds(branch)
 
 
 def _summary(search: SequenceSearch, first: float) -> LocalSearch:

@@ -24,6 +24,9 @@ TOUCHING = 0.2
 LOW = 2e-3
 """m, height up to which it touches whatever the largest is."""
 
+NEAR = 0.02
+"""Part of the robot's length; a contact that never comes nearer to what it may touch does not touch in the guess."""
+
 MOVING = 1e-2
 """Part of the largest velocity along the ground of a contact that always touches, above which it slides."""
 
@@ -66,7 +69,8 @@ class Guess:
     def _touching(self) -> np.ndarray:
         gap, n_q = gap_function(self.motion.dynamics, self.motion.contacts), len(self.motion.robot.configuration_names)
         gaps = np.array([np.asarray(gap(x[:n_q])).ravel() for x in self._states])
-        return np.asarray(gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0)))
+        comes_near = gaps.min(axis=0) <= max(LOW, NEAR * self.motion.scales.length)
+        return np.asarray((gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0))) & comes_near)
 
     def sequence(self, touching: np.ndarray | None = None) -> Sequence:
         """Return the sequence in which contacts touch as the guess does, without impacts.

@@ -110,6 +110,23 @@ class Sequence:
         factor = duration / self.durations.sum()
         return replace(self, phases=tuple(replace(one, duration=one.duration * factor) for one in self.phases))
 
+    def simplified(self, shortest: float, *, sticking: bool) -> Sequence:
+        """Return the sequence without short phases, and with contacts that stick wherever they touch.
+
+        Args:
+            shortest: part of the duration of the shortest phase that is kept.
+            sticking: whether contacts with friction stick that slip to a side.
+        """
+        phases = self.without_knots.phases
+        if sticking:
+            phases = joined(replace(phase, modes=tuple(_sticking(mode) for mode in phase.modes)) for phase in phases)
+        whole = float(self.durations.sum())
+        own = replace(self, phases=phases)
+        while len(own.phases) > 1 and own.durations.min() < shortest * whole:
+            own = own.without([int(own.durations.argmin())])
+            own = replace(own, phases=joined(own.phases))
+        return own
+
     def with_durations(self, durations: np.ndarray) -> Sequence:
         """Return the sequence with other durations, s, (P)."""
         pairs = zip(self.phases, durations, strict=True)
@@ -157,6 +174,11 @@ class Sequence:
             ("!" if phase.impacts else "") + "".join(_LETTERS[mode] for mode in phase.modes)
             for phase in self.without_knots.phases
         ) + "!" * bool(self.at_end)
+
+
+def _sticking(mode: ContactMode) -> ContactMode:
+    sides = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
+    return ContactMode.STICK if mode in sides else mode
 
 
 def _lawful(before: Modes, after: Modes, impacts: tuple[Modes, ...]) -> tuple[Modes, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fesd_robot.fesd import FesdOptions
 from fesd_robot.fesd.grid_rows import SHORTEST_PHASE
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
+from fesd_robot.mpcc import REGULARISED, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
 from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
 from fesd_robot.mpcc.polishing import BranchNlp, PolishingLimits
 from fesd_robot.ocp import MotionProblem
@@ -66,6 +66,10 @@ SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES = starting_at(1e-6, 1e-8),
 
 AGAIN_START = starting_at(1e-4, 1e-5)
 """The same where it goes on, only bounds of durations have moved, or a phase or an impact is left out."""
+
+GO_ON_START = {**AGAIN_START, **REGULARISED}
+"""The same where an NLP is at its point and does not end: constraints that depend on each other, as of two fingers on one
+box, leave multipliers undetermined."""
 
 SHORTER, LONGER = 0.4, 2.2
 """Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a
@@ -256,7 +260,7 @@ class PhaseSolver:
             if not (end.exact or soft):
                 if end.status is not NlpStatus.ITERATION_LIMIT or patience == 0 or violation > PROMISING:
                     break
-                w, start, patience = end.w, AGAIN_START, patience - 1
+                w, start, patience = end.w, GO_ON_START, patience - 1
                 continue
             found = near if end.exact else found
             durations = near.sequence.durations
