@@ -84,7 +84,8 @@ class Discretised:
 
     def within(self, lower: np.ndarray, upper: np.ndarray) -> _Within:
         """Return what bounds the branch NLP with durations of phases between two, s, (P)."""
-        return _Within(self, np.maximum(lower, SHORTEST_PHASE), upper)
+        least = np.maximum(lower, SHORTEST_PHASE)
+        return _Within(self, least, np.maximum(upper, least))
 
 
 @dataclass(frozen=True, eq=False)

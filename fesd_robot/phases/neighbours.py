@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+import numpy as np
+
 from fesd_robot.contact import Contact, ContactMode
+from fesd_robot.phases.profile import Profile
 from fesd_robot.phases.sequence import Modes, Phase, Sequence, joined, landings
 
 INSERTED = 0.25
@@ -15,8 +18,14 @@ INSERTED = 0.25
 LONGEST_INSERTED = 0.1
 """s; the same in time, at most."""
 
+EDGE = 0.02
+"""Part of a phase that is left before and after what is put into it."""
+
 APART = 0.01
 """s; time between two switches that happened at once."""
+
+
+_SLIPS = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS, ContactMode.SLIP)
 
 
 @dataclass(frozen=True)
@@ -32,8 +41,9 @@ class Neighbour:
     sequence: Sequence
 
 
-def neighbours(sequence: Sequence, contacts: list[Contact]) -> Iterator[Neighbour]:
-    """Yield the neighbours of a sequence, each once, by kind and in the order of time.
+def neighbours(sequence: Sequence, contacts: list[Contact], profile: Profile) -> Iterator[Neighbour]:
+    """Yield the neighbours of a sequence, each once, by kind and in the order of time; the kinds of slipping come second
+    where something slips in it, and last where nothing does.
 
     - impacts: a contact that comes down hits and slips to either side, or hits without slipping, or comes down softly;
     - a phase is left out;
@@ -47,8 +57,9 @@ def neighbours(sequence: Sequence, contacts: list[Contact]) -> Iterator[Neighbou
     Args:
         sequence: with durations, s; its knots are left out.
         contacts: of the task, by whose numbers its modes are.
+        profile: of its motion: what is put into a phase is put where it would happen most easily.
     """
-    own, seen = _Neighbours(sequence.without_knots, contacts), {sequence.key}
+    own, seen = _Neighbours(sequence.without_knots, contacts, profile), {sequence.key}
     for one in own.all_of_them():
         if one.sequence.key not in seen:
             seen.add(one.sequence.key)
@@ -59,6 +70,12 @@ def neighbours(sequence: Sequence, contacts: list[Contact]) -> Iterator[Neighbou
 class _Neighbours:
     sequence: Sequence
     contacts: list[Contact]
+    profile: Profile
+
+    def _span(self, i: int) -> tuple[float, float]:
+        """When a phase begins and ends, s."""
+        end = float(self.sequence.ends[i])
+        return end - self.phases[i].duration, end
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -66,12 +83,16 @@ class _Neighbours:
 
     def all_of_them(self) -> Iterator[Neighbour]:
         yield from self._impacts()
+        slides = any(mode in _SLIPS for phase in self.phases for mode in phase.modes)
+        if slides:
+            yield from self._slips()
         yield from self._left_out()
-        yield from self._flights()
-        yield from self._touches()
         yield from self._in_turn()
         yield from self._exchanged()
-        yield from self._slips()
+        yield from self._flights()
+        yield from self._touches()
+        if not slides:
+            yield from self._slips()
 
     def _of(self, what: str, phases: list[Phase]) -> Neighbour:
         return Neighbour(what, replace(self.sequence, phases=joined(phases)))
@@ -120,20 +141,37 @@ class _Neighbours:
             if len(self.phases) > 1:
                 yield self._of(f"without phase {i + 1}", list(self.sequence.without([i]).phases))
 
-    def _inserted(self, what: str, i: int, modes: Modes, *, where: str = "middle") -> Iterator[Neighbour]:
-        """Yield phases put into a phase, with impacts where contacts come down, and softly."""
+    def _inserted(
+        self, what: str, i: int, modes: Modes, *, where: str = "middle", span: tuple[float, float] | None = None
+    ) -> Iterator[Neighbour]:
+        """Yield phases put into a phase, with impacts where contacts come down, and softly.
+
+        Args:
+            what: in words.
+            i: number of the phase.
+            modes: that are put into it.
+            where: at its ``begin``, its ``end`` or in its ``middle``.
+            span: in the middle, when, s.
+        """
         phase = self.phases[i]
         short = min(INSERTED * phase.duration, LONGEST_INSERTED)
-        rest = phase.duration - short
-        begins = where == "begin"
-        first = [] if begins else [replace(phase, duration=rest if where == "end" else rest / 2)]
+        begins, begin = where == "begin", self._span(i)[0]
+        before_it = 0.0 if begins else phase.duration - short
+        if where == "middle" and span is not None:
+            short = float(np.clip(span[1] - span[0], short, (1 - INSERTED) * phase.duration))
+            middle = (span[0] + span[1]) / 2 - begin
+            least = EDGE * phase.duration
+            before_it = float(np.clip(middle - short / 2, least, phase.duration - short - least))
+        after_it = phase.duration - short - before_it
+        first = [] if begins else [replace(phase, duration=before_it)]
         before = phase.modes if not begins else (self.phases[i - 1].modes if i else modes)
         lands = landings(before, modes)
         again = landings(modes, phase.modes)
         for side in (*self._sides((lands or again or [0])[0]), None) if lands or again else (None,):
             soft = side is None
             inside = Phase(modes, short, () if soft or not lands else self.hit(modes, lands, side))
-            last = [] if where == "end" else [Phase(phase.modes, rest if begins else rest / 2, () if soft or not again else self.hit(phase.modes, again, side))]
+            hits = () if soft or not again else self.hit(phase.modes, again, side)
+            last = [] if where == "end" else [Phase(phase.modes, after_it, hits)]
             if begins and i and phase.impacts and not lands:
                 inside = replace(inside, impacts=())
             yield self._of(what, [*self.phases[:i], *first, inside, *last, *self.phases[i + 1 :]])
@@ -144,7 +182,8 @@ class _Neighbours:
             groups = [[n] for n in closed] + ([closed] if len(closed) > 1 else [])
             for group in groups:
                 modes = tuple(ContactMode.FLIGHT if n in group else mode for n, mode in enumerate(phase.modes))
-                yield from self._inserted(f"{self._names(group)} leaves in phase {i + 1}", i, modes)
+                span = self.profile.least(self.profile.force, group, *self._span(i))
+                yield from self._inserted(f"{self._names(group)} leaves in phase {i + 1}", i, modes, span=span)
                 if i == 0:
                     yield from self._inserted(f"{self._names(group)} leaves at once", i, modes, where="begin")
 
@@ -154,7 +193,8 @@ class _Neighbours:
                 if phase.modes[n] is ContactMode.FLIGHT:
                     mode = ContactMode.SLIP if self.contacts[n].friction == 0 else ContactMode.STICK
                     modes = tuple(mode if m == n else one for m, one in enumerate(phase.modes))
-                    yield from self._inserted(f"{self._name(n)} touches in phase {i + 1}", i, modes)
+                    span = self.profile.least(self.profile.gap, [n], *self._span(i))
+                    yield from self._inserted(f"{self._name(n)} touches in phase {i + 1}", i, modes, span=span)
 
     def _in_turn(self) -> Iterator[Neighbour]:
         for i, (before, after) in enumerate(zip(self.phases[:-1], self.phases[1:], strict=True), start=1):
@@ -206,10 +246,20 @@ class _Neighbours:
                         continue
                     modes = tuple(other if n in group else one for n, one in enumerate(phase.modes))
                     what = f"{self._names(group)} does {other.value} in phase {i + 1}"
+                    span = self._easily(group, other, i)
                     for where in ("middle", "begin", "end"):
-                        yield from self._inserted(f"{what}, for a short time at its {where}", i, modes, where=where)
+                        short = f"{what}, for a short time at its {where}"
+                        yield from self._inserted(short, i, modes, where=where, span=span)
                     changed = replace(phase, modes=modes, impacts=self._slid(phase, group, other))
                     yield self._of(what, self._changed(i, changed))
+
+    def _easily(self, group: list[int], mode: ContactMode, i: int) -> tuple[float, float] | None:
+        """When contacts would stick, or slip, most easily in a phase, s; None for joints."""
+        if any(n >= len(self.contacts) for n in group):
+            return None
+        if mode is ContactMode.STICK:
+            return self.profile.slow(group, *self._span(i))
+        return self.profile.least(-self.profile.used, group, *self._span(i))
 
     def _slides(self, contact: int) -> bool:
         """Whether a contact, or a joint with dry friction, may stick and slip."""

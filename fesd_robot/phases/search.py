@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.mpcc import PolishingReport
 from fesd_robot.phases.neighbours import Neighbour, neighbours
+from fesd_robot.phases.profile import Profile
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
 from fesd_robot.strategies.attempts import stop_requested
@@ -24,7 +25,7 @@ WORTHWHILE = 5e-3
 """Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
 for the search to go on for long after it."""
 
-LEAST_PATIENCE = 300
+LEAST_PATIENCE = 400
 """IPOPT iterations without a gain that is worthwhile, after which a search ends that is not patient."""
 
 
@@ -147,7 +148,8 @@ class SequenceSearch:
         """Whether a neighbour of the cheapest motion, which takes its place, is cheaper."""
         best = self.best
         assert best is not None
-        found = neighbours(best.sequence, list(self.solver.motion.contacts))
+        motion = self.solver.motion
+        found = neighbours(best.sequence, list(motion.contacts), Profile.of(motion, best.along))
         untried = [one for one in found if one.sequence.key not in self._seen]
         below = self.cost - GAIN * abs(self.cost)
         trials = [_Trial(one.sequence, best.own.sequence, best.w, below) for one in untried]

@@ -108,7 +108,7 @@ class Method(Section):
     """The discretisation: finite elements with switch detection."""
 
     grid: Literal["uniform", "phases"] = Field(
-        default="uniform",
+        default="phases",
         description="Where controls may change: at the ends of control intervals of one length (uniform), or where "
         "contacts change, too (phases): between two such changes the intervals are equally long, and when contacts "
         "change is free.",
