@@ -37,9 +37,14 @@ def explain(task: Task) -> str:
     from fesd_robot.explanation.problem import explanation  # the rooms that formulate take longest to import
     from fesd_robot.fesd import Transcription
     from fesd_robot.ocp import formulate
+    from fesd_robot.phases import discretised, guessed_sequences
 
     motion = formulate(task)
-    return explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
+    if motion.grid.moving:
+        transcription = discretised(motion, next(guessed_sequences(motion))).transcription
+    else:
+        transcription = Transcription(motion.ocp, motion.fesd)
+    return explanation(motion, transcription.problem)
 
 
 def draw_task(task: Task, page: Path | str) -> Path:

@@ -18,11 +18,11 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.finer import continued
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
-from fesd_robot.known_sequence import known_start
+from fesd_robot.known_sequence import known_plan, known_start
 from fesd_robot.local_search import Depth, Listeners, searched
 from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.phases import Along, PhaseSolver, SequenceSearch, guessed_sequences, sequence_of
+from fesd_robot.phases import Along, PhaseSolver, discretised, SequenceSearch, guessed_sequences
 from fesd_robot.plans.plan import LocalSearch, TriedSequence
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
@@ -119,7 +119,9 @@ class Chain:
         self.reached(Station.SEARCHING)
         solver = PhaseSolver(motion, options, self.deadline, self.stop, self.report)
         search = SequenceSearch(solver, cores_for(task), self.counted, lambda found: None)
-        search.guesses(guessed_sequences(motion))
+        self._from_plan(search, motion)
+        if search.best is None:
+            search.guesses(guessed_sequences(motion))
         if search.best is None and not solver.over:
             self._from_uniform(search, motion)
         if search.best is None:
@@ -134,6 +136,14 @@ class Chain:
         solution = best.solution(list(self.reports), search.seconds)
         solved = SolvedMotion.of(motion, best.own.polisher, solution)
         return self._refined(replace(solved, search=_summary(search, first)), options, with_spare=True)
+
+    def _from_plan(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Solve the sequence of the plan that `solver.warm_start` names, from that plan."""
+        sequence = next(guessed_sequences(motion))
+        known = known_plan(motion, discretised(motion, sequence).polisher)
+        if known is not None:
+            along = Along(known.elements, known.branch, known.tableau, known.clock)
+            search.note("earlier plan", along.sequence, search.solver.from_known(along.sequence, along))
 
     def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
@@ -173,8 +183,8 @@ class Chain:
         transcription, w = polisher.transcription, solution.w
         branches = [solution.branch] if solution.branch else list(polisher.candidate_branches(w))
         for branch in branches:
-            along = Along(transcription, w, branch)
-            sequence = sequence_of(branch, transcription.unpack(w), along.clock)
+            along = Along.of(transcription, w, branch)
+            sequence = along.sequence
             search.note(what, sequence, search.solver.from_known(sequence, along))
             search.guesses([sequence], f"{what}, from the guess")
             for shortest, sticking in SIMPLER if search.best is None else ():

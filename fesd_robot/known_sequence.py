@@ -84,20 +84,36 @@ def known_start(
         None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit, or lead to no
         motion: then its configurations are the initial guess, as those of any file.
     """
+    known = known_plan(motion, BranchTranscription(transcription))
+    if known is None:
+        return None
+    fitted, w, branch = on_grid(known, transcription)
+    return exact_start(fitted, w, branch, options, deadline, progress, stop)
+
+
+def known_plan(motion: MotionProblem, polisher: BranchTranscription) -> KnownElements | None:
+    """Return the elements of the plan that `solver.warm_start` names.
+
+    Args:
+        motion: the task.
+        polisher: of a transcription of its system.
+
+    Returns:
+        None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit: then its
+        configurations are the initial guess, as those of any file.
+    """
     task = motion.task
     name = task.solver.warm_start
     if name is None or task.solver.seed or not is_plan(task.folder / name):
         return None
     record = read_plan(task.folder / name).finite_elements
-    continuous = transcription.ocp.system.jump is None
-    known = _known(record, transcription) if record and continuous else None
-    if record is None or known is None:
+    continuous = polisher.transcription.ocp.system.jump is None
+    known = _known(record, polisher) if record and continuous else None
+    if known is None:
         logger.warning(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name
         )
-        return None
-    fitted, w, branch = on_grid(known, transcription)
-    return exact_start(fitted, w, branch, options, deadline, progress, stop)
+    return known
 
 
 def exact_start(
@@ -197,9 +213,9 @@ def _names(conditions: Sequence[Label]) -> list[str]:
     return [str(label) for label in conditions]
 
 
-def _known(record: FiniteElements, transcription: Transcription) -> KnownElements | None:
+def _known(record: FiniteElements, polisher: BranchTranscription) -> KnownElements | None:
     """Return the elements of a plan; None if they are not those of a transcription's system."""
-    system, labels = transcription.ocp.system, BranchTranscription(transcription).conditions.labels
+    system, labels = polisher.transcription.ocp.system, polisher.conditions.labels
     n_x, n_z, n_u = system.state.numel(), system.algebraic.numel(), system.control.numel()
     count, tableau = len(record.step), make_tableau(record.scheme, record.stages)
     fits = record.states == list(system.state_names) and record.conditions == _names(labels)

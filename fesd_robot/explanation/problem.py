@@ -176,7 +176,7 @@ def _controls(motion: MotionProblem) -> list[str]:
     speed = motion.task.limits.speed_of_time
     count = len(drive.names)
     pace = f", and the speed of time in {_interval(speed.lower, speed.upper)}"
-    if not motion.contact_system.clock_stops and not motion.grid.free:
+    if motion.grid.moving or not (motion.contact_system.clock_stops or motion.grid.free):
         pace = ""
     return [
         f"{count} control{'s' * (count != 1)}, constant on every interval{pace}:",
@@ -283,13 +283,23 @@ def _horizon(motion: MotionProblem) -> list[str]:
     counts = [fesd.elements] if isinstance(fesd.elements, int) else sorted(set(fesd.elements))
     elements = " or ".join(str(count) for count in counts)
     tableau = fesd.tableau
+    scheme = (
+        f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
+        f"of order {tableau.order} also across switches."
+    )
+    if grid.moving:
+        return [
+            f"{duration} in about {grid.intervals} interval{'s' * (grid.intervals != 1)} that move with the contacts: "
+            "as many in a phase, in which no contact changes, as its part of the duration, equally long. When contacts "
+            "change is free, and there controls may change, too.",
+            f"One finite element each, {scheme}",
+        ]
     longest = " or ".join(f"{(1 + fesd.gamma) * length / count:.4g}" for count in counts)
     steps = f"of free length up to {longest} s" if fesd.gamma > 0 else f"of fixed length {longest} s"
     return [
         f"{duration} in {grid.intervals} interval{'s' * (grid.intervals != 1)} of {length:.4g} s; "
         f"{elements} finite element{'s' * (counts != [1])} each, {steps} (numerical time).",
-        f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
-        f"of order {tableau.order} also across switches.",
+        scheme,
         *[capacity(count) for count in counts],
     ]
 

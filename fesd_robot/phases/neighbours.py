@@ -18,6 +18,9 @@ INSERTED = 0.25
 LONGEST_INSERTED = 0.1
 """s; the same in time, at most."""
 
+ACROSS = 0.02
+"""Part of the duration by which a switch begins on the other side of a knot."""
+
 EDGE = 0.02
 """Part of a phase that is left before and after what is put into it."""
 
@@ -41,11 +44,14 @@ class Neighbour:
     sequence: Sequence
 
 
-def neighbours(sequence: Sequence, contacts: list[Contact], profile: Profile) -> Iterator[Neighbour]:
+def neighbours(
+    sequence: Sequence, contacts: list[Contact], profile: Profile, knots: tuple[float, ...] = ()
+) -> Iterator[Neighbour]:
     """Yield the neighbours of a sequence, each once, by kind and in the order of time; the kinds of slipping come second
     where something slips in it, and last where nothing does.
 
     - impacts: a contact that comes down hits and slips to either side, or hits without slipping, or comes down softly;
+    - a switch before a knot happens after it, or the other way round;
     - a phase is left out;
     - a contact leaves the surface for a short time in a phase, or as the motion begins; all that touch do;
     - a contact touches for a short time in a flight;
@@ -58,11 +64,13 @@ def neighbours(sequence: Sequence, contacts: list[Contact], profile: Profile) ->
         sequence: with durations, s; its knots are left out.
         contacts: of the task, by whose numbers its modes are.
         profile: of its motion: what is put into a phase is put where it would happen most easily.
+        knots: times at which the task asks for something, s.
     """
-    own, seen = _Neighbours(sequence.without_knots, contacts, profile), {sequence.key}
+    own, seen = _Neighbours(sequence.without_knots, contacts, profile, knots), {sequence.key_with(knots)}
     for one in own.all_of_them():
-        if one.sequence.key not in seen:
-            seen.add(one.sequence.key)
+        key = one.sequence.key_with(knots)
+        if key not in seen:
+            seen.add(key)
             yield one
 
 
@@ -71,6 +79,7 @@ class _Neighbours:
     sequence: Sequence
     contacts: list[Contact]
     profile: Profile
+    knots: tuple[float, ...]
 
     def _span(self, i: int) -> tuple[float, float]:
         """When a phase begins and ends, s."""
@@ -83,6 +92,7 @@ class _Neighbours:
 
     def all_of_them(self) -> Iterator[Neighbour]:
         yield from self._impacts()
+        yield from self._across()
         slides = any(mode in _SLIPS for phase in self.phases for mode in phase.modes)
         if slides:
             yield from self._slips()
@@ -135,6 +145,22 @@ class _Neighbours:
                     yield self._of(f"{self._names(group)} hits {word}", self._changed(i, replace(phase, impacts=impacts)))
             if phase.impacts:
                 yield self._of(f"{self._names(lands)} comes down softly", self._changed(i, replace(phase, impacts=())))
+
+    def _across(self) -> Iterator[Neighbour]:
+        """Yield the sequences in which the last switch before a knot, or the first after it, is on its other side."""
+        ends, whole = self.sequence.ends, float(self.sequence.durations.sum())
+        for knot in self.knots:
+            after = int(np.searchsorted(ends[:-1], knot))
+            for i, side in ((after - 1, 1), (after, -1)):
+                if not 0 <= i < len(ends) - 1:
+                    continue
+                begin, end = ends[i] - self.phases[i].duration, ends[i + 1]
+                time = float(np.clip(knot + side * ACROSS * whole, begin + EDGE * whole, end - EDGE * whole))
+                if (time - knot) * side <= 0:
+                    continue
+                moved = [replace(self.phases[i], duration=time - begin), replace(self.phases[i + 1], duration=end - time)]
+                what = f"the switch after phase {i + 1} {'after' if side > 0 else 'before'} {knot:g} s"
+                yield self._of(what, [*self.phases[:i], *moved, *self.phases[i + 2 :]])
 
     def _left_out(self) -> Iterator[Neighbour]:
         for i in range(len(self.phases)):

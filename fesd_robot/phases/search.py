@@ -107,8 +107,8 @@ class SequenceSearch:
         for sequence in sequences:
             if self.solver.over:
                 break
-            if sequence.key not in self._seen:
-                self._seen.add(sequence.key)
+            if self._key(sequence) not in self._seen:
+                self._seen.add(self._key(sequence))
                 self.note(what, sequence, self.solver.from_guess(sequence))
 
     def improve(self, *, patient: bool) -> None:
@@ -149,14 +149,14 @@ class SequenceSearch:
         best = self.best
         assert best is not None
         motion = self.solver.motion
-        found = neighbours(best.sequence, list(motion.contacts), Profile.of(motion, best.along))
-        untried = [one for one in found if one.sequence.key not in self._seen]
+        found = neighbours(best.sequence, list(motion.contacts), Profile.of(motion, best.along), motion.ocp.knots)
+        untried = [one for one in found if self._key(one.sequence) not in self._seen]
         below = self.cost - GAIN * abs(self.cost)
         trials = [_Trial(one.sequence, best.own.sequence, best.w, below) for one in untried]
         for number, (one, result) in enumerate(zip(untried, ahead.results(trials), strict=False), start=1):
             self.iterations += result.iterations
             self.counted(number, len(untried))
-            self._seen.add(one.sequence.key)
+            self._seen.add(self._key(one.sequence))
             if self._takes(one, result):
                 if self._reference - self.cost > WORTHWHILE * abs(self._reference):
                     self._gained()
@@ -183,6 +183,9 @@ class SequenceSearch:
         """In another process nobody looks, and nothing stops but the process."""
         self.solver.progress = self.solver.stop = None
 
+    def _key(self, sequence: Sequence) -> tuple[object, ...]:
+        return sequence.key_with(self.solver.motion.ocp.knots)
+
     def note(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> bool:
         """Take note of a sequence that was solved; return whether its motion is the cheapest so far."""
         cost = motion.cost if motion else np.inf
@@ -190,7 +193,7 @@ class SequenceSearch:
         shown = str(motion.sequence if motion else sequence)
         self.tried.append(Tried(what, shown, cost, self.seconds, kept))
         if motion and kept:
-            self._seen.add(motion.sequence.key)
+            self._seen.add(self._key(motion.sequence))
             self.best = motion
             self.cheaper(motion)
         return kept

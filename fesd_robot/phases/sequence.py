@@ -66,6 +66,11 @@ class Sequence:
         """What happens, without when: two sequences that share it differ in durations and knots only."""
         return (*((phase.modes, phase.impacts) for phase in self.without_knots.phases), self.at_end)
 
+    def key_with(self, knots: tuple[float, ...]) -> tuple[object, ...]:
+        """What happens, and between which knots, s: no switch crosses one while a motion is solved."""
+        ends = self.without_knots.ends
+        return (self.key, tuple(np.searchsorted(ends, np.array(knots) - SAME_TIME).tolist()))
+
     @property
     def durations(self) -> np.ndarray:
         """Of the phases, s, (P)."""

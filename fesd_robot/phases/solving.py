@@ -125,7 +125,7 @@ class PhaseMotion:
     @property
     def along(self) -> Along:
         """What the solve of another sequence may begin along."""
-        return Along(self.own.transcription, self.w, self.own.branch)
+        return Along.of(self.own.transcription, self.w, self.own.branch)
 
     def solution(self, reports: list[NlpReport], seconds: float) -> MpccSolution:
         """Return the solution that it is."""
@@ -197,7 +197,7 @@ class PhaseSolver:
             w: the motion, (n).
         """
         own = self._on_grid(sequence)
-        return Along(own.transcription, w, own.branch)
+        return Along.of(own.transcription, w, own.branch)
 
     def motion_of(self, sequence: Sequence, report: PolishingReport) -> PhaseMotion:
         """Return a motion that another process has found, of a sequence with the durations of its guess."""

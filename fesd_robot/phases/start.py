@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence as ListOf
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd import Element, Transcription
+from fesd_robot.fesd import Element, Tableau, Transcription
 from fesd_robot.fesd.neighbours.room import at_stages
 from fesd_robot.phases.discretised import Discretised
+from fesd_robot.phases.reading import sequence_of
+from fesd_robot.phases.sequence import Sequence
+
+CLOCK = "clock"
+"""Name of the state that is the physical time."""
 
 STANDSTILL = 0.01
 """Numerical time of an impact that the other motion does not have."""
@@ -24,27 +30,34 @@ class Along:
     """A motion of the same system, of which another one takes its start.
 
     Attributes:
-        transcription: of it.
-        w, branch: the motion.
+        all_elements: of it, in time order.
+        branch: on which it lies.
+        tableau: of its scheme.
+        clock: index of the state that is the physical time.
     """
 
-    transcription: Transcription
-    w: np.ndarray
+    all_elements: ListOf[Element]
     branch: Branch
+    tableau: Tableau
+    clock: int
+
+    @classmethod
+    def of(cls, transcription: Transcription, w: np.ndarray, branch: Branch) -> Along:
+        """Return the motion that a point of a transcription is, on a branch."""
+        clock = transcription.ocp.clock
+        state = clock.state if clock else list(transcription.ocp.system.state_names).index(CLOCK)
+        return cls(transcription.unpack(w), branch, transcription.options.tableau, state)
+
+    @property
+    def sequence(self) -> Sequence:
+        """Its phases."""
+        return sequence_of(self.branch, self.all_elements, self.clock)
 
     @cached_property
     def elements(self) -> list[Element]:
         """That have a length."""
-        all_of_them = zip(self.transcription.unpack(self.w), self.branch.without_length, strict=True)
+        all_of_them = zip(self.all_elements, self.branch.without_length, strict=True)
         return [element for element, without in all_of_them if not without and element.step > 0]
-
-    @property
-    def clock(self) -> int:
-        """Index of the state that is the physical time."""
-        clock = self.transcription.ocp.clock
-        if clock is not None:
-            return clock.state
-        return list(self.transcription.ocp.system.state_names).index("clock")
 
     @cached_property
     def running(self) -> list[Element]:
@@ -77,7 +90,7 @@ class Along:
     def point(self, new: Discretised) -> np.ndarray:
         """Return the start of a sequence along the motion, (n)."""
         transcription, tableau = new.transcription, new.transcription.options.tableau
-        old = self.transcription.options.tableau
+        old = self.tableau
         grid, clock = transcription.grid, self.clock
         fractions = np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
         nothing = np.zeros((tableau.stages, transcription.ocp.system.state.numel()))
@@ -118,7 +131,7 @@ class Along:
         """Return states, algebraic variables and numerical time of an impact of the motion, at fractions of it."""
         if len(one.x) == len(fractions):
             return one.x.copy(), one.z, one.step
-        times, tableau = one.start + one.step * fractions, self.transcription.options.tableau
+        times, tableau = one.start + one.step * fractions, self.tableau
         return one.at(tableau, times), np.vstack([at_stages(one, one.z, at, tableau) for at in times]), one.step
 
 

@@ -130,7 +130,7 @@ def _time(task: Task, key: tuple[str, ...], time: float, inside: bool = False) -
     if not (first - _ROUNDED) * length <= time <= (last + _ROUNDED) * length:
         bounds = f"from {first * length:.6g} to {last * length:.6g} s"
         yield conflict(key, f"found {time:g}, expected the end of a control interval {bounds}")
-    elif abs(time / length - round(time / length)) > _ROUNDED:
+    elif task.method.grid == "uniform" and abs(time / length - round(time / length)) > _ROUNDED:
         below = int(time / length)
         nearby = " or ".join(f"{end * length:.6g}" for end in (below, below + 1) if first <= end <= last)
         yield conflict(key, f"found {time:g}, expected the end of a control interval; the nearest are {nearby} s")
