@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fesd_robot.adapters import homotopy_options, with_promised_goal
-from fesd_robot.complementarity import Branch
 from fesd_robot.coarse_start import coarse_start
+from fesd_robot.complementarity import Branch
 from fesd_robot.determinacy import in_deciding_postures
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -22,7 +22,7 @@ from fesd_robot.known_sequence import known_plan, known_start
 from fesd_robot.local_search import Depth, Listeners, searched
 from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.phases import Along, PhaseSolver, discretised, SequenceSearch, guessed_sequences
+from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, discretised, guessed_sequences
 from fesd_robot.plans.plan import LocalSearch, TriedSequence
 from fesd_robot.refine import refined
 from fesd_robot.repair import Repair
@@ -117,8 +117,8 @@ class Chain:
         """
         options, task = homotopy_options(motion.task), motion.task
         self.reached(Station.SEARCHING)
-        solver = PhaseSolver(motion, options, self.deadline, self.stop, self.report)
-        search = SequenceSearch(solver, cores_for(task), self.counted, lambda found: None)
+        solver = PhaseSolver(motion, options, self.deadline, self.stop, self.reports.append)
+        search = SequenceSearch(solver, cores_for(task), self.counted, self._cheaper)
         self._from_plan(search, motion)
         if search.best is None:
             search.guesses(guessed_sequences(motion))
@@ -127,7 +127,7 @@ class Chain:
         if search.best is None:
             return None
         first = search.cost
-        if task.solver.effort != "quick":
+        if task.solver.effort != "quick" and task.solver.local_search is not False:
             self.reached(Station.IMPROVING)
             search.improve(patient=task.solver.effort == "best")
         best = solver.settled(search.best)
@@ -136,6 +136,11 @@ class Chain:
         solution = best.solution(list(self.reports), search.seconds)
         solved = SolvedMotion.of(motion, best.own.polisher, solution)
         return self._refined(replace(solved, search=_summary(search, first)), options, with_spare=True)
+
+    def _cheaper(self, found: PhaseMotion) -> None:
+        """Show the NLP of a motion that is cheaper than all before."""
+        if self.progress:
+            self.progress(NlpReport.of_polishing(found.report))
 
     def _from_plan(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve the sequence of the plan that `solver.warm_start` names, from that plan."""

@@ -46,7 +46,6 @@ from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.strategies.suggestions import suggestions
 from fesd_robot.task import Jumps, Task
 
-
 logger = logging.getLogger(__name__)
 
 

@@ -11,6 +11,7 @@ from fesd_robot.cli.check import check
 from fesd_robot.cli.examples import examples
 from fesd_robot.cli.export import ExportCommand, export
 from fesd_robot.cli.group import CommandGroup
+from fesd_robot.cli.improve import improve
 from fesd_robot.cli.logs import set_up_logging
 from fesd_robot.cli.new import new
 from fesd_robot.cli.plan import plan
@@ -51,5 +52,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, simulate, check, report, render, export, examples, new, robots, schema):
+for command in (plan, refine, improve, simulate, check, report, render, export, examples, new, robots, schema):
     app.command(cls=ExportCommand if command is export else None)(command)

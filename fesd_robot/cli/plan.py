@@ -48,12 +48,13 @@ def plan(
     planned(load, quiet)
 
 
-def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
+def planned(load: Callable[[], tuple[Task, Path]], quiet: bool, better_than: Path | None = None) -> None:
     """Plan a task, write its files, and exit as `plan` does.
 
     Args:
         load: returns the task, and the folder for the results.
         quiet: print nothing unless something goes wrong.
+        better_than: folder of a plan that stays as it is where the new one is not solved, or does not cost less.
     """
     progress = progress_for(quiet, logger.isEnabledFor(logging.DEBUG))
     with Interrupts(on_request=progress.stopping, on_abort=progress.close) as interrupts:
@@ -65,7 +66,12 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
             check_output_folder(folder)
             progress.limit(task.solver.time_limit)
             result = _solve(task, progress, interrupts)
-            written = _write(result, task, folder, progress, interrupts)
+            kept = better_than is not None and not _is_better(result, better_than)
+            written = folder if kept else _write(result, task, folder, progress, interrupts)
+        if kept:
+            if not quiet:
+                typer.echo(f"{result.name}: no cheaper motion is found; {folder} stays as it is")
+            raise typer.Exit(ExitCode.INTERRUPTED if interrupts.received else ExitCode.SOLVED)
         if not quiet:
             typer.echo("\n".join(wrapped(line) for line in summary(result, written, folder)))
         elif not result.status.solved:
@@ -74,6 +80,15 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool) -> None:
         raise typer.Exit(ExitCode.INTERRUPTED)
     if not result.status.solved:
         raise typer.Exit(ExitCode.NOT_SOLVED)
+
+
+def _is_better(plan: Plan, folder: Path) -> bool:
+    """Return whether a plan is solved and costs less than the one in a folder, or that one is not solved."""
+    from fesd_robot.plans import read_plan
+
+    earlier = read_plan(folder)
+    cheaper = plan.statistics.objective < earlier.statistics.objective
+    return plan.status.solved and (cheaper or not earlier.status.solved)
 
 
 def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:

@@ -63,7 +63,7 @@ class TrajectoryConstraint:
     on_request: bool = False
 
     def __post_init__(self) -> None:
-        n, count = self.rows.numel(), 0 if isinstance(self.intervals, Span) else len(self.intervals)
+        n, count = self.rows.numel(), len(self.numbers)
         for what, shape, expected in (
             ("lower", self.lower.shape, (n,)),
             ("upper", self.upper.shape, (n,)),
@@ -76,8 +76,12 @@ class TrajectoryConstraint:
     @property
     def parameter_values(self) -> np.ndarray:
         """p for each of the intervals, (n_p, len(intervals)); of a span (0, 0)."""
-        count = 0 if isinstance(self.intervals, Span) else len(self.intervals)
-        return np.zeros((0, count)) if self.values is None else self.values
+        return np.zeros((0, len(self.numbers))) if self.values is None else self.values
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """The intervals it holds in; of a span there are none before it is `on` a grid."""
+        return () if isinstance(self.intervals, Span) else self.intervals
 
     def on(self, grid: ControlGrid) -> TrajectoryConstraint:
         """Return the constraint in the intervals of a grid."""
@@ -87,7 +91,7 @@ class TrajectoryConstraint:
 def constraint_block(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Block:
     """Return the block of a constraint: a copy for each of its places."""
     places = list(_places(constraint, indices))
-    which = [list(constraint.intervals).index(k) for k, _, _ in places]
+    which = [list(constraint.numbers).index(k) for k, _, _ in places]
     return Block(
         name="constraint",
         places=[where for _, where, _ in places],
@@ -116,9 +120,9 @@ def _places(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Ite
     """Yield (interval, place, indices of the variables) of every place of a constraint."""
     state, control = indices.state, indices.control
     if constraint.kind == "boundary":
-        yield constraint.intervals[0], Place(name="the motion"), np.concatenate([state(0), state(indices.intervals)])
+        yield constraint.numbers[0], Place(name="the motion"), np.concatenate([state(0), state(indices.intervals)])
         return
-    for k in constraint.intervals:
+    for k in constraint.numbers:
         if constraint.kind == "path":
             yield from ((k, where, index) for where, index in _points(k, indices))
         elif constraint.kind == "interval_end":

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,8 @@ SAME_TIME = 1e-6
 """Of the duration: nodes of a grid that are this near to a time are at it."""
 
 
-class Span(NamedTuple):
+@dataclass(frozen=True)
+class Span:
     """A part of the horizon, s of its nominal duration: the control intervals between its ends.
 
     Where both ends are one time it is the interval that ends there.

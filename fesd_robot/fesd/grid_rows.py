@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -36,52 +37,60 @@ def grid_blocks(grid: ControlGrid, indices: TrajectoryIndices, ocp: OptimalContr
     assert ocp.clock is not None
     clock = [int(indices.state(k)[ocp.clock.state]) for k in range(grid.intervals + 1)]
     pace = [int(indices.control(k)[-1]) for k in range(grid.intervals)]
-    t, nothing = ca.SX.sym("t", 3), ca.SX(0, 1)
+    t = ca.SX.sym("t", 3)
     inside = grid.within_phases
     ends = np.cumsum(grid.phases)
     begins = ends - np.array(grid.phases)
     s, time = ca.SX.sym("s", 2), ca.SX.sym("time")
     knots = np.array(grid.knots, dtype=int)
-    blocks = [
-        _block("equal_intervals", "equal intervals", t, t[2] - 2 * t[1] + t[0], nothing, inside,
-               [[clock[k], clock[k + 1], clock[k + 2]] for k in inside]),
-        _block("phase", PHASE, t[:2], t[1] - t[0], nothing, begins.tolist(),
-               [[clock[a], clock[b]] for a, b in zip(begins, ends, strict=True)], lower=SHORTEST_PHASE, upper=np.inf),
-        _block("knot", "knot", ca.vertcat(t[0], s[0]), t[0] - s[0] * time, time, (knots - 1).tolist(),
-               [[clock[k], pace[k - 1]] for k in knots], values=grid.nodes[knots][None, :]),
-    ]  # fmt: skip
+    phases = _Row(PHASE, t[:2], t[1] - t[0], upper=np.inf, lower=SHORTEST_PHASE)
+    rows = [
+        (_Row("equal intervals", t, t[2] - 2 * t[1] + t[0]), inside, [clock[k : k + 3] for k in inside]),
+        (phases, begins, [[clock[a], clock[b]] for a, b in zip(begins, ends, strict=True)]),
+        (
+            _Row("knot", ca.vertcat(t[0], s[0]), t[0] - s[0] * time, time, grid.nodes[knots][None, :]),
+            knots - 1,
+            [[clock[k], pace[k - 1]] for k in knots],
+        ),
+    ]
     if ocp.control_lower[-1] < ocp.control_upper[-1]:
-        pairs = list(range(grid.intervals - 1))
-        index = [[pace[k], pace[k + 1]] for k in pairs]
-        blocks.append(_block("pace", "one pace", s, s[1] - s[0], nothing, pairs, index))
-    return [block for block in blocks if block.copies]
+        pairs = range(grid.intervals - 1)
+        rows.append((_Row("one pace", s, s[1] - s[0]), pairs, [[pace[k], pace[k + 1]] for k in pairs]))
+    return [row.block(intervals, index) for row, intervals, index in rows if len(intervals)]
 
 
-def _block(
-    name: str,
-    kind: str,
-    variables: ca.SX,
-    row: ca.SX,
-    parameters: ca.SX,
-    intervals: Sequence[int],
-    index: Sequence[Sequence[int]],
-    *,
-    values: np.ndarray | None = None,
-    lower: float = 0.0,
-    upper: float = 0.0,
-) -> Block:
-    """Return the block of one row, with a copy for each of the intervals."""
-    count = len(intervals)
-    return Block(
-        name=name,
-        places=[Place(interval=int(k)) for k in intervals],
-        variables=variables,
-        parameters=parameters,
-        cost=ca.SX(0),
-        rows=row,
-        lower=np.array([lower]),
-        upper=np.array([upper]),
-        constraints=[Label(kind)],
-        index=np.array(index, dtype=int).reshape(count, variables.numel()).T,
-        values=np.zeros((parameters.numel(), count)) if values is None else values,
-    )
+@dataclass(frozen=True)
+class _Row:
+    """One row that holds in several intervals.
+
+    Attributes:
+        kind: what it is.
+        variables, row: SX symbols, and the row of them.
+        parameters, values: SX symbols, (n_p), and their values, (n_p, K).
+        lower, upper: bounds of the row.
+    """
+
+    kind: str
+    variables: ca.SX
+    row: ca.SX
+    parameters: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    values: np.ndarray | None = None
+    lower: float = 0.0
+    upper: float = 0.0
+
+    def block(self, intervals: Sequence[int], index: Sequence[Sequence[int]]) -> Block:
+        """Return the block of the row, with a copy for each of K intervals, of variables at given indices."""
+        count = len(intervals)
+        return Block(
+            name=self.kind.replace(" ", "_"),
+            places=[Place(interval=int(k)) for k in intervals],
+            variables=self.variables,
+            parameters=self.parameters,
+            cost=ca.SX(0),
+            rows=self.row,
+            lower=np.array([self.lower]),
+            upper=np.array([self.upper]),
+            constraints=[Label(self.kind)],
+            index=np.array(index, dtype=int).reshape(count, self.variables.numel()).T,
+            values=np.zeros((0, count)) if self.values is None else self.values,
+        )

@@ -134,7 +134,7 @@ class OptimalControlProblem:
     def knots(self) -> tuple[float, ...]:
         """Times inside the horizon at which a moving grid has nodes: the ends of spans of constraints, s."""
         spans = [one.intervals for one in self.constraints if isinstance(one.intervals, Span)]
-        inside = {time for span in spans for time in span if 0 < time < self.duration}
+        inside = {time for span in spans for time in (span.begin, span.end) if 0 < time < self.duration}
         return tuple(sorted(inside))
 
     def _set(self, name: str, default: np.ndarray, shape: tuple[int, ...]) -> None:

@@ -82,7 +82,7 @@ def _block(
     names = [constraint.row_names[i] for at in (lower, upper) for _ in values for i in at]
     places = [indices.place(one.element) for one in paths]
     numbers = [place.interval for place in places if place.interval is not None]
-    which = [list(constraint.intervals).index(number) for number in numbers]
+    which = [list(constraint.numbers).index(number) for number in numbers]
     index = []
     for one, number in zip(paths, numbers, strict=True):
         points = np.array([indices.stage(one.element, j) for j in range(s)])

@@ -65,7 +65,9 @@ def guess_of(task: Task, robot: Robot, reference: ReferenceMotion, duration: flo
     if name is not None:
         times, rows = read_motion(task, "solver.warm_start", name, robot)
         times = (times - times[0]) * duration / max(times[-1] - times[0], 1e-300)
-        motion = SampledMotion(robot, lambda time: between(robot, times, rows, time), duration, np.array([0.0, duration]))
+        motion = SampledMotion(
+            robot, lambda time: between(robot, times, rows, time), duration, np.array([0.0, duration])
+        )
     if task.solver.seed:
         heights = np.random.default_rng(task.solver.seed).normal(0.0, PERTURBATION, (WAVES, robot.model.nv))
         motion = PerturbedMotion(robot, motion, heights, duration)

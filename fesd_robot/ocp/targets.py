@@ -40,9 +40,7 @@ class _Rows:
     def constraint(self, name: str, state: ca.SX, intervals: Sequence[int] | Span) -> TrajectoryConstraint:
         width = np.array(self.width)
         rows = ca.vertcat(ca.SX(0, 1), *self.rows)
-        return TrajectoryConstraint(
-            name, "interval_end", state, intervals, rows, -width, width, self.names, self.cost
-        )
+        return TrajectoryConstraint(name, "interval_end", state, intervals, rows, -width, width, self.names, self.cost)
 
 
 def target_constraints(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,7 +13,7 @@ from fesd_robot.contact import ContactMode, factors_of
 from fesd_robot.fesd import ControlGrid, FesdOptions, Transcription
 from fesd_robot.fesd.grid_rows import PHASE, SHORTEST_PHASE
 from fesd_robot.fesd.polishing import BranchTranscription, ElementConditions
-from fesd_robot.mpcc import BranchBounds
+from fesd_robot.mpcc import BranchBounds, Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.phases.sequence import Modes, Phase, Sequence
 
@@ -97,25 +98,27 @@ class _Within:
     upper: np.ndarray
 
     @property
-    def problem(self) -> object:
+    def problem(self) -> Mpcc:
+        """The problem without pairs."""
         return self.own.polisher.problem
 
-    def candidate_branches(self, w: np.ndarray) -> object:
+    def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
+        """That of the sequence."""
         return iter([self.own.branch])
 
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
+        """None: what has vanished is left out of the sequence."""
         return None
 
     def bounds(self, branch: Branch) -> BranchBounds:
+        """The bounds that keep the active factors of a branch at zero, and durations within theirs."""
         bounds, rows = self.own.polisher.bounds(branch), self.own.phase_rows
         g_lower, g_upper = bounds.g_lower.copy(), bounds.g_upper.copy()
         g_lower[rows], g_upper[rows] = self.lower, self.upper
         return replace(bounds, g_lower=g_lower, g_upper=g_upper)
 
 
-def discretised(
-    motion: MotionProblem, sequence: Sequence, options: FesdOptions | None = None
-) -> Discretised:
+def discretised(motion: MotionProblem, sequence: Sequence, options: FesdOptions | None = None) -> Discretised:
     """Return a sequence on its control grid.
 
     Every phase has a part of the task's intervals in proportion to its duration, at least one, and `WITH_FORCE` where a
@@ -170,7 +173,7 @@ def _least(phase: Phase) -> int:
 def _branch(
     conditions: ElementConditions, names: tuple[str, ...], modes: list[Modes], hits: list[frozenset[int]]
 ) -> Branch:
-    """Return the branch of elements in given modes, in which impulses act where contacts are hit, of all closed ones."""
+    """Return the branch of elements in given modes; where contacts are hit, impulses of all closed ones act."""
     members = [member.condition for member in conditions.members]
     factors = []
     for own, hit in zip(modes, hits, strict=True):
@@ -182,9 +185,7 @@ def _branch(
                 if hit and (i in hit or mode.closed)
             }
             found += tuple(
-                factors_of([jump.condition], acting)[0]
-                if jump.condition.label.contact in acting
-                else ActiveFactor.H
+                factors_of([jump.condition], acting)[0] if jump.condition.label.contact in acting else ActiveFactor.H
                 for jump in conditions.jumps
             )
         factors.append(found)

@@ -183,9 +183,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     yield hitting
     first = own.phases[0]
     if flights and all(mode.closed for mode in first.modes[: len(motion.contacts)]):
-        flight = tuple(
-            ContactMode.FLIGHT if i < len(motion.contacts) else mode for i, mode in enumerate(first.modes)
-        )
+        flight = tuple(ContactMode.FLIGHT if i < len(motion.contacts) else mode for i, mode in enumerate(first.modes))
         whole = first.duration
         begun = replace(
             own,

@@ -47,8 +47,9 @@ class Neighbour:
 def neighbours(
     sequence: Sequence, contacts: list[Contact], profile: Profile, knots: tuple[float, ...] = ()
 ) -> Iterator[Neighbour]:
-    """Yield the neighbours of a sequence, each once, by kind and in the order of time; the kinds of slipping come second
-    where something slips in it, and last where nothing does.
+    """Yield the neighbours of a sequence, each once, by kind and in the order of time.
+
+    Those that slip otherwise come early where something slips in the sequence, and last where nothing does.
 
     - impacts: a contact that comes down hits and slips to either side, or hits without slipping, or comes down softly;
     - a switch before a knot happens after it, or the other way round;
@@ -113,6 +114,9 @@ class _Neighbours:
     def _names(self, numbers: list[int]) -> str:
         return " and ".join(self._name(i) for i in numbers)
 
+    def _with_impacts(self, i: int, impacts: tuple[Modes, ...]) -> list[Phase]:
+        return self._changed(i, replace(self.phases[i], impacts=impacts))
+
     def _changed(self, i: int, phase: Phase) -> list[Phase]:
         return [*self.phases[:i], phase, *self.phases[i + 1 :]]
 
@@ -142,9 +146,11 @@ class _Neighbours:
                 for side in (None, *self._sides(group[0])):
                     word = "without slipping" if side is None else f"with {side.value}"
                     impacts = self.hit(phase.modes, group, side)
-                    yield self._of(f"{self._names(group)} hits {word}", self._changed(i, replace(phase, impacts=impacts)))
+                    yield self._of(
+                        f"{self._names(group)} hits {word}", self._changed(i, replace(phase, impacts=impacts))
+                    )
             if phase.impacts:
-                yield self._of(f"{self._names(lands)} comes down softly", self._changed(i, replace(phase, impacts=())))
+                yield self._of(f"{self._names(lands)} comes down softly", self._with_impacts(i, ()))
 
     def _across(self) -> Iterator[Neighbour]:
         """Yield the sequences in which the last switch before a knot, or the first after it, is on its other side."""
@@ -158,7 +164,10 @@ class _Neighbours:
                 time = float(np.clip(knot + side * ACROSS * whole, begin + EDGE * whole, end - EDGE * whole))
                 if (time - knot) * side <= 0:
                     continue
-                moved = [replace(self.phases[i], duration=time - begin), replace(self.phases[i + 1], duration=end - time)]
+                moved = [
+                    replace(self.phases[i], duration=time - begin),
+                    replace(self.phases[i + 1], duration=end - time),
+                ]
                 what = f"the switch after phase {i + 1} {'after' if side > 0 else 'before'} {knot:g} s"
                 yield self._of(what, [*self.phases[:i], *moved, *self.phases[i + 2 :]])
 
@@ -224,18 +233,24 @@ class _Neighbours:
 
     def _in_turn(self) -> Iterator[Neighbour]:
         for i, (before, after) in enumerate(zip(self.phases[:-1], self.phases[1:], strict=True), start=1):
-            switching = [n for n, (one, other) in enumerate(zip(before.modes, after.modes, strict=True)) if one != other]
+            switching = [
+                n for n, (one, other) in enumerate(zip(before.modes, after.modes, strict=True)) if one != other
+            ]
             if len(switching) < 2:
                 continue
             sizes = (1, len(switching) - 1) if len(switching) > 2 else (1,)
             for size in dict.fromkeys(sizes):
                 for group in combinations(switching, size):
-                    between = tuple(a if n in group else b for n, (b, a) in enumerate(zip(before.modes, after.modes, strict=True)))
+                    between = tuple(
+                        a if n in group else b for n, (b, a) in enumerate(zip(before.modes, after.modes, strict=True))
+                    )
                     first = landings(before.modes, between)
                     last = landings(between, after.modes)
                     hits = bool(after.impacts)
                     inside = Phase(between, APART, self.hit(between, first, None) if hits and first else ())
-                    changed = Phase(after.modes, after.duration, self.hit(after.modes, last, None) if hits and last else ())
+                    changed = Phase(
+                        after.modes, after.duration, self.hit(after.modes, last, None) if hits and last else ()
+                    )
                     yield self._of(
                         f"{self._names(list(group))} switches first before phase {i + 1}",
                         [*self.phases[:i], inside, changed, *self.phases[i + 1 :]],

@@ -115,8 +115,8 @@ class SequenceSearch:
         """Try neighbours of the cheapest motion, and of those that are cheaper, until a pass brings too little.
 
         Args:
-            patient: whether it ends only then; else it does once neighbours have taken as many iterations since the last
-                gain that was worthwhile as everything had before, at least `LEAST_PATIENCE`.
+            patient: whether it ends only then; else it does once neighbours have taken as many iterations since the
+                last gain that was worthwhile as everything had before, at least `LEAST_PATIENCE`.
         """
         ahead = Lookahead(self._found, self.cores, self.solver.stop, self._alone)
         self._patience = np.inf if patient else 0.0
@@ -177,7 +177,9 @@ class SequenceSearch:
         along = self.solver.again(trial.from_sequence, trial.from_w)
         motion = self.solver.from_motion(trial.sequence, along, trial.below)
         iterations = sum(report.iterations for report in self.solver.reports[before:])
-        return _Found(motion and motion.own.sequence, motion and motion.report, iterations)
+        if motion is None:
+            return _Found(None, None, iterations)
+        return _Found(motion.own.sequence, motion.report, iterations)
 
     def _alone(self) -> None:
         """In another process nobody looks, and nothing stops but the process."""

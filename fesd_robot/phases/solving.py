@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -38,8 +37,8 @@ FREE_START = starting_at(1e-1, 1e-2)
 """IPOPT's options where durations are free, from a motion with given ones."""
 
 FREE_TOLERANCES = {"tol": 1e-6}
-"""Of IPOPT where durations are free. Constraints hold to round-off then, and the cost is right to a millionth; the last
-digits of forces that cost nothing, as those of feet against each other, take most of the iterations of a smaller one."""
+"""Of IPOPT where durations are free. Constraints hold to round-off then, and the cost is right to a millionth. The last
+digits of forces that cost nothing, as of feet against each other, take most of the iterations of a smaller one."""
 
 FREE_ITERATIONS = 200
 
@@ -68,8 +67,8 @@ AGAIN_START = starting_at(1e-4, 1e-5)
 """The same where it goes on, only bounds of durations have moved, or a phase or an impact is left out."""
 
 GO_ON_START = {**AGAIN_START, **REGULARISED}
-"""The same where an NLP is at its point and does not end: constraints that depend on each other, as of two fingers on one
-box, leave multipliers undetermined."""
+"""The same where an NLP is at its point and does not end: constraints that depend on each other, as of two fingers on
+one box, leave multipliers undetermined."""
 
 SHORTER, LONGER = 0.4, 2.2
 """Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a

@@ -126,7 +126,6 @@ class Along:
                 start, x_left, z_left = start + step, x[-1], z[-1]
         return transcription.pack(_with_jumps(elements, transcription))
 
-
     def _impact(self, one: Element, fractions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Return states, algebraic variables and numerical time of an impact of the motion, at fractions of it."""
         if len(one.x) == len(fractions):

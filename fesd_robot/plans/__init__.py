@@ -4,7 +4,7 @@ from fesd_robot.errors import PlanFileError
 from fesd_robot.plans.exports import EXPORTS, export
 from fesd_robot.plans.exports.joint_trajectory import joint_trajectory
 from fesd_robot.plans.files import check_output_folder, read_plan, write_plan
-from fesd_robot.plans.origin import task_of, task_to_refine
+from fesd_robot.plans.origin import task_of, task_to_improve, task_to_refine
 from fesd_robot.plans.plan import Plan
 from fesd_robot.plans.report import report
 
@@ -18,6 +18,7 @@ __all__ = [
     "read_plan",
     "report",
     "task_of",
+    "task_to_improve",
     "task_to_refine",
     "write_plan",
 ]

@@ -109,7 +109,7 @@ class Audit(Record):
     max_gap_drift: Annotated[
         float, AuditEntry("the largest difference between the true gap and the integrated one", "m", 5e-3)
     ]
-    max_clock_error: Annotated[float, AuditEntry("the largest difference of the physical time from where control intervals end", "s", 1e-6)]
+    max_clock_error: Annotated[float, AuditEntry("the largest |t(k) - t_k| over the control grid", "s", 1e-6)]
     max_theta_sum_error: Annotated[float, AuditEntry("the largest |sum of the multipliers - 1|", "", 1e-6)]
     max_friction_cone_violation: Annotated[
         float,

@@ -50,5 +50,24 @@ def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
     Raises:
         TaskError, PlanFileError: as those of `task_of` and `read_plan`.
     """
-    kept = ("solver.starts=null", "solver.seed=0", "solver.local_search=false", "solver.coarse_to_fine=auto")
-    return task_of(read_plan(path), overrides=[*kept, *overrides, f"solver.warm_start={path.absolute()}"])
+    kept = ("solver.effort=quick", "solver.local_search=false", "solver.coarse_to_fine=auto")
+    return _from_plan(path, [*kept, *overrides])
+
+
+def task_to_improve(path: Path, overrides: Sequence[str] = ()) -> Task:
+    """Return the task of a plan that begins from the plan, and is searched until no neighbour is cheaper.
+
+    Args:
+        path: ``plan.json`` or its folder.
+        overrides: as those of `task_of`.
+
+    Raises:
+        TaskError, PlanFileError: as those of `task_of` and `read_plan`.
+    """
+    return _from_plan(path, ["solver.effort=best", *overrides])
+
+
+def _from_plan(path: Path, overrides: Sequence[str]) -> Task:
+    """Return the task of a plan with its first start at the plan."""
+    own = ("solver.starts=null", "solver.seed=0", *overrides, f"solver.warm_start={path.absolute()}")
+    return task_of(read_plan(path), overrides=own)

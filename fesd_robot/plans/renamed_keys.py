@@ -40,6 +40,8 @@ def rename_plan_keys(data: Any) -> list[Renaming]:
         _rename(changes, {key: ".".join(today(tuple(key.split(".")))) for key in changes})
     for task in _sections(data, ("task",)):
         renamings += rename_keys(task)
+    for method in _sections(data, ("task", "method")):
+        method.setdefault("grid", "uniform")  # of plans that do not say it, whose grids never moved
     return renamings
 
 

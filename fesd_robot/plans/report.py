@@ -7,7 +7,7 @@ import numpy as np
 from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.glossary import glossary
 from fesd_robot.plans.outcome_report import outcome_section
-from fesd_robot.plans.plan import Impulse, Plan, Statistics, Status
+from fesd_robot.plans.plan import Impulse, LocalSearch, Plan, Statistics, Status
 from fesd_robot.plans.sentences import sentences
 from fesd_robot.plans.stationarity_words import stationarity_sentence
 from fesd_robot.plans.tables import markdown_table, settings_line
@@ -175,12 +175,37 @@ def _search(statistics: Statistics) -> str:
     search = statistics.search
     if search is None:
         return ""
+    if search.sequences is not None:
+        return _sequences(search)
     text = (
         f" The local search tried {search.trials} neighbours in {search.seconds:.1f} s and {search.iterations} "
         f"iterations; the cost before it was {search.cost_before:.6g}."
     )
     moves = "".join(f"\n- {move}" for move in search.moves)
     return f"{text} What it changed, and the cost before refinement:\n{moves}" if moves else text
+
+
+BEST_SEQUENCES = 3
+"""Of the sequences of phases that were tried, named with their costs."""
+
+
+def _sequences(search: LocalSearch) -> str:
+    """Return which sequences of phases were solved, and the cheapest of them."""
+    tried = search.sequences or []
+    costs = {
+        one.sequence: one.cost for one in sorted(tried, key=lambda one: -(one.cost or 0.0)) if one.cost is not None
+    }
+    best = sorted(costs.items(), key=lambda one: one[1])[:BEST_SEQUENCES]
+    listed = ", ".join(f"`{sequence}` at {cost:.6g}" for sequence, cost in best)
+    kept = "".join(
+        f"\n- after {one.seconds:.1f} s, {one.what}: `{one.sequence}`, {one.cost:.6g}" for one in tried if one.kept
+    )
+    return (
+        f" {len(tried)} sequences of phases were tried in {search.seconds:.1f} s, of which {search.iterations} "
+        f"iterations with neighbours of the cheapest; the best were {listed}. A letter a contact, a word a phase: F "
+        "flies, S sticks, + and - slip along and against the tangent, L slips; with ! an impact comes first. What was "
+        f"kept, one after the other, and the cost before refinement:\n{kept}"
+    )
 
 
 def _stages(statistics: Statistics) -> str:

@@ -140,9 +140,9 @@ class _Path:
             x, z: at equal distances, (n, n_x) and (n, n_z).
         """
         constraint = self._constraint
-        if element.interval not in constraint.intervals:
+        if element.interval not in constraint.numbers:
             return
-        p = constraint.parameter_values[:, list(constraint.intervals).index(element.interval)]
+        p = constraint.parameter_values[:, list(constraint.numbers).index(element.interval)]
         u = np.tile(element.u, (len(x), 1))
         values = np.asarray(self._rows(np.hstack([x, u, z]).T, p).full())
         excess = np.maximum(constraint.lower[:, None] - values, values - constraint.upper[:, None])
