@@ -31,12 +31,12 @@ def test_which_grid_is_coarser(task: str, overrides: list[str], intervals: int |
 
     The quadruped has a waypoint at an end of its fifteen intervals that is none of five.
     """
-    assert coarser_intervals(load_task(TASKS / f"{task}.yaml", overrides)) == intervals
+    assert coarser_intervals(load_task(TASKS / f"{task}.yaml", ["method.grid=uniform", *overrides])) == intervals
 
 
 def test_a_motion_begins_on_the_coarser_grid() -> None:
     """The motion on ten intervals is one on twenty: the start from it costs no more, and its contacts are the same."""
-    task = load_task(TASKS / "double_pendulum_wall.yaml", ["solver.local_search=false"])
+    task = load_task(TASKS / "double_pendulum_wall.yaml", ["method.grid=uniform", "solver.local_search=false"])
     coarse = attempt(with_overrides(task, {"horizon.intervals": 10}))
     fine = attempt(with_overrides(task, {"solver.coarse_to_fine": True, "solver.seed": 1}))
     assert coarse.status.solved and fine.status.solved

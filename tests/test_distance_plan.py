@@ -57,11 +57,11 @@ def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     """
     (tmp_path / "arm.xml").write_text(MODEL, encoding="utf-8")
     (tmp_path / "arm.yaml").write_text(TASK, encoding="utf-8")
-    task, robot = load_task_robot(load_task(tmp_path / "arm.yaml"))
+    task, robot = load_task_robot(load_task(tmp_path / "arm.yaml", ["method.grid=uniform"]))
     stone = task.constraints["stone"]
     assert isinstance(stone, DistanceConstraint)
     measure = BodyDistances(robot, stone)
-    found = plan(load_task(tmp_path / "arm.yaml"))
+    found = plan(load_task(tmp_path / "arm.yaml", ["method.grid=uniform"]))
     assert found.status.solved, found.status.message
     assert found.audit.max_constraint_violation is not None and found.audit.max_constraint_violation <= 1e-6
     samples = np.column_stack([found.trajectory.configuration[name] for name in robot.configuration_names])

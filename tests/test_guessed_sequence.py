@@ -30,7 +30,7 @@ def task(tmp_path_factory: pytest.TempPathFactory) -> Task:
     """A jump of Solo12 with four feet and twelve joints that turns it by 22.5 degrees."""
     file = tmp_path_factory.mktemp("guessed") / "turning.yaml"
     file.write_text(JUMP, encoding="utf-8")
-    return load_task(file, ["method.accuracy=none"])
+    return load_task(file, ["method.grid=uniform", "method.accuracy=none"])
 
 
 @pytest.fixture(scope="module")
@@ -56,14 +56,14 @@ def test_it_stands_on_all_feet(task: Task) -> None:
 def test_a_motion_that_begins_on_guessed_contacts_has_one_start(name: str) -> None:
     """One initial guess where the task leaves it open, else as many as it says."""
     file = TASKS / f"{name}.yaml"
-    assert with_own_starts(load_task(file)).solver.starts == 1
-    assert with_own_starts(load_task(file, ["solver.starts=3"])).solver.starts == 3
+    assert with_own_starts(load_task(file, ["method.grid=uniform"])).solver.starts == 1
+    assert with_own_starts(load_task(file, ["method.grid=uniform", "solver.starts=3"])).solver.starts == 3
 
 
 @pytest.mark.parametrize("name", ["hopper_one_jump", "biped_step", "hopper_in_space"])
 def test_a_motion_that_begins_with_a_homotopy_has_the_usual_starts(name: str) -> None:
     """The number of initial guesses stays open in the plane, and with a single contact in space."""
-    assert with_own_starts(load_task(TASKS / f"{name}.yaml")).solver.starts is None
+    assert with_own_starts(load_task(TASKS / f"{name}.yaml", ["method.grid=uniform"])).solver.starts is None
 
 
 def test_the_guess_flies_as_long_as_a_fall_from_its_apex(task: Task) -> None:
@@ -99,7 +99,7 @@ def push() -> tuple[Plan, list[NlpReport]]:
     """An arm that slides a box on three feet, on a coarse grid, and the NLPs of its plan."""
     reports: list[NlpReport] = []
     quick = ["method.accuracy=none", "solver.starts=1", "solver.retries=0", "solver.local_search=false"]
-    return plan(load_task(TASKS / "table_push.yaml", quick), progress=reports.append), reports
+    return plan(load_task(TASKS / "table_push.yaml", ["method.grid=uniform", *quick]), progress=reports.append), reports
 
 
 def test_what_moves_on_the_ground_all_along_the_guess_slides(push: tuple[Plan, list[NlpReport]]) -> None:

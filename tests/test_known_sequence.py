@@ -22,7 +22,7 @@ SHORT_JUMP = ("horizon.duration=0.6", "goal.configuration.root_x=0.7", "solver.l
 
 
 def short_jump(*overrides: str) -> Task:
-    return load_task(TASK, [*SHORT_JUMP, *overrides])
+    return load_task(TASK, ["method.grid=uniform", *SHORT_JUMP, *overrides])
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,10 @@ def test_a_seed_asks_for_another_start(folder: Path) -> None:
 
 def test_other_states_are_no_start(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A plan whose contact may slip has not the states of a task in which it may not: a warning says what is taken."""
-    task = load_task(TASK.parent / "hopper_one_jump.yaml", [f"solver.warm_start={folder}", "solver.time_limit=1"])
+    task = load_task(
+        TASK.parent / "hopper_one_jump.yaml",
+        ["method.grid=uniform", f"solver.warm_start={folder}", "solver.time_limit=1"],
+    )
     reports: list[NlpReport] = []
     plan(task, progress=reports.append)
     assert "only the configurations are taken" in caplog.text

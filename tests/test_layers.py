@@ -33,6 +33,7 @@ BELOW: dict[str, set[str]] = {
     "simulation": {"adapters", "contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
     "first_task": {"ocp", "robot", "task"},
     "strategies": {"mpcc", "plans", "task"},
+    "phases": {"complementarity", "contact", "fesd", "mpcc", "ocp", "stepping", "strategies"},
 }
 """Room -> the rooms it may use, besides `errors`, `lazy` and `orientations`; planner and commands may use all."""
 

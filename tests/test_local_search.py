@@ -38,7 +38,7 @@ class Searched(NamedTuple):
 def watched() -> Searched:
     """A search whose NLPs are noted."""
     reports: list[NlpReport] = []
-    result = plan(load_task(TASK, list(SHORT_JUMP)), progress=reports.append)
+    result = plan(load_task(TASK, ["method.grid=uniform", *list(SHORT_JUMP)]), progress=reports.append)
     return Searched(result, [report.residuals.objective for report in reports])
 
 
@@ -70,7 +70,7 @@ def test_every_cheaper_motion_is_told_while_the_search_goes_on(watched: Searched
 def test_processes_change_nothing_but_the_time(searched: Plan) -> None:
     """One process and three give the same moves, the same number of trials and iterations, and the same bits."""
     for processes in (1, 3):
-        again = plan(load_task(TASK, [*SHORT_JUMP, f"solver.processes={processes}"])).statistics
+        again = plan(load_task(TASK, ["method.grid=uniform", *SHORT_JUMP, f"solver.processes={processes}"])).statistics
         assert again.search is not None and searched.statistics.search is not None
         assert again.search.moves == searched.statistics.search.moves
         assert again.search.trials == searched.statistics.search.trials
@@ -81,7 +81,7 @@ def test_processes_change_nothing_but_the_time(searched: Plan) -> None:
 def test_detours_end_below_what_they_left(searched: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without detours the same search ends no cheaper, and every cost that is no record is followed by a record."""
     monkeypatch.setattr(local_search, "MOST_DETOURS", 0)
-    straight = plan(load_task(TASK, list(SHORT_JUMP)))
+    straight = plan(load_task(TASK, ["method.grid=uniform", *list(SHORT_JUMP)]))
     ours, theirs = searched.statistics.search, straight.statistics.search
     assert ours is not None and theirs is not None
     costs = [[float(move.rsplit(": ", 1)[1]) for move in one.moves] for one in (ours, theirs)]
@@ -235,14 +235,14 @@ def test_a_motion_that_is_lost_with_room_is_searched_from_one_nearby(
         return None if limits.get("updates") == local_search.FIRST_UPDATES else exact(self, start, **limits)
 
     monkeypatch.setattr(BranchSolver, "exact", fails_at_first)
-    result = plan(load_task(TASK, list(SHORT_JUMP)))
+    result = plan(load_task(TASK, ["method.grid=uniform", *list(SHORT_JUMP)]))
     assert result.status.solved and result.statistics.search is not None and result.statistics.search.trials > 0
     assert result.statistics.objective <= 1.02 * searched.statistics.objective
 
 
 def test_search_can_be_left_out(searched: Plan) -> None:
     """A plan without it does not speak of a search; one with it ends below the motion that it began with."""
-    plain = plan(load_task(TASK, [*SHORT_JUMP, "solver.local_search=false"]))
+    plain = plan(load_task(TASK, ["method.grid=uniform", *SHORT_JUMP, "solver.local_search=false"]))
     assert plain.status.solved and plain.statistics.search is None
     assert searched.statistics.search is not None
     assert searched.statistics.objective <= searched.statistics.search.cost_before
@@ -251,7 +251,7 @@ def test_search_can_be_left_out(searched: Plan) -> None:
 def test_a_time_limit_leaves_time_for_the_rest() -> None:
     """When the search has to stop early, its motion so far is refined and audited all the same. It may take half of the
     time, and what the trial takes that is under way, which is more on a busy machine."""
-    limited = plan(load_task(TASK, [*SHORT_JUMP, "solver.time_limit=60", "solver.retries=0"]))
+    limited = plan(load_task(TASK, ["method.grid=uniform", *SHORT_JUMP, "solver.time_limit=60", "solver.retries=0"]))
     assert limited.status.solved and limited.statistics.search is not None
     assert limited.statistics.search.seconds < 60
     refinement = limited.statistics.refinement

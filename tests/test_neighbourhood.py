@@ -26,7 +26,7 @@ Motion = tuple[Neighbourhood, PolishingReport]
 @pytest.fixture(scope="module")
 def motion() -> Motion:
     """A block that slides, waits and is pushed on, with room in every interval, and its exact end there."""
-    own = formulate(task := load_task(TASKS / "block_push.yaml"))
+    own = formulate(task := load_task(TASKS / "block_push.yaml", ["method.grid=uniform"]))
     options, transcription = homotopy_options(task), Transcription(own.ocp, own.fesd)
     solution = solve(transcription.problem, options, polisher=BranchTranscription(transcription))
     assert solution.branch is not None

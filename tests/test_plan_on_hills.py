@@ -34,7 +34,7 @@ def pushed(tmp_path_factory: pytest.TempPathFactory) -> Plan:
         "goal: {configuration: {x: 0.2, y: 0.1}, stand_on: {contacts: [foot], adjust: [z]}}\n"
         "solver: {starts: 1, local_search: false}\n",
     )
-    return plan(load_task(task))
+    return plan(load_task(task, ["method.grid=uniform"]))
 
 
 def test_it_is_solved_and_true(pushed: Plan) -> None:

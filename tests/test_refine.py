@@ -28,7 +28,7 @@ TASKS = Path(__file__).parents[1] / "tasks"
 @pytest.fixture(scope="module")
 def coarse() -> tuple[SolvedMotion, HomotopyOptions]:
     """The biped's step from two stages, which is no motion, and the options it was found with."""
-    task = load_task(TASKS / "biped_step.yaml")
+    task = load_task(TASKS / "biped_step.yaml", ["method.grid=uniform"])
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     repair = Repair(transcription, options, Deadline(), None, None)

@@ -24,7 +24,7 @@ TASKS = Path(__file__).parents[1] / "tasks"
 @pytest.fixture(scope="module")
 def task() -> Task:
     """A jump whose homotopy ends on a branch that three elements an interval do not fit."""
-    return load_task(TASKS / "hopper_wedge.yaml")
+    return load_task(TASKS / "hopper_wedge.yaml", ["method.grid=uniform"])
 
 
 @pytest.fixture(scope="module")

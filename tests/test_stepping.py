@@ -29,7 +29,7 @@ TROT = (
 def _formulated(folder: Path, *changes: str) -> MotionProblem:
     file = folder / "steps.yaml"
     file.write_text(TROT, encoding="utf-8")
-    return formulate(load_task(file, list(changes)))
+    return formulate(load_task(file, ["method.grid=uniform", *list(changes)]))
 
 
 def _stiff(folder: Path) -> MotionProblem:
@@ -39,7 +39,7 @@ def _stiff(folder: Path) -> MotionProblem:
     file = folder / "stiff.yaml"
     file.write_text(TROT, encoding="utf-8")
     changes = [f"robot.locked={{{locked}}}", "initial={stand_on: [FL, FR, HL, HR]}"]
-    return formulate(load_task(file, changes), driven=False)
+    return formulate(load_task(file, ["method.grid=uniform", *changes]), driven=False)
 
 
 @pytest.fixture(scope="module")

@@ -24,8 +24,11 @@ from fesd_robot.strategies.deadline import Deadline
 FIXED_START = starting_at(1e-1, 1e-2)
 """IPOPT's options where durations are those of the guess, from a point that is no motion."""
 
-FIXED_ITERATIONS = 150
+FIXED_ITERATIONS = 100
 """IPOPT iterations with the durations of the guess; those that converge take 20 to 120."""
+
+FREED_ITERATIONS = 150
+"""The same with free durations, where there is no motion with those of the guess."""
 
 FIXED_TOLERANCES = {"tol": 1e-2, "constr_viol_tol": 1e-5}
 """Of IPOPT for it: its end is a start, no more."""
@@ -184,9 +187,16 @@ class PhaseSolver:
         lengths = own.sequence.durations
         w = own.transcription.problem.start
         end = self._end(own, w, lengths, lengths, FIXED_START, FIXED_ITERATIONS, FIXED_TOLERANCES)
-        if end is None or not end.residuals.constraint_violation <= ROUGH_VIOLATION:
+        if end is None:
             return None
-        return self._freed(own, end.w, FREE_START, FREE_ITERATIONS, below)
+        if end.residuals.constraint_violation <= ROUGH_VIOLATION:
+            return self._freed(own, end.w, FREE_START, FREE_ITERATIONS, below)
+        # No motion takes the durations of the guess, or none near to it does.
+        shorter, longer = SHORTER * lengths, LONGER * lengths
+        end = self._end(own, w, shorter, longer, FIXED_START, FREED_ITERATIONS, FREE_TOLERANCES)
+        if end is None or not end.residuals.constraint_violation <= PROMISING:
+            return None
+        return self._freed(own, end.w, AGAIN_START, FREE_ITERATIONS, below)
 
     def again(self, sequence: Sequence, w: np.ndarray) -> Along:
         """Return what the solve of a sequence may begin along, of a motion that another process has found.

@@ -25,7 +25,7 @@ SOLVER = HomotopyOptions(tolerance=1e-9, max_iterations=200)
 
 
 def _motion(form: str, *overrides: str) -> MotionProblem:
-    return formulate(load_task(TASK, [f"method.formulation={{type: {form}}}", *overrides]))
+    return formulate(load_task(TASK, ["method.grid=uniform", f"method.formulation={{type: {form}}}", *overrides]))
 
 
 @pytest.fixture(scope="module", params=["multipliers", "steps"])

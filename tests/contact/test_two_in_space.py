@@ -35,7 +35,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> MotionProblem:
         "other.root_joint.z: 0.3, crate.root_joint.z: 0.08}}\n"
         "goal: {soft: true}\n",
     )
-    return formulate(load_task(task), driven=False)
+    return formulate(load_task(task, ["method.grid=uniform"]), driven=False)
 
 
 def test_a_body_in_space_touches_with_the_corners_below(scene: MotionProblem) -> None:

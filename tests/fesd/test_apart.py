@@ -18,7 +18,7 @@ TASKS = Path(__file__).parents[2] / "tasks"
 
 def _made(name: str, least: int, monkeypatch: pytest.MonkeyPatch) -> BranchTranscription:
     monkeypatch.setattr(apart, "LARGE_INTERVALS", least)
-    motion = formulate(load_task(TASKS / f"{name}.yaml", ["horizon.intervals=4"]))
+    motion = formulate(load_task(TASKS / f"{name}.yaml", ["method.grid=uniform", "horizon.intervals=4"]))
     made = BranchTranscription(Transcription(motion.ocp, motion.fesd))
     assert made.transcription.apart == (least == 1)
     return made

@@ -66,7 +66,7 @@ def test_a_sliding_mode_is_exact() -> None:
 @pytest.fixture(scope="module")
 def hopper() -> MotionProblem:
     short = ["horizon.duration=0.2", "horizon.intervals=2", "goal.configuration.root_x=0.12", "reference={type: line}"]
-    return formulate(load_task(TASK, [*short]))
+    return formulate(load_task(TASK, ["method.grid=uniform", *short]))
 
 
 def test_conditions_of_a_contact(hopper: MotionProblem) -> None:
@@ -90,7 +90,7 @@ def test_directions_of_a_contact_go_together(ahead: float) -> None:
 
     One that is held lets friction across the slide go free.
     """
-    motion = formulate(load_task(TASK.with_name("hopper_in_space.yaml")))
+    motion = formulate(load_task(TASK.with_name("hopper_in_space.yaml"), ["method.grid=uniform"]))
     system, n_s = motion.ocp.system, motion.fesd.tableau.stages
     conditions = conditions_of(system)
     left = np.zeros(system.state.numel())
@@ -134,7 +134,7 @@ def test_the_rows_are_the_quantities(hopper: MotionProblem) -> None:
 )
 def test_an_element_has_as_many_rows_as_are_counted(task: str) -> None:
     """Behind the rows of the relaxed problem are those of every element, and the differences of their lengths."""
-    motion = formulate(load_task(TASK.with_stem(task)))
+    motion = formulate(load_task(TASK.with_stem(task), ["method.grid=uniform"]))
     polisher = BranchTranscription(Transcription(motion.ocp, motion.fesd))
     count, relaxed = motion.fesd.elements, polisher.transcription.problem.blocks[1]
     assert isinstance(count, int)
@@ -229,7 +229,7 @@ def test_an_impact_that_leaves_another_contact_alone_has_bounded_multipliers() -
         "reference={type: line}",
         "method.elements=3",
     )
-    motion = formulate(load_task(TASK.with_name("pusher_slider.yaml"), overrides))
+    motion = formulate(load_task(TASK.with_name("pusher_slider.yaml"), ["method.grid=uniform", *overrides]))
     transcription = Transcription(motion.ocp, motion.fesd)
     polisher = BranchTranscription(transcription)
     g, h, c = ActiveFactor.G, ActiveFactor.H, ActiveFactor.COMPLEMENT
@@ -257,7 +257,7 @@ def test_what_touches_after_an_impact_elsewhere_has_no_bound_at_its_beginning() 
     A bound that equations make active leaves an interior-point method no interior. A contact that goes on flying has
     the bound where the impact begins, and nowhere else in it.
     """
-    motion = formulate(load_task(TASK.with_name("solo12_jump.yaml")))
+    motion = formulate(load_task(TASK.with_name("solo12_jump.yaml"), ["method.grid=uniform"]))
     transcription = Transcription(motion.ocp, motion.fesd)
     polisher = BranchTranscription(transcription)
     members, names = polisher.conditions.members, [contact.name for contact in motion.contacts]

@@ -74,7 +74,7 @@ def puck(folder: Path, text: str, *, friction: float = 0.0) -> Task:
     path = folder / "task.yaml"
     head = f"name: puck\nrobot: {{model: puck.urdf}}\ncontacts: {{foot: {{frame: puck, friction: {friction:g}}}}}\n"
     path.write_text(head + text, encoding="utf-8")
-    return load_task(path)
+    return load_task(path, ["method.grid=uniform"])
 
 
 def cart(folder: Path, text: str, links: str = "") -> Task:
@@ -82,7 +82,7 @@ def cart(folder: Path, text: str, links: str = "") -> Task:
     (folder / "cart.urdf").write_text(URDF.replace("</robot>", f"{links}</robot>"), encoding="utf-8")
     path = folder / "task.yaml"
     path.write_text(TASK + text, encoding="utf-8")
-    return load_task(path)
+    return load_task(path, ["method.grid=uniform"])
 
 
 def solved(task: Task) -> tuple[MotionProblem, Transcription, MpccSolution, PhysicalMotion]:

@@ -40,7 +40,7 @@ def load(tmp_path: Path) -> Callable[[str], Task]:
     def load_text(text: str) -> Task:
         path = tmp_path / "task.yaml"
         path.write_text(text, encoding="utf-8")
-        return load_task(path)
+        return load_task(path, ["method.grid=uniform"])
 
     return load_text
 
@@ -48,4 +48,6 @@ def load(tmp_path: Path) -> Callable[[str], Task]:
 @pytest.fixture(scope="session")
 def hopper() -> MotionProblem:
     """The benchmark as published: five metres in five seconds with five jumps, and slipping is free."""
-    return formulate(load_task(ROOT / "tasks" / "published_hopper_five_jumps.yaml", ["costs.slipping={}"]))
+    return formulate(
+        load_task(ROOT / "tasks" / "published_hopper_five_jumps.yaml", ["method.grid=uniform", "costs.slipping={}"])
+    )

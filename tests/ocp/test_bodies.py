@@ -42,7 +42,7 @@ def written(folder: Path, *changes: tuple[str, str]) -> Path:
 
 def test_a_body_stands_by_its_own_height_and_pitch(tmp_path: Path) -> None:
     """Contacts of a body bring that body to the ground, and what it is called is known everywhere."""
-    motion = formulate(load_task(written(tmp_path)))
+    motion = formulate(load_task(written(tmp_path), ["method.grid=uniform"]))
     start = dict(zip(motion.robot.configuration_names, motion.endpoints.initial_configuration, strict=True))
     assert start["crate.root_z"] == pytest.approx(0.1) and start["crate.root_pitch"] == 0.0
     assert set(start) == {"lift", "left", "right", "crate.root_x", "crate.root_z", "crate.root_pitch"}
@@ -82,7 +82,7 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, old: str, new: str, key: str,
     file = written(tmp_path, (old, new))
     line = next(n for n, text in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1) if new in text)
     with pytest.raises(TaskError) as caught:
-        formulate(load_task(file))
+        formulate(load_task(file, ["method.grid=uniform"]))
     error = caught.value
     assert (error.file, error.line, error.key) == (file, line, key), str(error)
     assert fragment in error.message and "\n" not in str(error)
@@ -91,7 +91,7 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, old: str, new: str, key: str,
 def test_what_belongs_to_joints_of_a_body(tmp_path: Path) -> None:
     """Properties that the section of a body gives to its own joints are on the joints beside the robot, alone."""
     section = "root: sagittal, damping: {root_x: 0.3}, dry_friction: {root_pitch: 0.1}"
-    _, robot = load_task_robot(load_task(written(tmp_path, ("root: sagittal", section))))
+    _, robot = load_task_robot(load_task(written(tmp_path, ("root: sagittal", section)), ["method.grid=uniform"]))
     damping = dict(zip(robot.velocity_names, robot.model.damping, strict=True))
     assert {name for name, value in damping.items() if value} == {"crate.root_x"}
     assert robot.dry_friction == {"crate.root_pitch": 0.1}
@@ -100,6 +100,6 @@ def test_what_belongs_to_joints_of_a_body(tmp_path: Path) -> None:
 def test_an_articulated_body_has_its_joints_and_motors(tmp_path: Path) -> None:
     """A model file beside the robot: what it locks is no coordinate, what it drives is a control of its name."""
     arm = f"  arm: {{model: {MODELS}/pushing_arm/pushing_arm.urdf, root: fixed, locked: {{box_x: 3, box_z: 3}}}}\n"
-    motion = formulate(load_task(written(tmp_path, ("contacts:\n", f"{arm}contacts:\n"))))
+    motion = formulate(load_task(written(tmp_path, ("contacts:\n", f"{arm}contacts:\n")), ["method.grid=uniform"]))
     assert motion.actuation.names == ["lift", "left", "right", "arm.shoulder", "arm.elbow"]
     assert motion.robot.configuration_names[-3:] == ["arm.box_pitch", "arm.shoulder", "arm.elbow"]

@@ -17,7 +17,13 @@ def test_a_box_is_pushed_by_its_side() -> None:
     """The plan is exact, its replay follows it, and the tip touches half the box's length from the box's frame."""
     task = load_task(
         TASKS / "pusher_slider.yaml",
-        [f"contacts.push={BOX}", "solver.local_search=false", "method.compile=never", "output.figures=false"],
+        [
+            "method.grid=uniform",
+            f"contacts.push={BOX}",
+            "solver.local_search=false",
+            "method.compile=never",
+            "output.figures=false",
+        ],
     )
     result = attempt(task)
     assert result.status.solved and result.audit.worst[0] <= 0.1

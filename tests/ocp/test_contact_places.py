@@ -56,7 +56,7 @@ def write(tmp_path: Path) -> Write:
 
     def load_text(text: str) -> Task:
         (tmp_path / "task.yaml").write_text(text)
-        return load_task(tmp_path / "task.yaml")
+        return load_task(tmp_path / "task.yaml", ["method.grid=uniform"])
 
     return load_text
 

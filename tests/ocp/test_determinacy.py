@@ -26,7 +26,7 @@ TASKS = Path(__file__).parents[2] / "tasks"
 @pytest.fixture(scope="module")
 def monoped():
     """A robot whose foot slips into the ground in some postures."""
-    return formulate(load_task(TASKS / "monoped_three_holes.yaml"))
+    return formulate(load_task(TASKS / "monoped_three_holes.yaml", ["method.grid=uniform"]))
 
 
 def test_rows_are_the_ratio_of_accelerations(monoped):
@@ -55,7 +55,9 @@ def test_they_hold_on_request_only(monoped):
 
 def test_a_contact_without_friction_needs_none():
     """Without friction there is nothing to decide."""
-    motion = formulate(load_task(TASKS / "published_hopper_one_jump.yaml", ["ground.friction=0"]))
+    motion = formulate(
+        load_task(TASKS / "published_hopper_one_jump.yaml", ["method.grid=uniform", "ground.friction=0"])
+    )
     assert not any(one.name.startswith(DETERMINACY) for one in motion.ocp.constraints)
 
 

@@ -54,7 +54,7 @@ def distances(motion: MotionProblem) -> dict[str, tuple[np.ndarray, np.ndarray]]
 
 def test_rows_are_the_distances(tmp_path: Path) -> None:
     """Spheres and capsules against every kind of obstacle, and a box against a sphere: coal's distances to 1e-9 m."""
-    motion = formulate(load_task(write_arm(tmp_path, EXACT)))
+    motion = formulate(load_task(write_arm(tmp_path, EXACT), ["method.grid=uniform"]))
     for name, (rows, expected) in distances(motion).items():
         apart = expected > 1e-3 - motion.task.constraints[name].minimum  # type: ignore[union-attr]
         assert apart.sum() > 100
@@ -63,7 +63,7 @@ def test_rows_are_the_distances(tmp_path: Path) -> None:
 
 def test_what_encloses_is_never_farther(tmp_path: Path) -> None:
     """With enclosing shapes no row is larger than the distance, and not by more than these are thicker."""
-    motion = formulate(load_task(write_arm(tmp_path, ENCLOSING)))
+    motion = formulate(load_task(write_arm(tmp_path, ENCLOSING), ["method.grid=uniform"]))
     for name, (rows, expected) in distances(motion).items():
         apart = expected > 1e-3
         assert apart.sum() > 100
@@ -115,6 +115,6 @@ ERRORS = [
 def test_mistakes(tmp_path: Path, text: str, key: str, fragment: str) -> None:
     """A wrong name, shape or place is one error at its line and key that says what would be valid."""
     with pytest.raises(TaskError) as caught:
-        formulate(load_task(write_arm(tmp_path, f"  one: {text}\n")))
+        formulate(load_task(write_arm(tmp_path, f"  one: {text}\n"), ["method.grid=uniform"]))
     assert (caught.value.line, caught.value.key) == (9, f"constraints.{key}"), caught.value
     assert fragment in caught.value.message and "expected" in caught.value.message

@@ -33,7 +33,7 @@ def test_ten_lines_are_enough(short: str, load: Load) -> None:
 @pytest.mark.parametrize("path", TASKS, ids=lambda path: path.stem)
 def test_every_shipped_task_fits_its_robot(path: Path) -> None:
     """Names, limits, ground files and start of every shipped task suit its robot."""
-    problem = formulate(load_task(path))
+    problem = formulate(load_task(path, ["method.grid=uniform"]))
     assert list(problem.scene.geometries) == list(problem.task.contacts)
     assert [contact.name for contact in problem.contacts] == list(problem.task.contacts)
 

@@ -31,7 +31,7 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
 
     The gap of element 4 is a parabola of the stages' three nodes whose lowest point lies between them.
     """
-    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml"))
+    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml", ["method.grid=uniform"]))
     transcription = Transcription(motion.ocp, motion.fesd)
     conditions, tableau = BranchTranscription(transcription).conditions, motion.fesd.tableau
     gap = next(one.invariant_state for one in conditions.members if one.invariant_state is not None)
@@ -56,7 +56,7 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
 def test_a_foot_may_leave_the_ground_with_a_force_in_an_impact_and_where_controls_jump(hit: bool, shrunk: bool) -> None:
     """Inside a control interval a force ends at zero, unless another foot lands hard as this one takes off, or the rest
     of the interval has shrunk to nothing: then the force ends at its end."""
-    motion = formulate(load_task(TASKS / "solo12_jump.yaml"))
+    motion = formulate(load_task(TASKS / "solo12_jump.yaml", ["method.grid=uniform"]))
     transcription = Transcription(motion.ocp, motion.fesd)
     polisher, n_x = BranchTranscription(transcription), motion.ocp.system.state.numel()
     conditions = polisher.conditions
@@ -107,7 +107,7 @@ def test_a_force_leaves_its_cone_between_the_stages_although_what_is_unused_does
         "contacts: {foot: {frame: mass}}\nhorizon: {duration: 1, intervals: 8}\n"
         "initial: {configuration: {x: 0, y: 0, z: 0}}\ngoal: {configuration: {x: 0.5, y: 0.3, z: 0}}\n",
     )
-    motion = formulate(load_task(task))
+    motion = formulate(load_task(task, ["method.grid=uniform"]))
     transcription = Transcription(motion.ocp, motion.fesd)
     conditions, system = BranchTranscription(transcription).conditions, motion.ocp.system
     names, beta, n_x = list(system.algebraic_names), 1e-3, system.state.numel()

@@ -131,7 +131,7 @@ def test_terminal_cost(hopper: MotionProblem) -> None:
 
 def test_auxiliary_force(hopper: MotionProblem) -> None:
     """The task's a_n is used as written; 'auto' is ten times the weight."""
-    automatic = formulate(load_task(TASK, ["method.auxiliary_force=auto"]))
+    automatic = formulate(load_task(TASK, ["method.grid=uniform", "method.auxiliary_force=auto"]))
     assert hopper.auxiliary_force == 100.0
     assert automatic.auxiliary_force == pytest.approx(10 * 1.1 * 9.81, rel=1e-12)
 
@@ -164,7 +164,7 @@ def test_control_guess(hopper: MotionProblem) -> None:
 def test_gap_state_follows_the_formulation(kind: str) -> None:
     """Both forms of the contact logic give the same state; a true gap has no state."""
     form = f"method.formulation.type={kind}"
-    assert formulate(load_task(TASK, [form])).ocp.system.state.numel() == 10
+    assert formulate(load_task(TASK, ["method.grid=uniform", form])).ocp.system.state.numel() == 10
     if kind == "steps":
         true_gap = "method.formulation={type: steps, gap: true}"
-        assert formulate(load_task(TASK, [true_gap])).ocp.system.state.numel() == 9
+        assert formulate(load_task(TASK, ["method.grid=uniform", true_gap])).ocp.system.state.numel() == 9

@@ -42,7 +42,7 @@ def walk(folder: Path, old: str = "", new: str = "") -> Task:
     """The task of a walking biped with one change."""
     path = folder / "walk.yaml"
     path.write_text(WALK.replace(old, new).replace("MODEL", str(MODEL)), encoding="utf-8")
-    return load_task(path)
+    return load_task(path, ["method.grid=uniform"])
 
 
 def rows_of_period(motion: MotionProblem, start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ Formulated = Callable[[str], MotionProblem]
 @pytest.fixture
 def formulated(tmp_path: Path) -> Formulated:
     """Formulate a task of a box that forces and torques move in space."""
-    return lambda lines: formulate(load_task(written(tmp_path, box(), BOX + lines)))
+    return lambda lines: formulate(load_task(written(tmp_path, box(), BOX + lines), ["method.grid=uniform"]))
 
 
 def turn(roll: float, pitch: float, yaw: float) -> np.ndarray:

@@ -44,7 +44,7 @@ def planned(folder: Path, friction: float, restitution: float, others: str) -> P
         "control: {push: 1}}\n" + others
     )
     (folder / "task.yaml").write_text(task, encoding="utf-8")
-    return attempt(load_task(folder / "task.yaml"))
+    return attempt(load_task(folder / "task.yaml", ["method.grid=uniform"]))
 
 
 def replays(plan: Plan) -> bool:
@@ -116,7 +116,7 @@ def test_without_restitution_nothing_is_added(tmp_path: Path) -> None:
     kinds = [
         [
             (one.label.kind, one.recall, one.complement is None)
-            for one in formulate(load_task(task, own)).ocp.system.complementarities
+            for one in formulate(load_task(task, ["method.grid=uniform", *own])).ocp.system.complementarities
         ]
         for own in ([], ["ground.restitution=0"], ["ground.restitution=0.5"])
     ]
@@ -129,14 +129,14 @@ def test_a_contact_has_its_own_restitution_before_that_of_its_surface(tmp_path: 
     """As friction: the contact's, else that of the wall or the ground that it touches."""
     task = Path(__file__).parents[2] / "tasks" / "double_pendulum_wall.yaml"
     own = ["ground.restitution=0.9", "ground.walls.right.restitution=0.4", "contacts.tip.restitution=0.2"]
-    assert [one.restitution for one in formulate(load_task(task, own)).contacts] == [0.4, 0.2]
+    assert [one.restitution for one in formulate(load_task(task, ["method.grid=uniform", *own])).contacts] == [0.4, 0.2]
 
 
 def test_the_published_form_has_no_restitution() -> None:
     """One sentence names the key and what would be valid."""
     task = Path(__file__).parents[2] / "tasks" / "block_push.yaml"
     with pytest.raises(TaskError) as caught:
-        formulate(load_task(task, ["ground.restitution=0.5", "method.formulation.type=steps"]))
+        formulate(load_task(task, ["method.grid=uniform", "ground.restitution=0.5", "method.formulation.type=steps"]))
     assert "method.formulation.type" in str(caught.value)
     assert "found 'steps' beside a restitution of 0.5 of contact 'rear', expected 'multipliers'" in str(caught.value)
 
@@ -160,7 +160,7 @@ def test_the_foot_of_a_dropped_hopper_bounces(tmp_path: Path) -> None:
         "control: {leg_force: 1}}\n",
         encoding="utf-8",
     )
-    plan = attempt(load_task(tmp_path / "task.yaml"))
+    plan = attempt(load_task(tmp_path / "task.yaml", ["method.grid=uniform"]))
     assert replays(plan)
     (hit,) = plan.impulses
     assert hit.time == pytest.approx(0.20192751093846089, abs=1e-9)
@@ -184,7 +184,7 @@ def test_a_mass_in_space_bounces_askew_to_its_target(tmp_path: Path, friction: f
         f"initial: {{configuration: {{x: 0, y: 0, z: {drop}}}}}\n"
         "goal: {configuration: {x: 0.5, y: 0.3}, velocity: {x: 0, y: 0}}\n",
     )
-    plan = attempt(load_task(task))
+    plan = attempt(load_task(task, ["method.grid=uniform"]))
     assert replays(plan)
     first = np.sqrt(2 * drop / GRAVITY)
     np.testing.assert_allclose([one.time for one in plan.impulses], [first, first * (1 + 2 * e)], atol=1e-8)

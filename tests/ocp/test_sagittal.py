@@ -24,7 +24,7 @@ def problem(folder: Path, text: str) -> MotionProblem:
     """Formulate a task."""
     file = folder / "task.yaml"
     file.write_text(text, encoding="utf-8")
-    return formulate(load_task(file))
+    return formulate(load_task(file, ["method.grid=uniform"]))
 
 
 @pytest.fixture(scope="module")

@@ -61,7 +61,9 @@ def test_a_foot_that_may_not_slip_sticks(load_short: Callable[..., Task], short_
 )
 def test_what_jumps_does_not_slip(overrides: list[str], slipping: str) -> None:
     """A point on the ground is forbidden to slip by itself where the task asks for jumps and friction can hold it."""
-    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml", ["contacts.foot={frame: foot}", *overrides]))
+    motion = formulate(
+        load_task(TASKS / "hopper_one_jump.yaml", ["method.grid=uniform", "contacts.foot={frame: foot}", *overrides])
+    )
     assert motion.task.contacts["foot"].slipping == slipping
     assert motion.contacts[0].slip_distance == (0 if slipping == "forbidden" else np.inf)
 
@@ -100,7 +102,7 @@ def push() -> Callable[..., Plan]:
     """Plan a block that is pushed towards a target 0.8 m away, as near as is worth its while."""
     wish = ["goal.soft=true", "goal.tolerance={}", "costs.terminal_configuration={root_x: 1000}"]
     soft = [*wish, "waypoints=[]", "solver.velocity_level_ratio=1000.0", "solver.retries=0"]
-    return lambda *overrides: plan(load_task(TASKS / "block_push.yaml", [*soft, *overrides]))
+    return lambda *overrides: plan(load_task(TASKS / "block_push.yaml", ["method.grid=uniform", *soft, *overrides]))
 
 
 def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
@@ -118,7 +120,7 @@ def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
 def test_a_hopper_may_slip_a_little() -> None:
     """A hopper that may slip 5 cm hops to rest and slips no further; what it slips is the path of its foot."""
     slippery = ["contacts.foot.slipping=0.05", "ground.friction=0.3", "solver.retries=0"]
-    task = load_task(TASKS / "hopper_one_jump.yaml", slippery)
+    task = load_task(TASKS / "hopper_one_jump.yaml", ["method.grid=uniform", *slippery])
     result = plan(task)
     assert result.status.solved and result.status.exact, result.status.message
     assert 0.01 < slid(result) <= 0.05 + 1e-6

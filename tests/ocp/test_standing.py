@@ -29,7 +29,7 @@ LEGS = {"FL": 1, "FR": 1, "HL": -1, "HR": -1}
 
 
 def formulated(name: str, *overrides: str) -> MotionProblem:
-    return formulate(load_task(TASKS / f"{name}.yaml", overrides))
+    return formulate(load_task(TASKS / f"{name}.yaml", ["method.grid=uniform", *overrides]))
 
 
 def start_gaps(motion: MotionProblem) -> np.ndarray:
@@ -67,7 +67,7 @@ def test_a_hopper_in_space_on_a_tilted_plane_and_on_hills(tmp_path: Path) -> Non
         (hills, 0.1 * math.sin(3 * x) * math.cos(2 * y), 1e-5),
     ):
         (tmp_path / "task.yaml").write_text(text.replace("type: plane", f"type: {ground}"), encoding="utf-8")
-        motion = formulate(load_task(tmp_path / "task.yaml"))
+        motion = formulate(load_task(tmp_path / "task.yaml", ["method.grid=uniform"]))
         assert motion.task.initial.configuration["root_z"] == pytest.approx(height + 0.5, abs=exact)
         assert start_gaps(motion) == pytest.approx(0, abs=EXACT)
 
@@ -92,7 +92,7 @@ def test_a_quadruped_stands_with_its_fore_feet_on_a_box(tmp_path: Path, size: st
         f"  stand_on: {{contacts: [FL_step, FR_step, HL, HR], adjust: [root_joint.z, {adjusted}]}}\n",
         encoding="utf-8",
     )
-    motion = formulate(load_task(tmp_path / "task.yaml"))
+    motion = formulate(load_task(tmp_path / "task.yaml", ["method.grid=uniform"]))
     physics, ends = numeric_physics(motion), motion.endpoints
     assert [contact.name for contact in motion.contacts] == [*LEGS, "FL_step", "FR_step"]
     start, goal = (physics.contact_points(q)[:, 2] for q in (ends.initial_configuration, ends.goal_configuration))
@@ -161,7 +161,11 @@ def test_two_feet_with_pitch(slope: float) -> None:
     found = motion.task.initial.configuration
     assert found["root_pitch"] == pytest.approx(-slope, abs=1e-8)
     assert found["root_z"] == pytest.approx(level["root_z"] / math.cos(slope), abs=1e-8)
-    assert motion.task.goal.configuration.keys() - load_task(TASKS / "biped_step.yaml").goal.configuration == set()
+    assert (
+        motion.task.goal.configuration.keys()
+        - load_task(TASKS / "biped_step.yaml", ["method.grid=uniform"]).goal.configuration
+        == set()
+    )
 
 
 def test_more_coordinates_than_contacts() -> None:
@@ -297,7 +301,7 @@ def test_a_plan_has_what_was_found(load_short: Callable[..., Task]) -> None:
 @pytest.mark.parametrize("name", ["published_hopper_one_jump", "solo12_jump"])
 def test_a_task_without_both_stays_as_it_is(name: str) -> None:
     """The configurations of a task that names no posture and no contacts to stand on are not changed."""
-    task = load_task(TASKS / f"{name}.yaml")
+    task = load_task(TASKS / f"{name}.yaml", ["method.grid=uniform"])
     completed = formulate(task).task
     assert (completed.initial, completed.waypoints) == (task.initial, task.waypoints)
     assert completed.goal.configuration == task.goal.configuration

@@ -94,7 +94,7 @@ def plan(hopper: MotionProblem, physics: NumericPhysics) -> Plan:
             controls=dict(zip(names, hopper.actuation.units, strict=True)),
         ),
         trajectory=assemble.trajectory_of(motion, robot.configuration_names, robot.velocity_names),
-        controls=assemble.controls_of(np.array([[0.1 + 0.2, -0.0], [np.pi, 5e-324]]), names, 0.3),
+        controls=assemble.controls_of(np.array([[0.1 + 0.2, -0.0], [np.pi, 5e-324]]), names, np.array([0.0, 0.15])),
         contacts=assemble.contacts_of(motion, ["foot"], physics),
         switches=assemble.switches_of(motion, ["foot"]),
         impulses=assemble.impulses_of(motion, ["foot"]),

@@ -33,7 +33,7 @@ def test_a_wrong_number_of_names_is_an_error() -> None:
 
 def test_controls_start_at_their_intervals() -> None:
     """The start of every interval stands beside its controls."""
-    controls = assemble.controls_of(np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), ["a", "b"], 0.6)
+    controls = assemble.controls_of(np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), ["a", "b"], np.array([0.0, 0.2, 0.4]))
     np.testing.assert_allclose(controls["time"], [0.0, 0.2, 0.4])
     np.testing.assert_array_equal(controls["b"], [4.0, 5.0, 6.0])
 

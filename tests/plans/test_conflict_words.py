@@ -56,7 +56,11 @@ def test_without_a_limit_there_is_nothing_to_say() -> None:
 
 def test_a_jump_without_time_names_its_goal() -> None:
     """0.9 m in a tenth of a second: at the reference the goal stands against the limits."""
-    motion = formulate(load_task(TASKS / "hopper_one_jump.yaml", ["horizon.duration=0.1", "horizon.intervals=4"]))
+    motion = formulate(
+        load_task(
+            TASKS / "hopper_one_jump.yaml", ["method.grid=uniform", "horizon.duration=0.1", "horizon.intervals=4"]
+        )
+    )
     transcription = Transcription(motion.ocp, motion.fesd)
     words = conflict_of(motion, BranchTranscription(transcription), transcription.problem.start, 20.0)
     assert "the goal root_x at least 0.99 m" in words

@@ -22,7 +22,7 @@ SAME = ["horizon.duration=0.3", "horizon.intervals=2", "reference={type: line}",
 
 def missed(hopper: MotionProblem, motion: PhysicalMotion, *overrides: str) -> dict[str, float]:
     """What a motion misses of the requirements in these overrides; its own start and end are start and goal."""
-    task = load_task(TASK, [*SAME, *overrides])
+    task = load_task(TASK, ["method.grid=uniform", *SAME, *overrides])
     start = (motion.configuration[0], motion.velocity[0])
     found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
     return {key.removeprefix("max_").removesuffix("_violation"): one.value for key, one in found.items()}
@@ -123,7 +123,7 @@ def test_goals(hopper: MotionProblem, make: object, goal: str, size: float) -> N
 
 def test_a_start_that_is_not_the_tasks(hopper: MotionProblem) -> None:
     """A motion that begins elsewhere misses by the distance."""
-    motion, task = drop(), load_task(TASK, SAME)
+    motion, task = drop(), load_task(TASK, ["method.grid=uniform", *SAME])
     start = (motion.configuration[0] + [0, 0.25, 0, 0], motion.velocity[0])
     found = requirements(task, hopper.robot, numeric_physics(hopper), motion, start, (np.zeros(4), np.zeros(4)))
     assert found["max_goal_violation"].value == pytest.approx(0.25)
