@@ -75,13 +75,10 @@ class Discretised:
     @cached_property
     def phase_rows(self) -> np.ndarray:
         """Numbers of the rows of the branch NLP that are the durations of the phases, (P)."""
-        first = 0
-        for block in self.polisher.problem.blocks:
-            count = len(block.lower) * block.copies
-            if block.constraints and block.constraints[0].kind == PHASE:
-                return first + np.arange(count)
-            first += count
-        raise AssertionError("a moving grid has rows for the durations of its phases")
+        blocks = self.polisher.problem.blocks
+        counts = [len(block.lower) * block.copies for block in blocks]
+        own = next(i for i, block in enumerate(blocks) if any(label.kind == PHASE for label in block.constraints))
+        return sum(counts[:own]) + np.arange(counts[own])
 
     def within(self, lower: np.ndarray, upper: np.ndarray) -> _Within:
         """Return what bounds the branch NLP with durations of phases between two, s, (P)."""

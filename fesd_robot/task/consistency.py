@@ -120,17 +120,25 @@ def _waypoints(task: Task) -> Iterator[PydanticCustomError]:
 
 
 def _time(task: Task, key: tuple[str, ...], time: float, inside: bool = False) -> Iterator[PydanticCustomError]:
-    """Yield an error unless a time is the end of a control interval (or 0, or the end, unless `inside`)."""
+    """Yield an error unless a time is the end of a control interval (or 0, or the end, unless `inside`).
+
+    Where the control grid moves it may be any time.
+    """
     duration, intervals = task.horizon.duration, task.horizon.intervals
     if isinstance(duration, FreeDuration):
         yield conflict(key, f"found the time {time:g} in a motion of free duration, expected a fixed horizon.duration")
+        return
+    if task.method.grid == "phases":
+        if not (0 < time < duration if inside else 0 <= time <= duration):
+            yield conflict(key, f"found {time:g}, expected a time {'between' if inside else 'from'} 0 "
+                           f"{'and' if inside else 'to'} {duration:g} s")  # fmt: skip
         return
     length = duration / intervals
     first, last = (1, intervals - 1) if inside else (0, intervals)
     if not (first - _ROUNDED) * length <= time <= (last + _ROUNDED) * length:
         bounds = f"from {first * length:.6g} to {last * length:.6g} s"
         yield conflict(key, f"found {time:g}, expected the end of a control interval {bounds}")
-    elif task.method.grid == "uniform" and abs(time / length - round(time / length)) > _ROUNDED:
+    elif abs(time / length - round(time / length)) > _ROUNDED:
         below = int(time / length)
         nearby = " or ".join(f"{end * length:.6g}" for end in (below, below + 1) if first <= end <= last)
         yield conflict(key, f"found {time:g}, expected the end of a control interval; the nearest are {nearby} s")

@@ -27,6 +27,7 @@ def test_what_was_found_is_said() -> None:
         "initial.stand_on=[front, hind]",
         "goal.stand_on={contacts: [hind], adjust: [HL_KFE]}",
         "waypoints=[{time: 0.2, configuration: {root_x: 0.1}}, {time: 0.4, stand_on: [front]}]",
+        "method.grid=uniform",
     ]
     motion = formulate(load_task(TASKS / "solo12_jump.yaml", overrides))
     text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
@@ -37,7 +38,7 @@ def test_what_was_found_is_said() -> None:
 
 def test_preferences_are_said() -> None:
     """What is wanted stands beside what was found."""
-    overrides = ["initial.stand_on={contacts: [front, hind], prefer: {FL_KFE: -1.2}}"]
+    overrides = ["initial.stand_on={contacts: [front, hind], prefer: {FL_KFE: -1.2}}", "method.grid=uniform"]
     motion = formulate(load_task(TASKS / "solo12_jump.yaml", overrides))
     text = explanation(motion, Transcription(motion.ocp, motion.fesd).problem)
     assert "At the start standing on front, hind, as near as possible to FL_KFE -1.2 rad: " in text

@@ -18,7 +18,7 @@ TASKS = Path(__file__).parents[2] / "tasks"
 
 def polisher(task: str, *overrides: str) -> BranchTranscription:
     """The branch transcription of a shipped task with changes."""
-    motion = formulate(load_task(TASKS / f"{task}.yaml", list(overrides)))
+    motion = formulate(load_task(TASKS / f"{task}.yaml", ["method.grid=uniform", *overrides]))
     return BranchTranscription(Transcription(motion.ocp, motion.fesd))
 
 

@@ -17,7 +17,7 @@ def test_the_first_hop(tmp_path: Path) -> None:
     """Ten lines are solved exactly at the first attempt: one flight, hardly a slide, and there and at rest."""
     (text,) = re.findall(r"```yaml\n(.+?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "task.yaml").write_text(text.replace("../models", str(ROOT / "models")), encoding="utf-8")
-    result = plan(load_task(tmp_path / "task.yaml", ["method.grid=uniform"]))
+    result = plan(load_task(tmp_path / "task.yaml"))
     assert result.status.solved and result.status.exact, result.status.message
     assert [attempt.solved for attempt in result.statistics.attempts] == [True]
     assert result.outcome is not None

@@ -75,7 +75,7 @@ def test_the_message_says_what_was_tried_and_helps(
     attempts = Attempts(short_plan, outcomes)
     monkeypatch.setattr(planner, "attempt", attempts)
     monkeypatch.setattr(planner, "promises_goal", lambda _: False)
-    task = load_task(TASKS / "hopper_one_jump.yaml", ["solver.retries=1"])
+    task = load_task(TASKS / "hopper_one_jump.yaml", ["solver.retries=1", "method.grid=uniform"])
     reported: list[list[str]] = []
     planned = planner.plan(task, retrying=lambda changes, _: reported.append(list(changes)))
     assert reported[1:] == [["horizon.duration"], ["limits of controls in the task"]][: len(attempts.tasks) - 2]

@@ -60,6 +60,7 @@ constraints:
   rock: {type: avoid_box, frame: foot, center: {x: 1, z: 0}, size: {x: 0.2, z: 0.4}}
   late: {type: contact_window, contact: foot, times: [1, 1.5], touch: forbidden}
   ditch: {type: forbidden_zone, contact: foot, x: [1, null]}
+method: {grid: uniform}
 """
 
 

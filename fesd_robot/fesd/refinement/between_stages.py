@@ -101,7 +101,7 @@ def violated_between_stages(
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_MULTIPLIERS)
         zero = conditions.vanishing(branch.factors[e])  # no bound keeps these away from there
         own = [one for one in products if one.variable not in zero]
-        found += _products(own, e, x, z, ocp.parameters[:, elements[e].interval], n_x)
+        found += _products(own, e, x, z, transcription.parameters[:, elements[e].interval], n_x)
         for path in paths:
             path.look(elements[e], e, x, z)
     found += [one for path in paths for one in path.found()]
