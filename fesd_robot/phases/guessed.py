@@ -27,6 +27,11 @@ LOW = 2e-3
 NEAR = 0.02
 """Part of the robot's length; a contact that never comes nearer to what it may touch does not touch in the guess."""
 
+HOP = (0.3, 0.4, 0.3)
+"""Parts of the duration in which a robot stands, flies and stands again, where the guess knows no flight."""
+
+_SIDES = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
+
 MOVING = 1e-2
 """Part of the largest velocity along the ground of a contact that always touches, above which it slides."""
 
@@ -157,7 +162,8 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
 
     - feet that end elsewhere and never leave the ground in the guess step in turn (`stepping.steppings`);
     - what the guess shows, with impacts where contacts come down, and without;
-    - a short flight of all contacts to begin with, which saves the way down before a jump.
+    - a short flight of all contacts to begin with, which saves the way down before a jump;
+    - a hop, where contacts slide along the guess and never leave the ground.
     """
     guess = Guess(motion, motion.ocp.state_guess)
     seen = set()
@@ -194,4 +200,15 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
             ),
         )
         yield with_hits(guess, begun)
+    if not flights and any(mode in _SIDES for phase in own.phases for mode in phase.modes):
+        yield with_hits(guess, _hop(motion, own))
     yield own
+
+
+def _hop(motion: MotionProblem, own: Sequence) -> Sequence:
+    """Return the sequence in which everything that slides along a guess sticks, flies and sticks again instead."""
+    contacts = range(len(motion.contacts))
+    stick = tuple(ContactMode.STICK if mode in _SIDES else mode for mode in own.phases[0].modes)
+    flight = tuple(ContactMode.FLIGHT if i in contacts else mode for i, mode in enumerate(stick))
+    parts = zip((stick, flight, stick), HOP, strict=True)
+    return replace(own, phases=tuple(Phase(modes, part * motion.grid.nominal) for modes, part in parts))

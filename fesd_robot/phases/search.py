@@ -109,7 +109,7 @@ class SequenceSearch:
                 break
             if self._key(sequence) not in self._seen:
                 self._seen.add(self._key(sequence))
-                self.note(what, sequence, self.solver.from_guess(sequence))
+                self.note(what, sequence, self.solver.from_guess(sequence, self.cost))
 
     def improve(self, *, patient: bool) -> None:
         """Try neighbours of the cheapest motion, and of those that are cheaper, until a pass brings too little.

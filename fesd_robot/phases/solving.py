@@ -69,9 +69,16 @@ SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES = starting_at(1e-6, 1e-8),
 AGAIN_START = starting_at(1e-4, 1e-5)
 """The same where it goes on, only bounds of durations have moved, or a phase or an impact is left out."""
 
-GO_ON_START = {**AGAIN_START, **REGULARISED}
+GO_ON_START = {
+    **AGAIN_START,
+    **REGULARISED,
+    "acceptable_iter": 3,
+    "acceptable_tol": 1e-2,
+    "acceptable_constr_viol_tol": 1e-9,
+    "acceptable_obj_change_tol": 1e-6,
+}
 """The same where an NLP is at its point and does not end: constraints that depend on each other, as of two fingers on
-one box, leave multipliers undetermined."""
+one box, leave multipliers undetermined. It ends where its constraints hold and its cost stands still."""
 
 SHORTER, LONGER = 0.4, 2.2
 """Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a
@@ -257,9 +264,9 @@ class PhaseSolver:
         """
         found: PhaseMotion | None = None
         lengths = own.sequence.durations
-        patience = iterations // ITERATIONS_AT_ONCE
+        patience, at_once = iterations // ITERATIONS_AT_ONCE, ITERATIONS_AT_ONCE
         for _ in range(MOST_ROUNDS + patience):
-            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, ITERATIONS_AT_ONCE, FREE_TOLERANCES)
+            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, at_once, FREE_TOLERANCES)
             if end is None or not np.isfinite(end.w).all():
                 break
             near, violation = PhaseMotion(own, end), end.residuals.constraint_violation
@@ -267,9 +274,9 @@ class PhaseSolver:
                 return None
             soft = self._soft(near) if violation <= NEARLY else []
             if not (end.exact or soft):
-                if end.status is not NlpStatus.ITERATION_LIMIT or patience == 0 or violation > PROMISING:
+                if end.status is not NlpStatus.ITERATION_LIMIT or patience <= 0 or violation > PROMISING:
                     break
-                w, start, patience = end.w, GO_ON_START, patience - 1
+                w, start, patience, at_once = end.w, GO_ON_START, patience - 1, iterations
                 continue
             found = near if end.exact else found
             durations = near.sequence.durations
@@ -283,7 +290,7 @@ class PhaseSolver:
                 return None
             if end.exact and not moves:
                 return near
-            start = AGAIN_START
+            start, at_once = AGAIN_START, ITERATIONS_AT_ONCE
             if fits:
                 lengths, w = durations, end.w
                 continue

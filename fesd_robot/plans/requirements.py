@@ -250,12 +250,11 @@ class _Checks:
     def waypoints(self) -> Iterator[Measured]:
         """Yield the violations of hard targets of waypoints."""
         intervals, count = self._task.horizon.intervals, len(self._task.waypoints)
-        duration = float(self._motion.clock[-1])
         names, velocities = self._robot.configuration_names, self._robot.velocity_names
         for i, waypoint in enumerate(self._task.waypoints):
             time = waypoint.time
             if time is None:
-                time = duration * round((i + 1) * intervals / (count + 1)) / intervals
+                time = float(self._motion.clock[-1]) * round((i + 1) * intervals / (count + 1)) / intervals
             wanted = (
                 np.array([waypoint.configuration.get(name, np.nan) for name in names]),
                 np.array([waypoint.velocity.get(name, np.nan) for name in velocities]),

@@ -61,7 +61,7 @@ def task(tmp_path_factory: pytest.TempPathFactory) -> Task:
     folder = tmp_path_factory.mktemp("pendulum")
     (folder / "pendulum.urdf").write_text(MODEL, encoding="utf-8")
     (folder / "task.yaml").write_text(TASK, encoding="utf-8")
-    return load_task(folder / "task.yaml")
+    return load_task(folder / "task.yaml", ["method.grid=uniform"])
 
 
 @pytest.fixture(scope="session")
