@@ -25,8 +25,9 @@ WORTHWHILE = 5e-3
 """Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
 for the search to go on for long after it."""
 
-LEAST_PATIENCE = 400
-"""IPOPT iterations without a gain that is worthwhile, after which a search ends that is not patient."""
+LEAST_PATIENCE, MOST_PATIENCE = 400, 1200
+"""IPOPT iterations without a gain that is worthwhile, after which a search ends that is not patient, at least and at
+most."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class SequenceSearch:
 
         Args:
             patient: whether it ends only then; else it does once neighbours have taken as many iterations since the
-                last gain that was worthwhile as everything had before, at least `LEAST_PATIENCE`.
+                last gain that was worthwhile as everything had before, within `LEAST_PATIENCE` and `MOST_PATIENCE`.
         """
         ahead = Lookahead(self._found, self.cores, self.solver.stop, self._alone)
         self._patience = np.inf if patient else 0.0
@@ -136,7 +137,7 @@ class SequenceSearch:
         self._since, self._reference = self.iterations, self.cost
         if self._patience < np.inf:
             spent = self.iterations + sum(report.iterations for report in self.solver.reports)
-            self._patience = max(LEAST_PATIENCE, spent)
+            self._patience = min(max(LEAST_PATIENCE, spent), MOST_PATIENCE)
 
     @property
     def _over(self) -> bool:
