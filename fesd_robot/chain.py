@@ -31,7 +31,7 @@ from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import NoCoarserMotion, Stop
 from fesd_robot.strategies.deadline import Deadline
-from fesd_robot.strategies.fallbacks import time_left, with_overrides
+from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
 from fesd_robot.strategies.processes import cores_for
 from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.shared import LeastCost
@@ -153,18 +153,20 @@ class Chain:
     def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
 
-        First a loose homotopy on a coarse grid, then one on the task's own, then the exact motion there. What is tried
-        is the sequence as it is read, from the motion that shows it and from the guess, and simpler ones.
+        First a loose homotopy on a coarse grid, then one on the task's own, then the exact motion there; that alone
+        where contacts bounce, for it begins with the robot that is let go. What is tried is the sequence as it is read,
+        from the motion that shows it and from the guess, and simpler ones.
         """
         task, intervals = with_overrides(motion.task, {"method.grid": "uniform"}), coarser_intervals(motion.task)
-        coarse = {} if intervals is None else {"horizon.intervals": intervals}
-        for changes in [coarse, {}] if coarse else [{}]:
+        loose: list[Overrides] = [{}] if intervals is None else [{"horizon.intervals": intervals}, {}]
+        for changes in [] if needs_simulated_start(motion) else loose:
             uniform = formulate(with_overrides(task, changes))
             polisher = BranchTranscription(Transcription(uniform.ocp, uniform.fesd))
             found = self._loose(uniform.task, polisher)
             self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
             if search.best is not None or search.solver.over:
                 return
+        uniform = formulate(task)
         first = self._first(uniform, Transcription(uniform.ocp, uniform.fesd))
         self._from_branches(search, "motion on a uniform grid", first.polisher, first.solution)
 

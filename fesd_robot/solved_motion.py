@@ -140,9 +140,10 @@ class SolvedMotion:
     @cached_property
     def _interval_ends(self) -> np.ndarray | None:
         """When control intervals should end, s: on a grid that moves where they do, but for its knots."""
-        grid, ends = self.transcription.grid, self.physical.clock
+        grid = self.transcription.grid
         if not grid.moving:
             return None
+        ends = self.physical.clock
         expected, knots = ends.copy(), np.array(grid.knots)
         duration = self.motion.grid.duration(ends)
         expected[knots - 1] = grid.nodes[knots] * duration / grid.nodes[-1]

@@ -121,7 +121,7 @@ CLAIMS: dict[str, Claim] = {
             **{name: ContactClaim((1, 1), highest=0.19) for name in ("floor_1", "floor_2")},
         }
     ),
-    "hopper_downhill": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
+    "hopper_downhill": Claim({"foot": ContactClaim((1, 2), longest=0.7)}),  # it may pull its foot up first
     "hopper_five_jumps": Claim(  # the first flight may be a step in place
         {"foot": ContactClaim((5, 6), longest=0.9, highest=0.3)}
     ),
@@ -132,8 +132,8 @@ CLAIMS: dict[str, Claim] = {
         {"foot": ContactClaim((1, 2), longest=0.8, highest=0.3)}
     ),
     "hopper_stairs": Claim({"foot": ContactClaim((2, 6), longest=0.3)}),
-    "hopper_wedge": Claim({"foot": ContactClaim((1, 1), longest=0.7)}),
-    "monoped_three_holes": Claim({"foot": ContactClaim((3, 3), longest=0.9)}),
+    "hopper_wedge": Claim({"foot": ContactClaim((1, 2), longest=0.7)}),  # it may pull its foot up first
+    "monoped_three_holes": Claim({"foot": ContactClaim((3, 4), longest=0.9)}),
     "monoped_two_jumps": Claim({"foot": ContactClaim((2, 12), longest=0.3, highest=0.15)}),
     "pick_and_place": Claim(
         {
