@@ -226,10 +226,13 @@ class _Neighbours:
         for i, phase in enumerate(self.phases):
             for n in range(len(self.contacts)):
                 if phase.modes[n] is ContactMode.FLIGHT:
-                    mode = ContactMode.SLIP if self.contacts[n].friction == 0 else ContactMode.STICK
-                    modes = tuple(mode if m == n else one for m, one in enumerate(phase.modes))
                     span = self.profile.least(self.profile.gap, [n], *self._span(i))
-                    yield from self._inserted(f"{self._name(n)} touches in phase {i + 1}", i, modes, span=span)
+                    sides = self._sides(n) if self._slides(n) else []
+                    own = [ContactMode.SLIP] if self.contacts[n].friction == 0 else [ContactMode.STICK, *sides]
+                    for mode in own:
+                        modes = tuple(mode if m == n else one for m, one in enumerate(phase.modes))
+                        what = f"{self._name(n)} touches in phase {i + 1}, {mode.value}"
+                        yield from self._inserted(what, i, modes, span=span)
 
     def _in_turn(self) -> Iterator[Neighbour]:
         for i, (before, after) in enumerate(zip(self.phases[:-1], self.phases[1:], strict=True), start=1):
