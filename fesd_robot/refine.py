@@ -62,8 +62,9 @@ GROSS = 1e-4
 """Local error of an element that is made smaller before others: its motion may be none."""
 
 NO_MOTION = 0.1
-"""Local error of an element, relative to the largest value of a state, above which it is none: a search with one more
-stage finds a motion sooner than refinement, which would go on for minutes and end on another branch."""
+"""Local error of an element of a uniform grid, relative to the largest value of a state, above which it is none: a search
+with one more stage finds a motion sooner than refinement, which would go on for minutes and end on another branch. On a
+grid that moves the sequence of phases stays, and its elements are divided."""
 
 GAIN_OF_A_STAGE = 100.0
 """Factor by which one more stage of all elements reduces their errors, roughly."""
@@ -210,9 +211,9 @@ def _improves(solved: SolvedMotion, earlier: SolvedMotion) -> bool:
 
 
 def _is_no_motion(solved: SolvedMotion) -> bool:
-    """Whether errors of elements are gross; those that cannot be estimated do not count."""
+    """Whether errors of elements are gross on a uniform grid; those that cannot be estimated do not count."""
     errors = solved.local_errors
-    return bool((errors[np.isfinite(errors)] > NO_MOTION).any())
+    return not solved.motion.grid.moving and bool((errors[np.isfinite(errors)] > NO_MOTION).any())
 
 
 def _cost(solved: SolvedMotion) -> float:

@@ -156,10 +156,17 @@ def test_what_has_something_to_spare(own: float, along: float, spares: bool) -> 
     assert one.spares(SPARE) is spares
 
 
-@pytest.mark.parametrize(("errors", "none"), [([0.2, 1e-9], True), ([0.09, np.inf], False)])
-def test_what_is_no_motion_is_not_refined(errors: list[float], none: bool) -> None:
-    """An element that errs by a tenth of its states is none; one whose error cannot be estimated may be."""
-    motion = SimpleNamespace(solution=SimpleNamespace(exact=True), local_errors=np.array(errors))
+@pytest.mark.parametrize(
+    ("errors", "moving", "none"),
+    [([0.2, 1e-9], False, True), ([0.2, 1e-9], True, False), ([0.09, np.inf], False, False)],
+)
+def test_what_is_no_motion_is_not_refined(errors: list[float], moving: bool, none: bool) -> None:
+    """An element of a uniform grid that errs by a tenth of its states is none; others are divided."""
+    motion = SimpleNamespace(
+        solution=SimpleNamespace(exact=True),
+        local_errors=np.array(errors),
+        motion=SimpleNamespace(grid=SimpleNamespace(moving=moving)),
+    )
     if none:
         assert refined(cast(Any, motion), cast(Any, None), 1e-7, Deadline(), None, None) is motion
     else:
