@@ -62,9 +62,9 @@ GROSS = 1e-4
 """Local error of an element that is made smaller before others: its motion may be none."""
 
 NO_MOTION = 0.1
-"""Local error of an element of a uniform grid, relative to the largest value of a state, above which it is none: a search
-with one more stage finds a motion sooner than refinement, which would go on for minutes and end on another branch. On a
-grid that moves the sequence of phases stays, and its elements are divided."""
+"""Local error of an element of a uniform grid, relative to the largest value of a state, above which it is none: a
+search with one more stage finds a motion sooner than refinement, which would go on for minutes and end on another
+branch. On a grid that moves the sequence of phases stays, and its elements are divided."""
 
 GAIN_OF_A_STAGE = 100.0
 """Factor by which one more stage of all elements reduces their errors, roughly."""
