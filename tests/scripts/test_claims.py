@@ -49,10 +49,10 @@ def test_a_claim_can_be_broken(plans: dict[str, Plan]) -> None:
     assert CLAIMS["hopper_five_jumps"].broken(jump)[0] == "foot flies 2 times"
     (found,) = Claim({"rear": ContactClaim()}).broken(push)
     assert found.startswith("rear slips 0.")
-    (found,) = Claim({"foot": ContactClaim((1, 1))}, carried=True).broken(jump)
+    (found,) = Claim({"foot": ContactClaim((2, 2))}, carried=True).broken(jump)
     assert found.startswith("nothing touches at 0.")
-    assert Claim({"foot": ContactClaim((1, 1))}, airborne=0.3).broken(jump) == []
-    (found,) = Claim({"foot": ContactClaim((1, 1))}, airborne=0.9).broken(jump)
+    assert Claim({"foot": ContactClaim((2, 2))}, airborne=0.3).broken(jump) == []
+    (found,) = Claim({"foot": ContactClaim((2, 2))}, airborne=0.9).broken(jump)
     assert found.startswith("it is in the air for 0.") and found.endswith("not for 0.9 s")
     unsolved = jump.model_copy(update={"status": jump.status.model_copy(update={"solved": False})})
     assert CLAIMS["hopper_one_jump"].broken(unsolved) == ["it is not solved"]
