@@ -30,6 +30,9 @@ NEAR = 0.02
 HOP = (0.3, 0.4, 0.3)
 """Parts of the duration in which a robot stands, flies and stands again, where the guess knows no flight."""
 
+TURN = (0.8, 0.2)
+"""Parts of a contact's share of a cycle in which it stands, and in which all fly."""
+
 _SIDES = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
 
 MOVING = 1e-2
@@ -163,6 +166,7 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
     - feet that end elsewhere and never leave the ground in the guess step in turn (`stepping.steppings`);
     - what the guess shows, with impacts where contacts come down, and without;
     - a short flight of all contacts to begin with, which saves the way down before a jump;
+    - contacts that stand in turn, where a cycle is asked for and the guess never leaves the ground;
     - a hop, where contacts slide along the guess and never leave the ground.
     """
     guess = Guess(motion, motion.ocp.state_guess)
@@ -200,9 +204,26 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
             ),
         )
         yield with_hits(guess, begun)
+    if not flights and motion.task.goal.periodic is not None:
+        yield from _cycles(motion, own)
     if not flights and any(mode in _SIDES for phase in own.phases for mode in phase.modes):
         yield with_hits(guess, _hop(motion, own))
     yield own
+
+
+def _cycles(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:
+    """Yield the cycles in which contacts stand in turn, in either order, with a flight after each."""
+    contacts, modes = range(len(motion.contacts)), own.phases[0].modes
+    flight = tuple(ContactMode.FLIGHT if i in contacts else mode for i, mode in enumerate(modes))
+    for order in (contacts, contacts[::-1]) if len(contacts) > 1 else ():
+        turns = [
+            (tuple(ContactMode.STICK if i == stands else mode for i, mode in enumerate(flight)), part)
+            for stands in order
+            for part in TURN
+        ]
+        parts = [(flight if number % 2 else modes, part) for number, (modes, part) in enumerate(turns)]
+        duration = motion.grid.nominal / len(contacts)
+        yield replace(own, phases=tuple(Phase(modes, part * duration) for modes, part in parts))
 
 
 def _hop(motion: MotionProblem, own: Sequence) -> Sequence:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from .sequences import sequence
+from fesd_robot.phases import guessed_sequences
+
+from .sequences import sequence, solver_of
 
 
 def test_a_knot_cuts_a_phase_and_joining_undoes_it() -> None:
@@ -54,3 +56,12 @@ def test_a_simpler_sequence_has_no_short_phases_and_sticks() -> None:
 def test_a_stretched_sequence_keeps_its_parts() -> None:
     """Durations are multiplied by one factor."""
     assert np.allclose(sequence("S F", 1.0, 3.0).lasting(2.0).durations, [0.5, 1.5])
+
+
+def test_a_cycle_is_guessed_in_turn() -> None:
+    """Where a cycle is asked for and the guess stands still, feet stand in turn, in either order, and fly between."""
+    solver = solver_of("solo12_bound")
+    guesses = [str(one) for one in guessed_sequences(solver.motion)]
+    assert "SF FF FS FF" in guesses and "FS FF SF FF" in guesses
+    durations = next(one for one in guessed_sequences(solver.motion) if str(one) == "SF FF FS FF").durations
+    assert durations == pytest.approx([0.08, 0.02, 0.08, 0.02])
