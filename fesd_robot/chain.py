@@ -144,6 +144,8 @@ class Chain:
 
     def _from_plan(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve the sequence of the plan that `solver.warm_start` names, from that plan."""
+        if motion.task.solver.warm_start is None:
+            return  # before a grid is built for nothing
         sequence = next(guessed_sequences(motion))
         known = known_plan(motion, discretised(motion, sequence).polisher)
         if known is not None:

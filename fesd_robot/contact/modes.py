@@ -69,11 +69,6 @@ class ContactMode(str, Enum):
         return {running: hits for hits, running in _RUNNING.items()}[self]
 
     @property
-    def mirrored(self) -> ContactMode:
-        """The mode in which the contact slips to the other side; the mode itself if it has none."""
-        return _MIRRORED.get(self, self)
-
-    @property
     def slipping(self) -> ContactMode:
         """The mode while the clock runs: an impact slips."""
         return ContactMode.SLIP if self is ContactMode.IMPACT else self
@@ -91,11 +86,6 @@ _RUNNING = {
     ContactMode.IMPACT_FORWARDS: ContactMode.SLIP_FORWARDS,
     ContactMode.IMPACT_BACKWARDS: ContactMode.SLIP_BACKWARDS,
 }
-_SIDES = [
-    (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS),
-    (ContactMode.IMPACT_FORWARDS, ContactMode.IMPACT_BACKWARDS),
-]
-_MIRRORED = {one: other for side in _SIDES for one, other in (side, side[::-1])}
 
 
 def modes_of(branch: Branch, element: int) -> dict[str, ContactMode]:

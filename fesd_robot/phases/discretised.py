@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.contact import ContactMode, factors_of
-from fesd_robot.fesd import ControlGrid, FesdOptions, Transcription
+from fesd_robot.fesd import ControlGrid, Transcription
 from fesd_robot.fesd.grid_rows import PHASE, SHORTEST_PHASE
 from fesd_robot.fesd.polishing import BranchTranscription, ElementConditions
 from fesd_robot.mpcc import BranchBounds, Mpcc
@@ -115,7 +115,7 @@ class _Within:
         return replace(bounds, g_lower=g_lower, g_upper=g_upper)
 
 
-def discretised(motion: MotionProblem, sequence: Sequence, options: FesdOptions | None = None) -> Discretised:
+def discretised(motion: MotionProblem, sequence: Sequence) -> Discretised:
     """Return a sequence on its control grid.
 
     Every phase has a part of the task's intervals in proportion to its duration, at least one, and `WITH_FORCE` where a
@@ -124,7 +124,6 @@ def discretised(motion: MotionProblem, sequence: Sequence, options: FesdOptions 
     Args:
         motion: the task.
         sequence: with durations that add up to that of the task.
-        options: of the elements; those of the task if omitted. The numbers of elements follow from the sequence.
     """
     sequence = sequence.with_knots(motion.ocp.knots)
     counts = shares(sequence, motion.grid.intervals)
@@ -147,7 +146,7 @@ def discretised(motion: MotionProblem, sequence: Sequence, options: FesdOptions 
         elements[-1] += len(sequence.at_end)
         modes += sequence.at_end
         hits += [frozenset()] * len(sequence.at_end)
-    own = replace(options or motion.fesd, elements=tuple(elements), step_equilibration="none")
+    own = replace(motion.fesd, elements=tuple(elements), step_equilibration="none")
     polisher = BranchTranscription(Transcription(motion.ocp, own, given_grid=grid))
     branch = _branch(polisher.conditions, sequence.names, modes, hits)
     return Discretised(sequence, tuple(counts), polisher, branch)

@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.contact import Contact, ContactMode
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import gap_function
-from fesd_robot.phases.sequence import Modes, Phase, Sequence, joined, landings
+from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
 from fesd_robot.stepping import steppings
 
 SAMPLES = 4
@@ -32,8 +32,6 @@ HOP = (0.3, 0.4, 0.3)
 
 TURN = (0.8, 0.2)
 """Parts of a contact's share of a cycle in which it stands, and in which all fly."""
-
-_SIDES = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
 
 MOVING = 1e-2
 """Part of the largest velocity along the ground of a contact that always touches, above which it slides."""
@@ -148,18 +146,6 @@ def with_hits(guess: Guess, sequence: Sequence) -> Sequence:
     return replace(sequence, phases=tuple(phases))
 
 
-def hits(modes: Modes, sides: dict[int, ContactMode]) -> tuple[Modes, ...]:
-    """Return the impacts of contacts that come down at once: they slip to a side, and then do what follows.
-
-    Args:
-        modes: that follow.
-        sides: number of every contact that comes down -> how it slips.
-    """
-    slipping = tuple(sides[n].hitting if n in sides else mode for n, mode in enumerate(modes))
-    after = tuple(mode.hitting if n in sides else mode for n, mode in enumerate(modes))
-    return (slipping,) if slipping == after else (slipping, after)
-
-
 def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
     """Yield the sequences that the guess of a task shows, the likelier first, each once.
 
@@ -193,20 +179,12 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     yield hitting
     first = own.phases[0]
     if flights and all(mode.closed for mode in first.modes[: len(motion.contacts)]):
-        flight = tuple(ContactMode.FLIGHT if i < len(motion.contacts) else mode for i, mode in enumerate(first.modes))
-        whole = first.duration
-        begun = replace(
-            own,
-            phases=(
-                Phase(flight, 0.4 * whole),
-                replace(first, duration=0.6 * whole),
-                *own.phases[1:],
-            ),
-        )
-        yield with_hits(guess, begun)
+        flight = Phase(flying(first.modes, range(len(motion.contacts))), 0.4 * first.duration)
+        standing = replace(first, duration=0.6 * first.duration)
+        yield with_hits(guess, replace(own, phases=(flight, standing, *own.phases[1:])))
     if not flights and motion.task.goal.periodic is not None:
         yield from _cycles(motion, own)
-    if not flights and any(mode in _SIDES for phase in own.phases for mode in phase.modes):
+    if not flights and any(mode in SIDES for phase in own.phases for mode in phase.modes):
         yield with_hits(guess, _hop(motion, own))
     yield own
 
@@ -214,7 +192,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
 def _cycles(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:
     """Yield the cycles in which contacts stand in turn, in either order, with a flight after each."""
     contacts, modes = range(len(motion.contacts)), own.phases[0].modes
-    flight = tuple(ContactMode.FLIGHT if i in contacts else mode for i, mode in enumerate(modes))
+    flight = flying(modes, contacts)
     for order in (contacts, contacts[::-1]) if len(contacts) > 1 else ():
         turns = [
             (tuple(ContactMode.STICK if i == stands else mode for i, mode in enumerate(flight)), part)
@@ -228,8 +206,7 @@ def _cycles(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:
 
 def _hop(motion: MotionProblem, own: Sequence) -> Sequence:
     """Return the sequence in which everything that slides along a guess sticks, flies and sticks again instead."""
-    contacts = range(len(motion.contacts))
-    stick = tuple(ContactMode.STICK if mode in _SIDES else mode for mode in own.phases[0].modes)
-    flight = tuple(ContactMode.FLIGHT if i in contacts else mode for i, mode in enumerate(stick))
+    stick = stuck(own.phases[0].modes)
+    flight = flying(stick, range(len(motion.contacts)))
     parts = zip((stick, flight, stick), HOP, strict=True)
     return replace(own, phases=tuple(Phase(modes, part * motion.grid.nominal) for modes, part in parts))

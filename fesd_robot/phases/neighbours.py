@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode
 from fesd_robot.phases.profile import Profile
-from fesd_robot.phases.sequence import Modes, Phase, Sequence, joined, landings
+from fesd_robot.phases.sequence import SIDES, Modes, Phase, Sequence, flying, hits, joined, landings, switching
 
 INSERTED = 0.25
 """Part of a phase that what is put into it takes, in its middle or at one of its ends."""
@@ -28,7 +28,7 @@ APART = 0.01
 """s; time between two switches that happened at once."""
 
 
-_SLIPS = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS, ContactMode.SLIP)
+_SLIPS = (*SIDES, ContactMode.SLIP)
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,6 @@ class _Neighbours:
     def _names(self, numbers: list[int]) -> str:
         return " and ".join(self._name(i) for i in numbers)
 
-    def _with_impacts(self, i: int, impacts: tuple[Modes, ...]) -> list[Phase]:
-        return self._changed(i, replace(self.phases[i], impacts=impacts))
-
     def _changed(self, i: int, phase: Phase) -> list[Phase]:
         return [*self.phases[:i], phase, *self.phases[i + 1 :]]
 
@@ -126,15 +123,11 @@ class _Neighbours:
             return []
         if contact < len(self.contacts) and self.contacts[contact].in_space:
             return [ContactMode.SLIP]
-        return [ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS]
+        return list(SIDES)
 
     def hit(self, modes: Modes, lands: list[int], side: ContactMode | None) -> tuple[Modes, ...]:
         """Return the impacts of contacts that come down: they slip to a side first, if one is given."""
-        after = tuple(mode.hitting if n in lands else mode for n, mode in enumerate(modes))
-        if side is None:
-            return (after,)
-        slipping = tuple(side.hitting if n in lands and self._sides(n) else mode for n, mode in enumerate(after))
-        return (slipping,) if slipping == after else (slipping, after)
+        return hits(modes, {n: side if side and self._sides(n) else modes[n] for n in lands})
 
     def _impacts(self) -> Iterator[Neighbour]:
         for i, phase in enumerate(self.phases):
@@ -150,7 +143,8 @@ class _Neighbours:
                         f"{self._names(group)} hits {word}", self._changed(i, replace(phase, impacts=impacts))
                     )
             if phase.impacts:
-                yield self._of(f"{self._names(lands)} comes down softly", self._with_impacts(i, ()))
+                softly = self._changed(i, replace(phase, impacts=()))
+                yield self._of(f"{self._names(lands)} comes down softly", softly)
 
     def _across(self) -> Iterator[Neighbour]:
         """Yield the sequences in which the last switch before a knot, or the first after it, is on its other side."""
@@ -205,10 +199,8 @@ class _Neighbours:
         for side in (*self._sides((lands or again or [0])[0]), None) if lands or again else (None,):
             soft = side is None
             inside = Phase(modes, short, () if soft or not lands else self.hit(modes, lands, side))
-            hits = () if soft or not again else self.hit(phase.modes, again, side)
-            last = [] if where == "end" else [Phase(phase.modes, after_it, hits)]
-            if begins and i and phase.impacts and not lands:
-                inside = replace(inside, impacts=())
+            impacts = () if soft or not again else self.hit(phase.modes, again, side)
+            last = [] if where == "end" else [Phase(phase.modes, after_it, impacts)]
             yield self._of(what, [*self.phases[:i], *first, inside, *last, *self.phases[i + 1 :]])
 
     def _flights(self) -> Iterator[Neighbour]:
@@ -216,7 +208,7 @@ class _Neighbours:
             closed = [n for n in range(len(self.contacts)) if phase.modes[n].closed]
             groups = [[n] for n in closed] + ([closed] if len(closed) > 1 else [])
             for group in groups:
-                modes = tuple(ContactMode.FLIGHT if n in group else mode for n, mode in enumerate(phase.modes))
+                modes = flying(phase.modes, group)
                 span = self.profile.least(self.profile.force, group, *self._span(i))
                 yield from self._inserted(f"{self._names(group)} leaves in phase {i + 1}", i, modes, span=span)
                 if i == 0:
@@ -236,24 +228,19 @@ class _Neighbours:
 
     def _in_turn(self) -> Iterator[Neighbour]:
         for i, (before, after) in enumerate(zip(self.phases[:-1], self.phases[1:], strict=True), start=1):
-            switching = [
-                n for n, (one, other) in enumerate(zip(before.modes, after.modes, strict=True)) if one != other
-            ]
-            if len(switching) < 2:
+            together = switching(before.modes, after.modes)
+            if len(together) < 2:
                 continue
-            sizes = (1, len(switching) - 1) if len(switching) > 2 else (1,)
-            for size in dict.fromkeys(sizes):
-                for group in combinations(switching, size):
+            for size in dict.fromkeys((1, len(together) - 1)):
+                for group in combinations(together, size):
                     between = tuple(
                         a if n in group else b for n, (b, a) in enumerate(zip(before.modes, after.modes, strict=True))
                     )
                     first = landings(before.modes, between)
                     last = landings(between, after.modes)
-                    hits = bool(after.impacts)
-                    inside = Phase(between, APART, self.hit(between, first, None) if hits and first else ())
-                    changed = Phase(
-                        after.modes, after.duration, self.hit(after.modes, last, None) if hits and last else ()
-                    )
+                    hard = bool(after.impacts)
+                    inside = Phase(between, APART, self.hit(between, first, None) if hard and first else ())
+                    changed = replace(after, impacts=self.hit(after.modes, last, None) if hard and last else ())
                     yield self._of(
                         f"{self._names(list(group))} switches first before phase {i + 1}",
                         [*self.phases[:i], inside, changed, *self.phases[i + 1 :]],
@@ -262,19 +249,18 @@ class _Neighbours:
     def _exchanged(self) -> Iterator[Neighbour]:
         for i in range(1, len(self.phases) - 1):
             before, own, after = self.phases[i - 1 : i + 2]
-            first = {n for n, (b, a) in enumerate(zip(before.modes, own.modes, strict=True)) if b != a}
-            last = {n for n, (b, a) in enumerate(zip(own.modes, after.modes, strict=True)) if b != a}
-            if first & last:
+            last = set(switching(own.modes, after.modes))
+            if last.intersection(switching(before.modes, own.modes)):
                 continue
             modes = tuple(after.modes[n] if n in last else mode for n, mode in enumerate(before.modes))
             one, other = landings(before.modes, modes), landings(modes, after.modes)
-            hits = bool(own.impacts or after.impacts)
+            hard = bool(own.impacts or after.impacts)
             yield self._of(
                 f"phase {i + 1} exchanged",
                 [
                     *self.phases[:i],
-                    Phase(modes, own.duration, self.hit(modes, one, None) if hits and one else ()),
-                    Phase(after.modes, after.duration, self.hit(after.modes, other, None) if hits and other else ()),
+                    Phase(modes, own.duration, self.hit(modes, one, None) if hard and one else ()),
+                    Phase(after.modes, after.duration, self.hit(after.modes, other, None) if hard and other else ()),
                     *self.phases[i + 2 :],
                 ],
             )

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -20,6 +19,9 @@ _LETTERS = {
     ContactMode.SLIP_FORWARDS: "+",
     ContactMode.SLIP_BACKWARDS: "-",
 }
+
+SIDES = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
+"""Modes that slip to one side of a tangent."""
 
 SAME_TIME = 1e-6
 """s; a phase that a knot would cut nearer to its ends is not cut."""
@@ -84,13 +86,7 @@ class Sequence:
     @property
     def without_knots(self) -> Sequence:
         """The sequence in which phases are joined that follow each other without a change."""
-        joined: list[Phase] = []
-        for phase in self.phases:
-            if joined and joined[-1].modes == phase.modes and not phase.impacts:
-                joined[-1] = replace(joined[-1], duration=joined[-1].duration + phase.duration, knot=False)
-            else:
-                joined.append(replace(phase, knot=False))
-        return replace(self, phases=tuple(joined))
+        return replace(self, phases=joined(replace(phase, knot=False) for phase in self.phases))
 
     def with_knots(self, times: Iterable[float]) -> Sequence:
         """Return the sequence cut at given times, s, each into two phases that do the same."""
@@ -124,7 +120,7 @@ class Sequence:
         """
         phases = self.without_knots.phases
         if sticking:
-            phases = joined(replace(phase, modes=tuple(_sticking(mode) for mode in phase.modes)) for phase in phases)
+            phases = joined(replace(phase, modes=stuck(phase.modes)) for phase in phases)
         whole = float(self.durations.sum())
         own = replace(self, phases=phases)
         while len(own.phases) > 1 and own.durations.min() < shortest * whole:
@@ -170,8 +166,8 @@ class Sequence:
                 phases[i - 1], duration=phases[i - 1].duration + lost.duration, knot=phases[i - 1].knot or lost.knot
             )
             if i < len(phases):
-                impacts = phases[i].impacts or lost.impacts
-                phases[i] = replace(phases[i], impacts=_lawful(phases[i - 1].modes, phases[i].modes, impacts))
+                following = replace(phases[i], impacts=phases[i].impacts or lost.impacts)
+                phases[i] = replace(following, impacts=_lawful(phases[i - 1].modes, following))
         return replace(self, phases=tuple(phases))
 
     def __str__(self) -> str:
@@ -181,18 +177,17 @@ class Sequence:
         ) + "!" * bool(self.at_end)
 
 
-def _sticking(mode: ContactMode) -> ContactMode:
-    sides = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
-    return ContactMode.STICK if mode in sides else mode
+def stuck(modes: Modes) -> Modes:
+    """Return modes with everything sticking that slips to a side."""
+    return tuple(ContactMode.STICK if mode in SIDES else mode for mode in modes)
 
 
-def _lawful(before: Modes, after: Modes, impacts: tuple[Modes, ...]) -> tuple[Modes, ...]:
-    """Return the impacts between two phases of contacts that touch then, and do something else before."""
-    hit = {i for modes in impacts for i, mode in enumerate(modes) if mode.hits}
-    lands = {i for i in hit if before[i] is ContactMode.FLIGHT and after[i].closed}
+def _lawful(before: Modes, phase: Phase) -> tuple[Modes, ...]:
+    """Return the impacts of a phase of contacts that touch in it, and do not in the one before it."""
+    lands = phase.hit.intersection(landings(before, phase.modes))
     return tuple(
-        tuple(mode if not mode.hits or i in lands else after[i] for i, mode in enumerate(modes))
-        for modes in impacts
+        tuple(mode if not mode.hits or i in lands else phase.modes[i] for i, mode in enumerate(modes))
+        for modes in phase.impacts
         if any(mode.hits and i in lands for i, mode in enumerate(modes))
     )
 
@@ -206,6 +201,29 @@ def landings(before: Modes, after: Modes) -> list[int]:
     ]
 
 
+def switching(before: Modes, after: Modes) -> list[int]:
+    """Return the numbers of everything whose mode is not the same in two phases."""
+    return [i for i, (one, other) in enumerate(zip(before, after, strict=True)) if one is not other]
+
+
+def flying(modes: Modes, contacts: Iterable[int]) -> Modes:
+    """Return modes with contacts of given numbers in flight."""
+    up = set(contacts)
+    return tuple(ContactMode.FLIGHT if i in up else mode for i, mode in enumerate(modes))
+
+
+def hits(modes: Modes, sides: Mapping[int, ContactMode]) -> tuple[Modes, ...]:
+    """Return the impacts of contacts that come down at once: they slip to a side, and then do what follows.
+
+    Args:
+        modes: that follow.
+        sides: number of every contact that comes down -> how it slips first, or what it does then.
+    """
+    slipping = tuple(sides[n].hitting if n in sides else mode for n, mode in enumerate(modes))
+    after = tuple(mode.hitting if n in sides else mode for n, mode in enumerate(modes))
+    return (slipping,) if slipping == after else (slipping, after)
+
+
 def joined(phases: Iterable[Phase]) -> tuple[Phase, ...]:
     """Return phases without those that repeat the one before them."""
     found: list[Phase] = []
@@ -214,15 +232,4 @@ def joined(phases: Iterable[Phase]) -> tuple[Phase, ...]:
             found[-1] = replace(found[-1], duration=found[-1].duration + phase.duration, knot=phase.knot)
         else:
             found.append(phase)
-    return tuple(found)
-
-
-def with_impacts(phases: Iterable[Phase]) -> tuple[Phase, ...]:
-    """Return phases in which every contact hits that comes down, all at once, and sticks or slips as it does then."""
-    found = list(phases)
-    for i, (before, after) in enumerate(pairwise(found), start=1):
-        lands = landings(before.modes, after.modes)
-        if lands and not after.impacts:
-            modes = tuple(mode.hitting if n in lands else mode for n, mode in enumerate(after.modes))
-            found[i] = replace(after, impacts=(modes,))
     return tuple(found)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from fesd_robot.fesd import FesdOptions
 from fesd_robot.fesd.grid_rows import SHORTEST_PHASE
 from fesd_robot.mpcc import REGULARISED, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
 from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
@@ -316,8 +315,8 @@ class PhaseSolver:
             for side in (0, 1)
         )
 
-    def _on_grid(self, sequence: Sequence, options: FesdOptions | None = None) -> Discretised:
-        return discretised(self.motion, sequence.without_knots.lasting(self.motion.grid.nominal), options)
+    def _on_grid(self, sequence: Sequence) -> Discretised:
+        return discretised(self.motion, sequence.without_knots.lasting(self.motion.grid.nominal))
 
     def _end(
         self,
