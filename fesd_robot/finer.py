@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.added_rows import BoundBetween
 from fesd_robot.fesd.path_between import PathBetween
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchTranscription, OneBranch
 from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, NlpReport, continue_on_branch
 from fesd_robot.repair import repaired
@@ -63,7 +63,7 @@ def continued(
     polisher = BranchTranscription(transcription)
     solution = continue_on_branch(
         transcription.problem,
-        polisher,
+        OneBranch(polisher, start.branch) if transcription.apart else polisher,
         start,
         solved.solution,
         options,

@@ -29,7 +29,10 @@ COMPILE_THRESHOLD = 100_000
 """Instructions of one evaluation of all derivatives from which on compiling pays for itself within a solve."""
 
 OFTEN = 40
-"""Copies of a block from which on it is worth compiling for a few evaluations of the problem."""
+"""Copies of a block from which on common parts are worth looking for, for a few evaluations of the problem."""
+
+VERY_OFTEN = 400
+"""Copies of a block from which on it is worth compiling for them: that takes as long as 20,000 evaluations."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,7 @@ def assemble(
         compiled: whether its functions become machine code.
         steering: where sigma comes from.
         few_evaluations: that the functions are made faster than they run; they are not compiled then, unless always, or
-            their blocks have many copies.
+            their blocks have very many copies.
 
     Raises:
         CompilationError: `compiled` is ``always`` and there is no C compiler, or it failed.
@@ -179,7 +182,7 @@ def assemble(
         ).tolist(),
     )
     instructions = sum(d.instructions * block.copies for block, d in zip(blocks, derivatives, strict=True))
-    often = OFTEN * sum(d.instructions for d in derivatives) <= instructions
+    often = VERY_OFTEN * sum(d.instructions for d in derivatives) <= instructions
     worthwhile = instructions >= COMPILE_THRESHOLD and (often or not few_evaluations)
     wanted = compiled == "always" or (compiled == "auto" and worthwhile)
     functions = _compiled(layout, required=compiled == "always") if wanted else None

@@ -52,7 +52,7 @@ def shared_library(
 
     Args:
         name: begins the file's name.
-        sources: C or C++ files, all of one language, and object files behind them.
+        sources: C or C++ files, all of one language.
         flags: of the compiler.
         headers: files whose change asks for a new compilation.
         folders: where headers are; another folder alone does not ask for one.
@@ -60,13 +60,12 @@ def shared_library(
     Raises:
         CompilationError: no compiler, or it failed.
     """
-    suffix = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
     language = "c" if sources[0].suffix == ".c" else "c++"
     contents = [file.name.encode() + b"\0" + file.read_bytes() for file in [*sources, *headers]]
-    return _cached(name, suffix, language, contents, ["-shared", *flags], folders, lambda _: sources)
+    return _cached(name, language, contents, flags, folders, lambda _: sources)
 
 
-def object_files(
+def shared_libraries(
     name: str,
     sources: Mapping[str, Callable[[], str]],
     flags: Sequence[str],
@@ -74,7 +73,7 @@ def object_files(
     headers: Sequence[Path] = (),
     folders: Sequence[Path] = (),
 ) -> list[Path]:
-    """Return object files compiled from C that is written only if the cache has no such file, several made at once.
+    """Return shared libraries compiled from C that is written only if the cache has no such file, several made at once.
 
     Args:
         name: begins the files' names.
@@ -91,7 +90,7 @@ def object_files(
             (folder / f"{name}.c").write_text(sources[key]())
             return [folder / f"{name}.c"]
 
-        return _cached(name, ".o", "c", [key.encode(), *common], ["-c", *flags], folders, written)
+        return _cached(name, "c", [key.encode(), *common], flags, folders, written)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(made, sources))
@@ -99,7 +98,6 @@ def object_files(
 
 def _cached(
     name: str,
-    suffix: str,
     language: str,
     contents: Sequence[bytes],
     flags: Sequence[str],
@@ -107,7 +105,7 @@ def _cached(
     sources: Callable[[Path], Sequence[Path]],
 ) -> Path:
     """Return the file that these contents are compiled to; `sources` writes them into a folder if it has to."""
-    compiler = find_compiler(language)
+    compiler, suffix = find_compiler(language), ".dylib" if platform.system() == "Darwin" else ".so"
     digest = hashlib.sha256()
     for part in contents:
         digest.update(part + b"\0")
@@ -123,7 +121,7 @@ def _cached(
                 return target
             made = Path(place) / target.name
             where = [f"-I{folder}" for folder in folders]
-            command = [*compiler, "-fPIC", *where, *map(str, sources(Path(place))), *flags, "-o", str(made)]
+            command = [*compiler, "-shared", "-fPIC", *where, *map(str, sources(Path(place))), *flags, "-o", str(made)]
             logger.debug("compiling %s: %s", name, shlex.join(command))
             done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
             if done.returncode:

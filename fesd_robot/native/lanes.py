@@ -61,7 +61,7 @@ def lanes_source(name: str, function: ca.Function) -> str:
         for number, begin in enumerate(starts)
     ]
     calls = "".join(f"    {name}_{number}(in, out, work);\n" for number in range(len(starts)))
-    whole = f'__attribute__((visibility("hidden")))\nvoid {name}{arguments}\n{{\n{calls}}}\n'
+    whole = f"void {name}{arguments}\n{{\n{calls}}}\n"
     return "\n".join([*pieces, whole])
 
 

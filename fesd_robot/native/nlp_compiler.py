@@ -1,18 +1,22 @@
-"""Compile the functions of an NLP: each block's functions as C, and one loop over their copies."""
+"""Compile the functions of an NLP: each block's functions as C, and one loop over their copies that reads tables."""
 
 from __future__ import annotations
 
+import _ctypes
+import ctypes
 import hashlib
+import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.native.compiler import instruction_set, object_files, shared_library
+from fesd_robot.errors import SolverError
+from fesd_robot.native.compiler import cache_folder, instruction_set, shared_libraries, shared_library
 from fesd_robot.native.lanes import LANES_VERSION, lanes_source
 
 SOURCES = Path(__file__).parent / "nlp"
@@ -71,10 +75,11 @@ def compile_nlp(
     hessian_nonzeros: int,
     slacks: np.ndarray,
 ) -> dict[str, ca.Function]:
-    """Return the NLP's functions by the names nlp, nlp_grad_f, nlp_jac_g, nlp_hess_l, from the cache if they are there.
+    """Return the NLP's functions by the names nlp, nlp_grad_f, nlp_jac_g, nlp_hess_l.
 
-    Large functions of the blocks are compiled by themselves, and again only when their formulas change; numbers of
-    copies, parameters and indices go into a small library that is linked with them.
+    Functions of the blocks are compiled, the large ones by themselves, and again only when their formulas change; the
+    loop over copies is compiled once for all NLPs. Numbers of copies, parameters and indices are tables that a copy of
+    it reads.
 
     Args:
         slacks: level of each slack variable, the index of its sigma; they are the last variables.
@@ -82,118 +87,119 @@ def compile_nlp(
     Raises:
         CompilationError: no C compiler, or it failed.
     """
-    serialized = {
-        (number, kind): output.function.serialize()
-        for number, block in enumerate(blocks)
-        for kind, output in block.outputs.items()
-        if output.function.nnz_out(0)
-    }
-    # Named by their contents, so that the same block is not compiled again where it has another number.
-    names = {at: f"stage_{hashlib.sha256(text.encode()).hexdigest()[:20]}" for at, text in serialized.items()}
-    pieces = {name: blocks[number].outputs[kind].function for (number, kind), name in names.items()}
-    large = [name for name, function in pieces.items() if function.n_instructions() >= LARGE]
-    groups = [*([name] for name in large), sorted(name for name in pieces if name not in large)]
-    header = SOURCES / "lanes.h"
+    functions = _functions(blocks)
+    loop = shared_library(
+        "nlp", [SOURCES / "nlp.c"], [*LOOP_FLAGS, instruction_set()], headers=[SOURCES / "lanes.h"], folders=[SOURCES]
+    )
+    integers, reals = _tables(blocks, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks)
+    # A library that was loaded already would be the same one, with its tables: every NLP has its own file.
+    with tempfile.TemporaryDirectory(dir=cache_folder(), prefix=".nlp-") as folder:
+        own = str(shutil.copyfile(loop, Path(folder) / loop.name))
+        library = ctypes.CDLL(own)
+        refused = library.nlp_tables(
+            integers.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_size_t(len(integers)),
+            reals.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_size_t(len(reals)),
+            (ctypes.c_void_p * len(functions))(*functions),
+        )
+        if refused:
+            raise SolverError("there is no memory for the tables of the NLP")
+        made = {name: ca.external(name, own) for name in ("nlp", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l")}
+        _ctypes.dlclose(library._handle)  # CasADi keeps it
+    return made
 
-    def text(group: list[str]) -> str:
+
+def _functions(blocks: Sequence[NlpBlock]) -> list[int]:
+    """Return the addresses of all functions of all blocks, in their order, compiled if they have to be."""
+    # Named by their contents, so that the same block is not compiled again where it has another number.
+    wanted = [(f"stage_{_digest(one)}", one) for block in blocks for _, one in _with_outputs(block)]
+    pieces = dict(wanted)
+    large = [name for name, function in pieces.items() if function.n_instructions() >= LARGE]
+    groups = [*([name] for name in large), *_small(blocks)]
+
+    def text(group: Sequence[str]) -> str:
         return "\n".join(['#include "lanes.h"', *(lanes_source(name, pieces[name]) for name in group)])
 
-    def key(group: list[str]) -> str:
+    def key(group: Sequence[str]) -> str:
         return "\n".join([LANES_VERSION, *group])
 
-    objects = object_files(
-        "nlp",
-        {key(group): partial(text, group) for group in groups if group},
-        [*STAGE_FLAGS, instruction_set()],
-        headers=[header],
+    libraries = shared_libraries(
+        "stage",
+        {key(group): partial(text, group) for group in groups},
+        [*STAGE_FLAGS, instruction_set(), "-lm"],
+        headers=[SOURCES / "lanes.h"],
         folders=[SOURCES],
     )
-    with tempfile.TemporaryDirectory() as folder:
-        tables = Path(folder) / "tables.h"
-        tables.write_text(_tables(blocks, names, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks))
-        library = shared_library(
-            "nlp",
-            [SOURCES / "nlp.c", *objects],
-            [*LOOP_FLAGS, instruction_set(), "-lm"],
-            headers=[header, tables],
-            folders=[SOURCES, Path(folder)],
-        )
-    return {name: ca.external(name, str(library)) for name in ("nlp", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l")}
+    where = {name: library for group, library in zip(groups, libraries, strict=True) for name in group}
+    return [_address(where[name], name) for name, _ in wanted]
+
+
+def _small(blocks: Sequence[NlpBlock]) -> list[tuple[str, ...]]:
+    """Return the names of each block's small functions, which are compiled together."""
+    own = [
+        sorted({f"stage_{_digest(one)}" for _, one in _with_outputs(block) if one.n_instructions() < LARGE})
+        for block in blocks
+    ]
+    return list(dict.fromkeys(tuple(names) for names in own if names))
+
+
+def _with_outputs(block: NlpBlock) -> Iterator[tuple[str, ca.Function]]:
+    """Yield the functions of a block that return something, in the order of `KINDS`."""
+    for kind in KINDS:
+        if block.outputs[kind].function.nnz_out(0):
+            yield kind, block.outputs[kind].function
+
+
+@lru_cache(maxsize=1000)
+def _digest(function: ca.Function) -> str:
+    return hashlib.sha256(function.serialize().encode()).hexdigest()[:20]
+
+
+@cache
+def _address(library: Path, name: str) -> int:
+    """Return where a function is; its library stays loaded."""
+    found = ctypes.cast(getattr(ctypes.CDLL(str(library)), name), ctypes.c_void_p).value
+    assert found is not None
+    return found
 
 
 def _tables(
-    blocks: Sequence[NlpBlock],
-    names: dict[tuple[int, str], str],
-    size: int,
-    rows: int,
-    jacobian_nonzeros: int,
-    hessian_nonzeros: int,
-    slacks: np.ndarray,
-) -> str:
-    """Return tables.h, which nlp.c includes.
-
-    Args:
-        names: of each block's functions in C, by its number and kind.
-    """
-    lines = [f"stage {name};" for name in dict.fromkeys(names.values())]
-    entries, work = [], 0
-    for number, block in enumerate(blocks):
-        name = f"block{number}"
-        lines += [_array("double", f"{name}_parameter", [float(v).hex() for v in block.parameters.ravel(order="F")])]
-        fields = [
-            f".copies = {block.index.shape[1]}",
-            f".variables = {len(block.index)}",
-            f".parameters = {len(block.parameters)}",
-            f".rows = {block.rows}",
-            f".first_row = {block.first_row}",
-            f".parameter = {name}_parameter",
-            f".index = {_places(f'{name}_index', block.index, lines)}",
+    blocks: Sequence[NlpBlock], size: int, rows: int, jacobian_nonzeros: int, hessian_nonzeros: int, slacks: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the integers and the numbers that nlp.c reads, in its order."""
+    body, reals, work = list[np.ndarray](), list[np.ndarray](), 0
+    for block in blocks:
+        variables, copies = block.index.shape
+        body += [
+            np.array([copies, variables, len(block.parameters), block.rows, block.first_row]),
+            _places(block.index),
         ]
-        for place, kind in enumerate(KINDS):
+        reals.append(block.parameters.ravel(order="F"))
+        for kind in KINDS:
             output = block.outputs[kind]
             outputs = output.function.nnz_out(0)
+            body.append(np.array([outputs]))
             if not outputs:
                 continue
-            own = f"{name}_{kind}"
-            fields += [f".function[{place}] = {names[number, kind]}", f".size[{place}] = {outputs}"]
-            if output.at.size:
-                fields.append(f".at[{place}] = {_places(f'{own}_at', output.at, lines)}")
-            if output.row.size:
-                lines += [_array("int", f"{own}_row", output.row), _array("int", f"{own}_column", output.column)]
-                fields += [f".row[{place}] = {own}_row", f".column[{place}] = {own}_column"]
-            need = len(block.index) + len(block.parameters) + 3 + block.rows + outputs
+            if kind != "cost":
+                body.append(_places(output.at))
+            if kind in ("jacobian", "hessian"):
+                body += [output.row, output.column]
+            need = variables + len(block.parameters) + 3 + block.rows + outputs
             work = max(work, need + output.function.sz_w())
-        entries.append("    {" + ",\n     ".join(fields) + "}")
-    adds = {
-        kind: int(sum(block.outputs[kind].at.size for block in blocks) > nonzeros)
-        for kind, nonzeros in (("jacobian", jacobian_nonzeros), ("hessian", hessian_nonzeros))
-    }
-    lines += [
-        _array("int", "slack_level", slacks),
-        f"enum {{ BLOCKS = {len(blocks)}, VARIABLES = {size}, ROWS_IN_ALL = {rows}, SLACKS = {len(slacks)},",
-        f"       WORK = {work},",
-        f"       JACOBIAN_NONZEROS = {jacobian_nonzeros}, HESSIAN_NONZEROS = {hessian_nonzeros},",
-        f"       JACOBIAN_ADDS = {adds['jacobian']}, HESSIAN_ADDS = {adds['hessian']} }};",
-        "static const block blocks[] = {\n" + ",\n".join(entries) + "\n};\n",
-    ]
-    return "\n".join(lines)
+    first = [len(blocks), size, rows, work]
+    for kind, nonzeros in (("jacobian", jacobian_nonzeros), ("hessian", hessian_nonzeros)):
+        first += [nonzeros, int(sum(block.outputs[kind].at.size for block in blocks) > nonzeros)]
+    integers = np.concatenate([np.array([*first, len(slacks)]), slacks, *body])
+    return integers.astype(np.int32), np.concatenate([np.zeros(0), *reals])
 
 
-def _places(name: str, table: np.ndarray, lines: list[str]) -> str:
-    """Return a C initialiser of indices (entries, K); copies that differ by a shift alone share a pattern."""
+def _places(table: np.ndarray) -> np.ndarray:
+    """Return indices, (entries, K), as nlp.c reads them; copies that differ by a shift alone share a pattern."""
     entries, copies = table.shape
     shift = table[0] if entries else np.zeros(copies, int)
     patterns: dict[bytes, int] = {}
     which = [patterns.setdefault(copy.tobytes(), len(patterns)) for copy in np.ascontiguousarray((table - shift).T)]
     _, first = np.unique(which, return_index=True)
-    lines += [
-        _array("int", f"{name}_pattern", (table - shift)[:, first].ravel(order="F")),
-        _array("int", f"{name}_which", which),
-        _array("int", f"{name}_shift", shift),
-    ]
-    return f"{{{entries}, {name}_pattern, {name}_which, {name}_shift}}"
-
-
-def _array(kind: str, name: str, values: Sequence[object] | np.ndarray) -> str:
-    """Return a C table, of one zero if it would be empty."""
-    return f"static const {kind} {name}[] = {{{', '.join(map(str, values)) or '0'}}};"
+    return np.concatenate([[entries, len(first)], (table - shift)[:, first].ravel(order="F"), which, shift])

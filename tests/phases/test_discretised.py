@@ -9,6 +9,8 @@ import pytest
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import ContactMode, factors_of, modes_of
+from fesd_robot.fesd.polishing import OneBranch
+from fesd_robot.mpcc import BranchBounds, Mpcc
 from fesd_robot.phases import discretised, guessed_sequences
 from fesd_robot.phases.discretised import WITH_FORCE, shares
 
@@ -75,3 +77,22 @@ def test_the_grid_has_nodes_at_knots_and_where_contacts_change() -> None:
     for name in ("equal_intervals", "knot"):
         assert np.abs(blocks[name].evaluate(w)[1]).max() < 1e-12
     assert blocks["duration_of_a_phase"].evaluate(w)[1].ravel() == pytest.approx(own.sequence.durations)
+
+
+def test_a_branch_alone_has_its_own_rows() -> None:
+    """The rows of one branch are those of the whole problem that it bounds, with their bounds and values; what other
+    branches hold is not computed, and a branch that holds it is refused."""
+    motion = solver_of("solo12_jump_in_space").motion
+    own = discretised(motion, next(guessed_sequences(motion)))
+    alone, w = OneBranch(own.polisher, own.branch), np.random.default_rng(2).normal(size=own.polisher.problem.size)
+
+    def rows(problem: Mpcc, bounds: BranchBounds) -> list[tuple[float, ...]]:
+        values = np.concatenate([block.evaluate(w)[1].ravel(order="F") for block in problem.blocks])
+        held = np.isfinite(bounds.g_lower) | np.isfinite(bounds.g_upper)
+        return sorted(zip(bounds.g_lower[held], bounds.g_upper[held], values[held].round(9), strict=True))
+
+    whole, part = own.polisher.bounds(own.branch), alone.bounds(own.branch)
+    assert rows(own.polisher.problem, whole) == rows(alone.problem, part)
+    assert alone.problem.constraints < 0.8 * own.polisher.problem.constraints
+    on_the_ground = replace(own.branch, factors=own.branch.factors[:1] * len(own.branch.factors))
+    assert alone._has_rows_of(own.branch) and not alone._has_rows_of(on_the_ground)

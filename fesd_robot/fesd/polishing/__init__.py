@@ -3,6 +3,7 @@
 from fesd_robot.fesd.polishing.around import problem_around
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions, conditions_of
 from fesd_robot.fesd.polishing.jumps import with_impulses, without_impulses
+from fesd_robot.fesd.polishing.one_branch import OneBranch
 from fesd_robot.fesd.polishing.reading import read_branch
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 
@@ -10,6 +11,7 @@ __all__ = [
     "BranchTranscription",
     "ConditionFactors",
     "ElementConditions",
+    "OneBranch",
     "conditions_of",
     "problem_around",
     "read_branch",

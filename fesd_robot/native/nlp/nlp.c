@@ -1,11 +1,13 @@
 /*
  * The functions of an NLP that is a sum of blocks, each block being many copies of a few small functions.
  *
- * tables.h, made for each NLP, names the functions of the blocks (made by lanes.py) and says where their inputs and
- * outputs belong. The interface to them is what CasADi's `external` asks for.
+ * A library is one NLP: `nlp_tables` says where the functions of its blocks are (made by lanes.py) and where their
+ * inputs and outputs belong, before CasADi's `external`, whose interface this is, asks for anything.
  */
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "lanes.h"
 
@@ -30,11 +32,89 @@ typedef struct {
     const int *row[KINDS], *column[KINDS]; /* of Jacobian and Hessian, in the block's own rows and variables */
 } block;
 
-#include "tables.h"
+static int block_count, variables, rows_in_all, nonzeros[KINDS], adds[KINDS], slacks;
+static int work_size;          /* lanes for in, out and work of any function */
+static const int *slack_level; /* the sigma of each slack variable */
+static block *blocks;
+static int *integers;
+static double *reals;
+static casadi_int *jacobian_sparsity, *hessian_sparsity, of_x[] = {0, 1, 1}, of_g[] = {0, 1, 1};
+static const casadi_int scalar[] = {1, 1, 1}, of_p[] = {2, 1, 1};
 
-/* tables.h defines: BLOCKS, blocks[], VARIABLES, ROWS_IN_ALL, JACOBIAN_NONZEROS, HESSIAN_NONZEROS, JACOBIAN_ADDS,
-   HESSIAN_ADDS, WORK (lanes for in, out and work of any function), SLACKS, slack_level[] (the sigma of
-   each slack variable). */
+static const int *read_places(const int *next, int copies, places *p)
+{
+    const int patterns = next[1];
+    p->entries = next[0];
+    p->pattern = next + 2;
+    p->which = p->pattern + patterns * p->entries;
+    p->shift = p->which + copies;
+    return p->shift + copies;
+}
+
+/* Keep the tables of the NLP, in the order in which nlp_compiler.py writes them; 1 if there is no room. */
+int nlp_tables(const int *given, size_t count, const double *parameters, size_t parameter_count, void *const *functions)
+{
+    const int *next;
+    const double *parameter;
+    integers = malloc(count * sizeof(int));
+    reals = malloc((parameter_count + 1) * sizeof(double));
+    if (!integers || !reals)
+        return 1;
+    next = memcpy(integers, given, count * sizeof(int));
+    parameter = memcpy(reals, parameters, parameter_count * sizeof(double));
+    block_count = *next++;
+    variables = *next++;
+    rows_in_all = *next++;
+    work_size = *next++;
+    for (int kind = JACOBIAN; kind <= HESSIAN; ++kind) {
+        nonzeros[kind] = *next++;
+        adds[kind] = *next++;
+    }
+    slacks = *next++;
+    slack_level = next;
+    next += slacks;
+    blocks = calloc(block_count ? block_count : 1, sizeof(block));
+    jacobian_sparsity = malloc((3 + variables + (size_t)nonzeros[JACOBIAN]) * sizeof(casadi_int));
+    hessian_sparsity = malloc((3 + variables + (size_t)nonzeros[HESSIAN]) * sizeof(casadi_int));
+    if (!blocks || !jacobian_sparsity || !hessian_sparsity)
+        return 1;
+    of_x[0] = variables;
+    of_g[0] = rows_in_all;
+    for (block *b = blocks; b < blocks + block_count; ++b) {
+        b->copies = *next++;
+        b->variables = *next++;
+        b->parameters = *next++;
+        b->rows = *next++;
+        b->first_row = *next++;
+        b->parameter = parameter;
+        parameter += b->copies * b->parameters;
+        next = read_places(next, b->copies, &b->index);
+        for (int kind = 0; kind < KINDS; ++kind) {
+            b->size[kind] = *next++;
+            if (!b->size[kind])
+                continue;
+            memcpy(&b->function[kind], functions++, sizeof(void *));
+            if (kind == COST)
+                continue;
+            next = read_places(next, b->copies, &b->at[kind]);
+            if (kind >= JACOBIAN) {
+                b->row[kind] = next;
+                b->column[kind] = next + b->size[kind];
+                next += 2 * b->size[kind];
+            }
+        }
+    }
+    return 0;
+}
+
+__attribute__((destructor)) static void forget(void)
+{
+    free(integers);
+    free(reals);
+    free(blocks);
+    free(jacobian_sparsity);
+    free(hessian_sparsity);
+}
 
 static double *copied(const double *from, int count, double *to)
 {
@@ -79,7 +159,7 @@ static void scatter(const block *b, int kind, int add, int k, const double *out,
 static void evaluate(int kind, int add, const double *const *arg, double *result, double *memory)
 {
     lanes *in = (lanes *)(((uintptr_t)memory + sizeof(lanes) - 1) / sizeof(lanes) * sizeof(lanes));
-    for (const block *b = blocks; b < blocks + BLOCKS; ++b) {
+    for (const block *b = blocks; b < blocks + block_count; ++b) {
         lanes *out = in + b->variables + b->parameters + 3 + b->rows, *work = out + b->size[kind];
         double sum = 0.0;
         if (!b->size[kind])
@@ -120,20 +200,20 @@ static void cost(const double *const *arg, double *result, double *memory)
     double sum = 0.0;
     *result = 0.0;
     evaluate(COST, 0, arg, result, memory);
-    for (int i = 0; i < SLACKS; ++i)
-        sum += slack_penalty(arg[1], i) * (arg[0] ? arg[0][VARIABLES - SLACKS + i] : 0.0);
+    for (int i = 0; i < slacks; ++i)
+        sum += slack_penalty(arg[1], i) * (arg[0] ? arg[0][variables - slacks + i] : 0.0);
     *result += sum;
 }
 
 /* The sparsity of a matrix as CasADi reads it: rows, columns, first entry of each column, row of each entry. */
-static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros, casadi_int *compressed)
+static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int *compressed)
 {
-    casadi_int *first = compressed + 2, *row = first + VARIABLES + 1;
+    casadi_int *first = compressed + 2, *row = first + variables + 1;
     compressed[0] = rows;
-    compressed[1] = VARIABLES;
-    for (int i = 0; i <= VARIABLES; ++i)
-        first[i] = nonzeros;
-    for (const block *b = blocks; b < blocks + BLOCKS; ++b)
+    compressed[1] = variables;
+    for (int i = 0; i <= variables; ++i)
+        first[i] = nonzeros[kind];
+    for (const block *b = blocks; b < blocks + block_count; ++b)
         for (int k = 0; b->size[kind] && k < b->copies; ++k) {
             const int *place = b->at[kind].pattern + b->at[kind].which[k] * b->at[kind].entries;
             const int *index = b->index.pattern + b->index.which[k] * b->index.entries;
@@ -155,24 +235,18 @@ static const casadi_int *sparsity(int kind, casadi_int rows, casadi_int nonzeros
                     first[c] = at;
             }
         }
-    for (int i = VARIABLES; i-- > 0;) /* a column without entries begins where the next one does */
+    for (int i = variables; i-- > 0;) /* a column without entries begins where the next one does */
         if (first[i] > first[i + 1])
             first[i] = first[i + 1];
     return compressed;
 }
-
-static casadi_int jacobian_sparsity[3 + VARIABLES + JACOBIAN_NONZEROS];
-static casadi_int hessian_sparsity[3 + VARIABLES + HESSIAN_NONZEROS];
-
-static const casadi_int scalar[] = {1, 1, 1}, of_x[] = {VARIABLES, 1, 1}, of_p[] = {2, 1, 1},
-                        of_g[] = {ROWS_IN_ALL, 1, 1};
 
 static int space(casadi_int *arg, casadi_int *res, casadi_int *iw, casadi_int *w)
 {
     *arg = 4;
     *res = 2;
     *iw = 0;
-    *w = (WORK + 1) * LANES;
+    *w = (work_size + 1) * LANES;
     return 0;
 }
 
@@ -214,10 +288,10 @@ int nlp_grad_f(const double **arg, double **res, casadi_int *iw, double *w, int 
     if (res[0])
         cost(arg, res[0], w);
     if (res[1]) {
-        clear(res[1], VARIABLES);
+        clear(res[1], variables);
         evaluate(GRADIENT, 1, arg, res[1], w);
-        for (int i = 0; i < SLACKS; ++i)
-            res[1][VARIABLES - SLACKS + i] += slack_penalty(arg[1], i);
+        for (int i = 0; i < slacks; ++i)
+            res[1][variables - slacks + i] += slack_penalty(arg[1], i);
     }
     return 0;
 }
@@ -226,7 +300,7 @@ INTERFACE(nlp_jac_g, 2, 2)
 const char *nlp_jac_g_name_out(casadi_int i) { return i == 0 ? "g" : "jac_g_x"; }
 const casadi_int *nlp_jac_g_sparsity_out(casadi_int i)
 {
-    return i == 0 ? of_g : sparsity(JACOBIAN, ROWS_IN_ALL, JACOBIAN_NONZEROS, jacobian_sparsity);
+    return i == 0 ? of_g : sparsity(JACOBIAN, rows_in_all, jacobian_sparsity);
 }
 int nlp_jac_g(const double **arg, double **res, casadi_int *iw, double *w, int mem)
 {
@@ -234,9 +308,9 @@ int nlp_jac_g(const double **arg, double **res, casadi_int *iw, double *w, int m
     if (res[0])
         evaluate(ROWS, 0, arg, res[0], w);
     if (res[1]) {
-        if (JACOBIAN_ADDS)
-            clear(res[1], JACOBIAN_NONZEROS);
-        evaluate(JACOBIAN, JACOBIAN_ADDS, arg, res[1], w);
+        if (adds[JACOBIAN])
+            clear(res[1], nonzeros[JACOBIAN]);
+        evaluate(JACOBIAN, adds[JACOBIAN], arg, res[1], w);
     }
     return 0;
 }
@@ -245,15 +319,15 @@ INTERFACE(nlp_hess_l, 4, 1)
 const char *nlp_hess_l_name_out(casadi_int i) { return i == 0 ? "hess_gamma_x_x" : 0; }
 const casadi_int *nlp_hess_l_sparsity_out(casadi_int i)
 {
-    return i == 0 ? sparsity(HESSIAN, VARIABLES, HESSIAN_NONZEROS, hessian_sparsity) : 0;
+    return i == 0 ? sparsity(HESSIAN, variables, hessian_sparsity) : 0;
 }
 int nlp_hess_l(const double **arg, double **res, casadi_int *iw, double *w, int mem)
 {
     (void)iw, (void)mem;
     if (res[0]) {
-        if (HESSIAN_ADDS)
-            clear(res[0], HESSIAN_NONZEROS);
-        evaluate(HESSIAN, HESSIAN_ADDS, arg, res[0], w);
+        if (adds[HESSIAN])
+            clear(res[0], nonzeros[HESSIAN]);
+        evaluate(HESSIAN, adds[HESSIAN], arg, res[0], w);
     }
     return 0;
 }
