@@ -15,6 +15,7 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.determinacy import in_deciding_postures
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.finer import continued
 from fesd_robot.guessed_sequence import guessed_start, needs_guessed_start, stepping_start
@@ -22,9 +23,9 @@ from fesd_robot.known_sequence import known_plan, known_start
 from fesd_robot.local_search import Depth, Listeners, searched
 from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, discretised, guessed_sequences
+from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, discretised, guessed_sequences, hops
 from fesd_robot.plans.plan import LocalSearch, TriedSequence
-from fesd_robot.refine import refined
+from fesd_robot.refine import NO_MOTION, refined
 from fesd_robot.repair import Repair
 from fesd_robot.sagittal_start import sagittal_start
 from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
@@ -119,23 +120,36 @@ class Chain:
         self.reached(Station.SEARCHING)
         solver = PhaseSolver(motion, options, self.deadline, self.stop, self.reports.append)
         search = SequenceSearch(solver, cores_for(task), self.counted, self._cheaper)
-        self._from_plan(search, motion)
-        if search.best is None:
-            search.guesses(guessed_sequences(motion))
-        if search.best is None and not solver.over:
-            self._from_uniform(search, motion)
+        try:
+            first = self._searched_on_phases(search, motion)
+        finally:
+            search.close()
         if search.best is None:
             return None
-        first = search.cost
-        if task.solver.effort != "quick" and task.solver.local_search is not False:
-            self.reached(Station.IMPROVING)
-            search.improve(patient=task.solver.effort == "best")
         best = solver.settled(search.best)
         if promised and task.goal.soft:
             motion = with_promised_goal(motion)
         solution = best.solution(list(self.reports), search.seconds)
         solved = SolvedMotion.of(motion, best.own.polisher, solution)
         return self._refined(replace(solved, search=_summary(search, first)), options, with_spare=True)
+
+    def _searched_on_phases(self, search: SequenceSearch, motion: MotionProblem) -> float:
+        """Find a motion, and cheaper ones from it; return the cost of the first."""
+        task, solver = motion.task, search.solver
+        self._from_plan(search, motion)
+        if search.best is None:
+            search.guesses(guessed_sequences(motion))
+        if search.best is None:
+            search.guesses(hops(motion), "hops")
+        if search.best is None and not solver.over:
+            self._from_uniform(search, motion)
+        if search.best and _is_gross(search.best):
+            search.divide()
+        first = search.cost
+        if search.best and task.solver.effort != "quick" and task.solver.local_search is not False:
+            self.reached(Station.IMPROVING)
+            search.improve(patient=task.solver.effort == "best")
+        return first
 
     def _cheaper(self, found: PhaseMotion) -> None:
         """Show the NLP of a motion that is cheaper than all before."""
@@ -363,6 +377,13 @@ class _Unpolished:
     def bounds(self, branch: Branch) -> BranchBounds:
         """Those of the branch."""
         return self.own.bounds(branch)
+
+
+def _is_gross(motion: PhaseMotion) -> bool:
+    """Whether a local error of a motion is so large that it is none, and its cost means nothing."""
+    own = motion.own
+    errors = local_errors(own.transcription, own.polisher.conditions, motion.w, own.branch)
+    return not bool((errors <= NO_MOTION).all())
 
 
 def _summary(search: SequenceSearch, first: float) -> LocalSearch:

@@ -1,7 +1,7 @@
 """Phases: spans in which no contact changes its mode, their sequences, and the motions on a grid that follows them."""
 
 from fesd_robot.phases.discretised import Discretised, discretised
-from fesd_robot.phases.guessed import guessed_sequences
+from fesd_robot.phases.guessed import guessed_sequences, hops
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.search import SequenceSearch
 from fesd_robot.phases.sequence import Modes, Phase, Sequence
@@ -19,5 +19,6 @@ __all__ = [
     "SequenceSearch",
     "discretised",
     "guessed_sequences",
+    "hops",
     "sequence_of",
 ]

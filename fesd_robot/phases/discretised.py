@@ -32,12 +32,14 @@ class Discretised:
     Attributes:
         sequence: with its knots.
         counts: control intervals of every phase, (P).
+        parts: elements of every interval in which the clock runs.
         polisher: of the transcription on the grid.
         branch: on which contacts do what the sequence says.
     """
 
     sequence: Sequence
     counts: tuple[int, ...]
+    parts: int
     polisher: BranchTranscription
     branch: Branch
 
@@ -115,7 +117,7 @@ class _Within:
         return replace(bounds, g_lower=g_lower, g_upper=g_upper)
 
 
-def discretised(motion: MotionProblem, sequence: Sequence) -> Discretised:
+def discretised(motion: MotionProblem, sequence: Sequence, parts: int = 1) -> Discretised:
     """Return a sequence on its control grid.
 
     Every phase has a part of the task's intervals in proportion to its duration, at least one, and `WITH_FORCE` where a
@@ -124,6 +126,7 @@ def discretised(motion: MotionProblem, sequence: Sequence) -> Discretised:
     Args:
         motion: the task.
         sequence: with durations that add up to that of the task.
+        parts: elements of every interval, beside those in which the clock stands still.
     """
     sequence = sequence.with_knots(motion.ocp.knots)
     counts = shares(sequence, motion.grid.intervals)
@@ -139,9 +142,9 @@ def discretised(motion: MotionProblem, sequence: Sequence) -> Discretised:
     elements: list[int] = []
     for phase, count in zip(sequence.phases, counts, strict=True):
         frozen = () if impulses else phase.impacts
-        elements += [1 + len(frozen)] + [1] * (count - 1)
-        modes += [*frozen, *[phase.modes] * count]
-        hits += [frozenset()] * len(frozen) + [phase.hit] + [frozenset()] * (count - 1)
+        elements += [parts + len(frozen)] + [parts] * (count - 1)
+        modes += [*frozen, *[phase.modes] * count * parts]
+        hits += [frozenset()] * len(frozen) + [phase.hit] + [frozenset()] * (count * parts - 1)
     if sequence.at_end and not impulses:
         elements[-1] += len(sequence.at_end)
         modes += sequence.at_end
@@ -149,7 +152,7 @@ def discretised(motion: MotionProblem, sequence: Sequence) -> Discretised:
     own = replace(motion.fesd, elements=tuple(elements), step_equilibration="none")
     polisher = BranchTranscription(Transcription(motion.ocp, own, given_grid=grid))
     branch = _branch(polisher.conditions, sequence.names, modes, hits)
-    return Discretised(sequence, tuple(counts), polisher, branch)
+    return Discretised(sequence, tuple(counts), parts, polisher, branch)
 
 
 def shares(sequence: Sequence, intervals: int) -> list[int]:

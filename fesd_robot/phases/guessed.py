@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.contact import Contact, ContactMode
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import gap_function
-from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
+from fesd_robot.phases.sequence import SIDES, Modes, Phase, Sequence, flying, hits, joined, landings, stuck
 from fesd_robot.stepping import steppings
 
 SAMPLES = 4
@@ -32,6 +32,12 @@ HOP = (0.3, 0.4, 0.3)
 
 TURN = (0.8, 0.2)
 """Parts of a contact's share of a cycle in which it stands, and in which all fly."""
+
+PUSH = (0.35, 0.15, 0.25, 0.25)
+"""Parts of the duration in which an object rests, is pushed, slides on, and rests again."""
+
+MORE_HOPS = 3
+"""How many more hops than the guess shows may be needed."""
 
 MOVING = 1e-2
 """Part of the largest velocity along the ground of a contact that always touches, above which it slides."""
@@ -150,14 +156,36 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
     """Yield the sequences that the guess of a task shows, the likelier first, each once.
 
     - feet that end elsewhere and never leave the ground in the guess step in turn (`stepping.steppings`);
+    - objects that slide in the guess although nothing touches them are pushed, and those in the air are held;
     - what the guess shows, with impacts where contacts come down, and without;
     - a short flight of all contacts to begin with, which saves the way down before a jump;
     - contacts that stand in turn, where a cycle is asked for and the guess never leaves the ground;
     - a hop, where contacts slide along the guess and never leave the ground.
     """
-    guess = Guess(motion, motion.ocp.state_guess)
+    yield from _once(_guessed(motion, Guess(motion, motion.ocp.state_guess)))
+
+
+def hops(motion: MotionProblem) -> Iterator[Sequence]:
+    """Yield equal hops of all contacts that leave the ground in the guess, more of them than it shows, with impacts and
+    without; none where they are never in the air at once."""
+    own = Guess(motion, motion.ocp.state_guess).sequence()
+    contacts = range(len(motion.contacts))
+    up = [i for i in contacts if len({phase.modes[i].closed for phase in own.phases}) > 1]
+    flights = sum(all(phase.modes[i] is ContactMode.FLIGHT for i in up) for phase in own.phases)
+    if not up or not flights:
+        return
+    standing = stuck(tuple(ContactMode.STICK if i in up else mode for i, mode in enumerate(own.phases[0].modes)))
+    for count in range(flights + 1, flights + 1 + MORE_HOPS):
+        duration = motion.grid.nominal / (2 * count + 1)
+        stance, flight = Phase(standing, duration), Phase(flying(standing, up), duration)
+        landing = replace(stance, impacts=hits(standing, {i: standing[i] for i in up}))
+        yield replace(own, phases=(stance, *(flight, landing) * count))
+        yield replace(own, phases=(stance, *(flight, stance) * count))
+
+
+def _once(sequences: Iterator[Sequence]) -> Iterator[Sequence]:
     seen = set()
-    for sequence in _guessed(motion, guess):
+    for sequence in sequences:
         if sequence.key not in seen:
             seen.add(sequence.key)
             yield sequence
@@ -174,6 +202,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
             yield with_hits(step, sequence)
             yield sequence
         return
+    yield from _handled(motion, own)
     flights = any(phase.modes[i] is ContactMode.FLIGHT for phase in own.phases for i in range(len(motion.contacts)))
     hitting = with_hits(guess, own)
     yield hitting
@@ -187,6 +216,54 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     if not flights and any(mode in SIDES for phase in own.phases for mode in phase.modes):
         yield with_hits(guess, _hop(motion, own))
     yield own
+
+
+def _handled(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:
+    """Yield the sequences in which objects are held while they are in the air, and pushed before they slide.
+
+    An object is what contacts push that no motor moves; what may hold and push it are contacts between it and something
+    that motors move, which never touch in the guess.
+    """
+    driven = set(motion.actuation.matrix.sparsity_out(0).row())
+    moved = [set(ca.sparsify(one.normal).sparsity().row()) for one in motion.contacts]
+    on_objects = [i for i, own_velocities in enumerate(moved) if not own_velocities & driven]
+    objects = set[int]().union(*(moved[i] for i in on_objects))
+    hands = [
+        i
+        for i, own_velocities in enumerate(moved)
+        if own_velocities & driven
+        and own_velocities & objects
+        and all(phase.modes[i] is ContactMode.FLIGHT for phase in own.phases)
+    ]
+    if not hands:
+        return
+
+    def touching(modes: Modes) -> Modes:
+        held = {i: ContactMode.STICK if motion.contacts[i].friction > 0 else ContactMode.SLIP for i in hands}
+        return tuple(held.get(i, mode) for i, mode in enumerate(modes))
+
+    in_air = [all(phase.modes[i] is ContactMode.FLIGHT for i in on_objects) for phase in own.phases]
+    if any(in_air):
+        phases = zip(own.phases, in_air, strict=True)
+        held = replace(own, phases=tuple(replace(one, modes=touching(one.modes)) if up else one for one, up in phases))
+        yield held
+        yield _hitting(held, hands)
+    sliding = next((one.modes for one in own.phases if any(one.modes[i] in SIDES for i in on_objects)), None)
+    if sliding is not None:
+        parts = zip((stuck(sliding), touching(sliding), sliding, stuck(sliding)), PUSH, strict=True)
+        pushed = replace(own, phases=tuple(Phase(modes, part * motion.grid.nominal) for modes, part in parts))
+        yield pushed
+        yield _hitting(pushed, hands)
+
+
+def _hitting(sequence: Sequence, contacts: list[int]) -> Sequence:
+    """Return a sequence in which contacts hit where they come down, and do what follows."""
+    phases = list(sequence.phases)
+    for i in range(1, len(phases)):
+        lands = {n: phases[i].modes[n] for n in landings(phases[i - 1].modes, phases[i].modes) if n in contacts}
+        if lands:
+            phases[i] = replace(phases[i], impacts=hits(phases[i].modes, lands))
+    return replace(sequence, phases=tuple(phases))
 
 
 def _cycles(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations, zip_longest
 
 import numpy as np
 
@@ -47,9 +47,9 @@ class Neighbour:
 def neighbours(
     sequence: Sequence, contacts: list[Contact], profile: Profile, knots: tuple[float, ...] = ()
 ) -> Iterator[Neighbour]:
-    """Yield the neighbours of a sequence, each once, by kind and in the order of time.
+    """Yield the neighbours of a sequence, each once: one of each kind in turn, those of a kind in the order of time.
 
-    Those that slip otherwise come early where something slips in the sequence, and last where nothing does.
+    Those that slip otherwise come last where nothing slips in the sequence.
 
     - impacts: a contact that comes down hits and slips to either side, or hits without slipping, or comes down softly;
     - a switch before a knot happens after it, or the other way round;
@@ -92,16 +92,19 @@ class _Neighbours:
         return self.sequence.phases
 
     def all_of_them(self) -> Iterator[Neighbour]:
-        yield from self._impacts()
-        yield from self._across()
+        kinds = [
+            self._impacts(),
+            self._across(),
+            self._left_out(),
+            self._in_turn(),
+            self._exchanged(),
+            self._flights(),
+            self._touches(),
+        ]
         slides = any(mode in _SLIPS for phase in self.phases for mode in phase.modes)
-        if slides:
-            yield from self._slips()
-        yield from self._left_out()
-        yield from self._in_turn()
-        yield from self._exchanged()
-        yield from self._flights()
-        yield from self._touches()
+        for one in chain.from_iterable(zip_longest(*kinds, *([self._slips()] if slides else []))):
+            if one is not None:
+                yield one
         if not slides:
             yield from self._slips()
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from fesd_robot.mpcc import PolishingReport
-from fesd_robot.phases.neighbours import Neighbour, neighbours
+from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import Profile
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
@@ -25,9 +26,9 @@ WORTHWHILE = 5e-3
 """Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
 for the search to go on for long after it."""
 
-LEAST_PATIENCE, MOST_PATIENCE = 400, 1200
-"""IPOPT iterations without a gain that is worthwhile, after which a search ends that is not patient, at least and at
-most."""
+LEAST_PATIENCE, MOST_PATIENCE = 5e7, 1.5e8
+"""Work without a gain that is worthwhile, after which a search ends that is not patient, at least and at most: IPOPT
+iterations times nonzeros of the derivatives, of which ten million take about a second."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,13 @@ class Tried:
 
 
 class _Trial(NamedTuple):
-    """A sequence to solve, or a motion, with its durations as they were guessed, in a form for another process."""
+    """A sequence to solve, from a motion with its durations as they were guessed, in a form for another process; from
+    the guess of the task if there is no motion."""
 
     sequence: Sequence
-    from_sequence: Sequence
-    from_w: np.ndarray
     below: float
+    from_sequence: Sequence | None = None
+    from_w: np.ndarray | None = None
 
 
 class _Found(NamedTuple):
@@ -77,7 +79,7 @@ class SequenceSearch:
         cheaper: called with every motion that costs less than all before.
         tried: all sequences so far.
         best: the cheapest motion; None if none is found.
-        iterations: of IPOPT with neighbours.
+        iterations: of IPOPT with sequences that are tried at once, or on the cores that there are.
     """
 
     solver: PhaseSolver
@@ -90,8 +92,15 @@ class SequenceSearch:
     _begin: float = field(default_factory=time.perf_counter)
     _seen: set[object] = field(default_factory=set)
     _patience: float = np.inf
-    _since: int = 0
+    _since: float = 0.0
     _reference: float = np.inf
+
+    def __post_init__(self) -> None:
+        self._ahead = Lookahead(self._found, self.cores, self.solver.stop, self._alone)
+
+    def close(self) -> None:
+        """End the processes that try sequences."""
+        self._ahead.close()
 
     @property
     def cost(self) -> float:
@@ -104,48 +113,73 @@ class SequenceSearch:
         return time.perf_counter() - self._begin
 
     def guesses(self, sequences: Iterable[Sequence], what: str = "guess") -> None:
-        """Solve sequences from the guess of the task."""
+        """Solve sequences from the guess of the task, all but the first of them at once on the cores."""
+        untried = []
         for sequence in sequences:
-            if self.solver.over:
-                break
             if self._key(sequence) not in self._seen:
                 self._seen.add(self._key(sequence))
-                self.note(what, sequence, self.solver.from_guess(sequence, self.cost))
+                untried.append(sequence)
+        if untried and not self.solver.over:  # what other processes need has been made here then
+            self.note(what, untried[0], self.solver.from_guess(untried[0], self.cost))
+        if len(untried) > 1 and not self.solver.over:
+            trials = [_Trial(sequence, self.cost) for sequence in untried[1:]]
+            for sequence, result in zip(untried[1:], self._ahead.results(trials), strict=False):
+                self.note(what, sequence, self._motion(result))
+
+    def divide(self) -> None:
+        """Solve the cheapest motion again with twice as many elements; all that follow have as many, if that works."""
+        best = self.best
+        assert best is not None
+        self.solver.parts *= 2
+        along = best.along
+        found = self.solver.from_known(along.sequence, along) or self.solver.from_guess(along.sequence)
+        if found is None:
+            self.solver.parts //= 2
+            return
+        self.close()  # other processes have the elements of before
+        self.best = None
+        self.note("elements divided", found.sequence, found)
 
     def improve(self, *, patient: bool) -> None:
         """Try neighbours of the cheapest motion, and of those that are cheaper, until a pass brings too little.
 
         Args:
-            patient: whether it ends only then; else it does once neighbours have taken as many iterations since the
-                last gain that was worthwhile as everything had before, within `LEAST_PATIENCE` and `MOST_PATIENCE`.
+            patient: whether it ends only then; else it does once neighbours have taken as much work since the last
+                gain that was worthwhile as everything had before, within `LEAST_PATIENCE` and `MOST_PATIENCE`.
         """
-        ahead = Lookahead(self._found, self.cores, self.solver.stop, self._alone)
         self._patience = np.inf if patient else 0.0
         self._gained()
-        try:
-            while self.best is not None and not self._over:
-                before = self.cost
-                while self._better_neighbour(ahead):
-                    pass
-                if not before - self.cost > WORTHWHILE * abs(before):
-                    return
-        finally:
-            ahead.close()
+        while self.best is not None and not self._over:
+            before = self.cost
+            while self._better_neighbour():
+                pass
+            if not before - self.cost > WORTHWHILE * abs(before):
+                return
 
     def _gained(self) -> None:
         """Take note of a gain that is worthwhile."""
-        self._since, self._reference = self.iterations, self.cost
+        self._since, self._reference = self._work, self.cost
         if self._patience < np.inf:
-            spent = self.iterations + sum(report.iterations for report in self.solver.reports)
-            self._patience = min(max(LEAST_PATIENCE, spent), MOST_PATIENCE)
+            self._patience = min(max(LEAST_PATIENCE, self._work), MOST_PATIENCE)
+
+    @property
+    def _work(self) -> float:
+        """Of all NLPs so far."""
+        iterations = self.iterations + sum(report.iterations for report in self.solver.reports)
+        return iterations * self._nonzeros
+
+    @cached_property
+    def _nonzeros(self) -> int:
+        """Of the derivatives in an iteration; they are about the same for all sequences of a task."""
+        return self.solver.nonzeros(self.best) if self.best else 0
 
     @property
     def _over(self) -> bool:
         """Whether the search ends: without time, by the user, or because it has not paid for long."""
         ended = self.solver.deadline.left <= 0 or stop_requested(self.solver.stop)
-        return ended or self.iterations - self._since > self._patience
+        return ended or self._work - self._since > self._patience
 
-    def _better_neighbour(self, ahead: Lookahead[_Trial, _Found]) -> bool:
+    def _better_neighbour(self) -> bool:
         """Whether a neighbour of the cheapest motion, which takes its place, is cheaper."""
         best = self.best
         assert best is not None
@@ -153,12 +187,11 @@ class SequenceSearch:
         found = neighbours(best.sequence, list(motion.contacts), Profile.of(motion, best.along), motion.ocp.knots)
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
         below = self.cost - GAIN * abs(self.cost)
-        trials = [_Trial(one.sequence, best.own.sequence, best.w, below) for one in untried]
-        for number, (one, result) in enumerate(zip(untried, ahead.results(trials), strict=False), start=1):
-            self.iterations += result.iterations
+        trials = [_Trial(one.sequence, below, best.own.sequence, best.w) for one in untried]
+        for number, (one, result) in enumerate(zip(untried, self._ahead.results(trials), strict=False), start=1):
             self.counted(number, len(untried))
             self._seen.add(self._key(one.sequence))
-            if self._takes(one, result):
+            if self.note(one.what, one.sequence, self._motion(result)):
                 if self._reference - self.cost > WORTHWHILE * abs(self._reference):
                     self._gained()
                 return not self._over
@@ -166,18 +199,23 @@ class SequenceSearch:
                 break
         return False
 
-    def _takes(self, one: Neighbour, result: _Found) -> bool:
-        motion = None
-        if result.sequence is not None and result.report is not None:
-            motion = self.solver.motion_of(result.sequence, result.report)
-        return self.note(one.what, one.sequence, motion)
+    def _motion(self, result: _Found) -> PhaseMotion | None:
+        """Return the motion of a trial that may have been in another process, and count its iterations."""
+        self.iterations += result.iterations
+        if result.sequence is None or result.report is None:
+            return None
+        return self.solver.motion_of(result.sequence, result.report)
 
     def _found(self, trial: _Trial) -> _Found:
         """Return the motion of a trial."""
         before = len(self.solver.reports)
-        along = self.solver.again(trial.from_sequence, trial.from_w)
-        motion = self.solver.from_motion(trial.sequence, along, trial.below)
+        if trial.from_sequence is None or trial.from_w is None:
+            motion = self.solver.from_guess(trial.sequence, trial.below)
+        else:
+            along = self.solver.again(trial.from_sequence, trial.from_w)
+            motion = self.solver.from_motion(trial.sequence, along, trial.below)
         iterations = sum(report.iterations for report in self.solver.reports[before:])
+        del self.solver.reports[before:]  # counted where the result is taken
         if motion is None:
             return _Found(None, None, iterations)
         return _Found(motion.own.sequence, motion.report, iterations)

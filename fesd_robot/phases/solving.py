@@ -168,6 +168,7 @@ class PhaseSolver:
         stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
         progress: called after every NLP.
         reports: of all NLPs so far.
+        parts: elements of every interval, beside impacts.
     """
 
     motion: MotionProblem
@@ -176,6 +177,7 @@ class PhaseSolver:
     stop: Stop | None = None
     progress: Callable[[NlpReport], None] | None = None
     reports: list[NlpReport] = field(default_factory=list)
+    parts: int = 1
 
     @property
     def over(self) -> bool:
@@ -244,6 +246,11 @@ class PhaseSolver:
         """
         own = self._on_grid(sequence)
         return self._freed(own, along.point(own), NEIGHBOUR_START, NEIGHBOUR_ITERATIONS, below)
+
+    def nonzeros(self, motion: PhaseMotion) -> int:
+        """Return how many numbers the derivatives of the NLP of a motion are."""
+        nlp = BranchNlp.of(motion.own.polisher, self.options.compile).nlp
+        return int(nlp.jacobian.nnz_out("jac_g_x") + nlp.hessian.nnz_out(0))
 
     def settled(self, motion: PhaseMotion) -> PhaseMotion:
         """Return a motion to the last digits, as a certificate asks for them; as it is if that fails."""
@@ -316,7 +323,7 @@ class PhaseSolver:
         )
 
     def _on_grid(self, sequence: Sequence) -> Discretised:
-        return discretised(self.motion, sequence.without_knots.lasting(self.motion.grid.nominal))
+        return discretised(self.motion, sequence.without_knots.lasting(self.motion.grid.nominal), self.parts)
 
     def _end(
         self,

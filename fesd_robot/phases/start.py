@@ -100,18 +100,19 @@ class Along:
         start = 0.0
         for k, count in enumerate(transcription.elements):
             begin, length = float(grid.nodes[k]) / stretch, grid.lengths[k] / stretch
-            inside = [self.at(begin + share * length) for share in (0.0, *fractions)]
             middle, _ = self.at(begin + 0.5 * length)
             x_left = elements[-1].x[-1] if elements else self.elements[0].x_before
             z_left = elements[-1].z[-1] if elements else self.elements[0].z_left
             last = len(new.sequence.at_end) if k == grid.intervals - 1 and jump is None else 0
             for n in range(count):
-                if n == count - 1 - last:
-                    x = np.vstack([element.at(old, np.array([at])) for element, at in inside[1:]])
+                part = n - (count - last - new.parts)
+                if 0 <= part < new.parts:
+                    inside = [self.at(begin + (part + share) / new.parts * length) for share in fractions]
+                    x = np.vstack([element.at(old, np.array([at])) for element, at in inside])
                     x[:, clock] *= stretch
-                    z = np.vstack([at_stages(element, element.z, at, old) for element, at in inside[1:]])
+                    z = np.vstack([at_stages(element, element.z, at, old) for element, at in inside])
                     rate = (middle.x[-1, clock] - middle.x_left[clock]) / middle.step
-                    step = length * stretch / rate
+                    step = length * stretch / rate / new.parts
                 else:
                     at = begin + (length if n >= count - last else 0.0)
                     near = [e for e in hits if abs(e.x_left[clock] - at) <= NEAR * length]
