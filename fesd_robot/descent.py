@@ -50,7 +50,7 @@ def descended(
 
     Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
     (`fesd.neighbours.Pivots`), and the branch NLP is solved there from the same point. What costs less and is as true
-    takes its place. Without `solver.local_search` the contacts stay as they are, and there is the certificate alone.
+    takes its place. With `solver.effort` quick the contacts stay as they are, and there is the certificate alone.
 
     Args:
         solved: the motion; it stays as it is if it is not exact.
@@ -68,7 +68,7 @@ def descended(
     """
     reached(Station.CERTIFYING)
     certificate = _certificate(solved, task, deadline)
-    for _ in range(MOST_DESCENTS if task.solver.local_search else 0):
+    for _ in range(0 if task.solver.effort == "quick" else MOST_DESCENTS):
         if certificate and certificate.direction is not None:
             reached(Station.IMPROVING)
         better, followed = _better(solved, certificate, options, task, deadline, progress, stop)

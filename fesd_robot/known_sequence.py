@@ -14,7 +14,7 @@ from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.fesd import Element, Transcription, make_tableau
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import TRIALS, BranchPoint, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
 from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.reference_file import is_plan
@@ -141,43 +141,6 @@ def exact_start(
     around = Neighbourhood.of(transcription, w, branch, options, deadline, stop, progress=progress)
     end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True)) or exact_end(around)
     return _with_own_elements(around, end, begin, deadline, progress) if end else None
-
-
-def cheaper_start(
-    transcription: Transcription,
-    start: tuple[np.ndarray, Branch],
-    options: HomotopyOptions,
-    deadline: Deadline,
-    progress: Callable[[NlpReport], None] | None,
-    stop: Stop | None,
-    below: float,
-) -> tuple[BranchTranscription, MpccSolution] | None:
-    """Return the exact motion on a branch if it costs less than another one, from a point as of `exact_start`.
-
-    Where there is another one a trial of a few iterations says whether that is to be expected.
-
-    Args:
-        transcription: of the point.
-        start: the point, (n), and its branch.
-        options, deadline, progress, stop: as of `exact_start`.
-        below: cost of the other motion, infinite if there is none.
-
-    Returns:
-        None if none is found; branches near by are not tried.
-    """
-    begin = time.perf_counter()
-    around = Neighbourhood.of(transcription, *start, options, deadline, stop, progress=progress)
-    if np.isfinite(below):
-        found = around.solver.tried(around.start, TRIALS[-1], reach=below)
-        promising = found and found.residuals.constraint_violation <= TRIALS[-1].violation
-        if not (found and promising and found.residuals.objective < below):
-            return None
-        end = around.solver.exact_after(BranchPoint(found.w, found.branch))
-    else:
-        end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True))
-    if end is None or not end.residuals.objective < below:
-        return None
-    return _with_own_elements(around, end, begin, deadline, progress)
 
 
 def _with_own_elements(

@@ -89,8 +89,6 @@ def refined(
     deadline: Deadline,
     progress: Callable[[NlpReport], None] | None,
     stop: Stop | None,
-    *,
-    with_spare: bool = True,
 ) -> SolvedMotion:
     """Return an exact solution refined on its branch until its local errors and its bounds between stages are right.
 
@@ -116,7 +114,6 @@ def refined(
         deadline: of the task.
         progress: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the refinement.
-        with_spare: whether the accuracy is tightened where the audit passes with little to spare.
     """
     go_on = _once(partial(continued, options=options, deadline=deadline, progress=progress, stop=stop))
 
@@ -126,7 +123,7 @@ def refined(
     if not solved.solution.exact or _is_no_motion(solved):
         return solved
     best = unrefined = solved = solved.without_shrunk
-    for factor in TIGHTENED if with_spare else TIGHTENED[:1]:
+    for factor in TIGHTENED:
         solved = _to_accuracy(solved, factor * accuracy, go_on, over)
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:

@@ -38,7 +38,7 @@ PACKAGES = {"ours": ("fesd-robot", "casadi", "numpy", "pin"), "nosnoc": ("nosnoc
 
 def work(arguments: argparse.Namespace) -> None:
     """Do one run in this process and leave its outcome in the file asked for."""
-    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver, arguments.one_start)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
     outcome = PROBLEMS[arguments.task].run[arguments.worker](settings)
     arguments.json.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
 
@@ -59,7 +59,6 @@ def run_in_child(tool: str, task: str, settings: Settings, verbose: bool) -> Out
             [
                 *(sys.executable, str(Path(__file__).resolve())),
                 *(word for pair in options.items() for word in pair),
-                *(["--one-start"] if settings.one_start else []),
             ],
             env={**os.environ, "OMP_NUM_THREADS": "1"},
             stdout=sys.stderr if verbose else subprocess.DEVNULL,
@@ -122,11 +121,6 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--linear-solver", choices=["auto", "mumps"], default="auto", help="of fesd-robot; nosnoc uses MUMPS"
     )
-    parser.add_argument(
-        "--one-start",
-        action="store_true",
-        help="fesd-robot plans a hopper from one initial guess without local search; without it, all has both",
-    )
     parser.add_argument("--order", choices=["ours-first", "nosnoc-first"], default="ours-first", help="who runs first")
     parser.add_argument("--only", choices=TOOLS, help="run one tool alone")
     parser.add_argument("--repeat", type=int, default=1, help="runs of each tool, in turns; the median time is shown")
@@ -164,7 +158,7 @@ def main(words: Sequence[str] | None = None) -> None:
     versions = {"python": platform.python_version()} | {
         package: version(package) for tool in tools for package in PACKAGES[tool]
     }
-    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver, arguments.one_start)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
     comparisons: list[Comparison] = []
     for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
         new = [compare(task, tools, settings, arguments)]
@@ -172,11 +166,6 @@ def main(words: Sequence[str] | None = None) -> None:
             other = replace(settings, multipliers="correct" if settings.multipliers == "published" else "published")
             again = compare(task, ["nosnoc"], other, arguments)
             new.append(replace(again, runs=new[0].runs | again.runs))
-        if arguments.task == "all" and PROBLEMS[task].weighted and "ours" in tools and not settings.one_start:
-            alone = compare(task, ["ours"], replace(settings, one_start=True), arguments)
-            new += [
-                replace(one, settings=replace(one.settings, one_start=True), runs=one.runs | alone.runs) for one in new
-            ]
         comparisons += new
         print("\n\n".join(table(one, versions) for one in new), end="\n\n", flush=True)
     if arguments.page:

@@ -1,9 +1,9 @@
-"""What less effort than that of the default call costs.
+"""What more and less effort than that of the default call costs and gains.
 
     python scripts/effort.py hopper_one_jump block_push --processes 2
 
-Every task is planned by the default call and with less effort, with refinement and certificate, on one core each. The
-table goes to docs/results/effort.md; rows of tasks that are not planned stay as they are.
+Every task is planned with every `solver.effort`, with refinement and certificate, on one core each. The table goes to
+docs/results/effort.md; rows of tasks that are not planned stay as they are.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from fesd_robot.plans.tables import markdown_table
 PAGE = ROOT / "docs" / "results" / "effort.md"
 
 EFFORTS: dict[str, tuple[str, ...]] = {
-    "default": (),
-    "one start": ("solver.starts=1",),
-    "no search": ("solver.starts=1", "solver.local_search=false"),
-    "no search, 60 iterations": ("solver.starts=1", "solver.local_search=false", "solver.loose_iterations=60"),
+    "balanced": (),
+    "quick": ("solver.effort=quick",),
+    "best": ("solver.effort=best",),
 }
-"""Effort -> settings."""
+"""Effort -> settings, that of the default call first."""
 
 HEADER = [
     "task",
@@ -71,7 +70,7 @@ def spent(name: str, effort: str) -> Spent:
 
 
 def summary(rows: list[list[str]]) -> str:
-    """Return a table of what less effort costs and saves over all tasks."""
+    """Return a table of what each effort costs and takes beside that of the default call, over all tasks."""
     first, lines = 1, []
     for column, (effort, changes) in zip(range(first, len(HEADER), 3), EFFORTS.items(), strict=False):
         done = [row for row in rows if "✗" not in row[column] + row[first]]
@@ -91,7 +90,7 @@ def page_of(rows: list[list[str]], processes: int) -> str:
     """Return the page with the rows of all tasks so far."""
     return "\n".join(
         [
-            "# Less effort than the default call",
+            "# More and less effort than the default call",
             "",
             f"Made by `python scripts/effort.py TASK ...`, processes: {processes}, Python {platform.python_version()}, "
             f"casadi {casadi.__version__}.",

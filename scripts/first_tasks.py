@@ -1,4 +1,4 @@
-"""First tasks as `fesd-robot new` writes them, planned as they are, from a single start.
+"""First tasks as `fesd-robot new` writes them, planned as they are.
 
     python scripts/first_tasks.py                    # the robots below
     python scripts/first_tasks.py solo12 FILE.urdf   # these
@@ -48,7 +48,7 @@ FURTHER = {
 HEADER = ("robot", "task", "solved", "what its contacts do", "seconds", "message")
 
 
-def planned(robot: str, changes: Sequence[str] = ("solver.starts=1",)) -> list[str]:
+def planned(robot: str, changes: Sequence[str] = ()) -> list[str]:
     """Return the row of a robot.
 
     Args:
@@ -89,8 +89,8 @@ def page(rows: list[list[str]], further: list[list[str]]) -> str:
         f"Made by `python scripts/first_tasks.py`, Python {platform.python_version()}, casadi {casadi.__version__}, "
         "beside other work on two cores.",
         "",
-        "Each task is what `fesd-robot new ROBOT` writes, with nothing changed, planned from one start instead of two. "
-        "Robots are those of this repository, of gymnasium, and of example-robot-data.",
+        "Each task is what `fesd-robot new ROBOT` writes, with nothing changed. Robots are those of this "
+        "repository, of gymnasium, and of example-robot-data.",
         "",
         f"**{solved} of {len(rows)} solved.**",
         "",
@@ -98,7 +98,7 @@ def page(rows: list[list[str]], further: list[list[str]]) -> str:
         "",
         "## Half a metre",
         "The same files with `goal.configuration.rootx` 0.5, and, for the robots with one leg, two hops in twice the "
-        "time on 30 intervals; two starts, as is the default.",
+        "time on 30 intervals.",
         "",
         f"**{far} of {len(further)} solved.**",
         "",

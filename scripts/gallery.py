@@ -217,14 +217,13 @@ def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
-            "building and certificate included, of all attempts of one run, some with other work beside it; those of "
-            "starts beside each other are added. The goal is missed by the largest "
-            "difference of each unit; flights and the longest slide are those of all contacts. What a task says in its "
-            "first line is held against its plan by `scripts/claims.py`. Tasks that take more "
-            f"than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out. The replay drives "
-            "every control interval again from the plan's state with an event-driven integrator; the largest "
-            "difference at the end of an interval is given for each unit. Refinement ends with a largest local error; "
-            "its seconds are part of the seconds.",
+            "building and certificate included, of all attempts of one run, some with other work beside it. The goal "
+            "is missed by the largest difference of each unit; flights and the longest slide are those of all "
+            "contacts. What a task says in its first line is held against its plan by `scripts/claims.py`. Tasks that "
+            f"take more than {LONG_SECONDS:g} s are marked as long; `scripts/gallery --short` leaves them out. The "
+            "replay drives every control interval again from the plan's state with an event-driven integrator; the "
+            "largest difference at the end of an interval is given for each unit. Refinement ends with a largest local "
+            "error; its seconds are part of the seconds.",
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 5)} --- | --- | --- |",

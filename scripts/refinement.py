@@ -3,10 +3,10 @@
     python scripts/refinement.py                     # all
     python scripts/refinement.py hopper_one_jump     # these only
 
-Every task is solved twice, as it is and from a start moved by 1e-12, which mostly leads to another motion; the exact
-motion is audited as it was found, and after refinement. The estimate of local errors is held against a four times finer
-integration of every element. The table goes to docs/results/refinement.md. Exit code 1 if an entry of a refined
-motion's audit is above a tenth of its limit.
+Every task is solved twice on a uniform grid, as it is and from a start moved by 1e-12, which mostly leads to another
+motion; the exact motion is audited as it was found, and after refinement. The estimate of local errors is held against
+a four times finer integration of every element. The table goes to docs/results/refinement.md. Exit code 1 if an entry
+of a refined motion's audit is above a tenth of its limit.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def measure(name: str, seed: int | None) -> list[str]:
         name: of the task.
         seed: of what moves its start; None for the task as it is.
     """
-    task = load_task(ROOT / "tasks" / f"{name}.yaml", TASKS[name])
+    task = load_task(ROOT / "tasks" / f"{name}.yaml", ["method.grid=uniform", *TASKS[name]])
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     polisher, repair = BranchTranscription(transcription), Repair(transcription, options, Deadline(), None, None)
@@ -117,7 +117,7 @@ def main() -> int:
             rows.append(job.result())
             print(" | ".join(rows[-1]), flush=True)
     words = (
-        "Every task is solved from two stages, as it is and from a start moved by "
+        "Every task is solved from two stages on a uniform grid, as it is and from a start moved by "
         f"{MOVED:g}. *Before* is its exact motion as polishing left it, *after* is that motion refined to "
         "`method.accuracy` = 1e-7, on its branch, or on one near by where that has no solution. "
         "The worst entry of an audit is given in multiples of its limit; replay, limits and forces between stages are "

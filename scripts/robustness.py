@@ -2,7 +2,7 @@
 
     python scripts/robustness.py                          # all (scripts/variations.py): hours
     python scripts/robustness.py hopper_one_jump          # of these tasks only
-    python scripts/robustness.py --time-limit 120 --set solver.local_search=false
+    python scripts/robustness.py --time-limit 120 --set solver.effort=quick
 
 Every variation is planned in a process of its own with default settings. The table goes to docs/results/robustness.md;
 rows of tasks that are not planned stay as they are (docs/results/robustness.json). *Best known* is the lowest cost that
@@ -39,7 +39,7 @@ NEEDED = 0.95
 SUMMARY = ("task", "variations", "solved at the first attempt", "solved", "median seconds", "program")
 
 HEADER = ("task", "seed", "variation", "solved", "attempts", "flights", "slides [m]", "iterations", "seconds", "cost",
-          "above best known", "stationarity", "first start, if not solved")  # fmt: skip
+          "above best known", "stationarity", "first attempt, if not solved")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Row:
 
     @property
     def solved_at_first(self) -> bool:
-        """Whether the first setting led to a motion, from any of its starts."""
+        """Whether the first setting led to a motion."""
         return self.solved and self.attempts == 1
 
     @property
@@ -155,7 +155,7 @@ def page(rows: list[Row], best: dict[str, float]) -> str:
             "Robot, ground, goal, weights (times 0.1 to 10), limits, grid and initial guess are varied one at a time, "
             "with committed seeds (`scripts/variations.py`). No setting was made for any of them. *Best known* is the "
             "lowest cost of any run of the script so far; of all initial guesses where only that or a wider limit is "
-            "varied. An attempt is one setting, with all its starts. " + PROGRAM_IS,
+            "varied. An attempt is one setting. " + PROGRAM_IS,
             "",
             f"**{len(first)} of {count} solved at the first attempt ({len(first) / count:.0%}), {len(solved)} by the "
             f"call ({len(solved) / count:.0%})**; median {np.median(seconds):.0f} s, 9 of 10 within "

@@ -68,9 +68,8 @@ def page_of(rows: list[list[str]]) -> str:
             "",
             f"**{hard_on} of {hard}** impacts faster than {HARD:g} m/s and **{switches_on} of {switches}** touchdowns "
             "and take-offs are where a control interval ends. By chance none would be, for their times are free. They "
-            "are there where that is cheapest, because the controls change there and nowhere else: a touchdown inside "
-            "the intervals on both sides, and one on their boundary, are neighbours that the local search compares. "
-            "Contacts that switch together count one by one. " + PROGRAM_IS,
+            "are there where that is cheapest, because the controls change there and nowhere else. On a grid that "
+            "moves every one of them is there. Contacts that switch together count one by one. " + PROGRAM_IS,
             "",
             markdown_table(HEADER, rows),
         ]

@@ -3,8 +3,7 @@
     python scripts/transcriptions.py
     python scripts/transcriptions.py hopper_one_jump --set solver.time_limit=150
 
-Every task is planned twice from one initial guess, without fallback settings. The table goes to
-docs/results/transcriptions.md.
+Every task is planned twice, without fallback settings. The table goes to docs/results/transcriptions.md.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from fesd_robot.plans.tables import markdown_table
 
 PAGE = ROOT / "docs" / "results" / "transcriptions.md"
 TASKS = ("hopper_one_jump", "block_push", "biped_step", "solo12_jump")
-FIRST = ("solver.starts=1", "solver.retries=0", "solver.processes=1")
+FIRST = ("solver.retries=0", "solver.processes=1")
 COLUMNS = ("task", "contact", "solved", "cost", "variables", "pairs", "iterations", "impacts", "time / freezing",
            "if not solved")  # fmt: skip
 
@@ -73,7 +72,7 @@ def main() -> None:
         "# Two transcriptions of contact",
         "",
         f"Made by `scripts/transcriptions.py`{settings}, Python {platform.python_version()}, casadi "
-        f"{casadi.__version__}. One initial guess, no fallback settings, one process. Time is that of the processor, "
+        f"{casadi.__version__}. No fallback settings, one process. Time is that of the processor, "
         "as a part of that with `freezing`; cost, variables and iterations of a motion that is not solved are those of "
         "its last iterate.",
         "",

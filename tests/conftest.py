@@ -12,7 +12,6 @@ import pytest
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan
-from fesd_robot.strategies import multistart
 from fesd_robot.task import Task, load_task
 
 ONE_JUMP = Path(__file__).parents[1] / "tasks" / "published_hopper_one_jump.yaml"
@@ -25,14 +24,6 @@ SHORT = (
     "solver.tolerance=1e-6",
 )
 """Leaning forward for 0.2 s instead of a jump."""
-
-
-@pytest.fixture(scope="session", autouse=True)
-def single_start() -> Iterator[None]:
-    """Tests plan from a single initial guess where their tasks do not say how many, and so take half of the time."""
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(multistart, "DEFAULT_STARTS", 1)
-        yield
 
 
 @pytest.fixture

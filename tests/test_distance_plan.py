@@ -43,7 +43,7 @@ horizon: {duration: 1, intervals: 5}
 initial: {configuration: {shoulder: -0.8, elbow: 0.4}}
 goal: {configuration: {shoulder: 0.8, elbow: -0.4}}
 method: {elements: 2, accuracy: 1e-4}
-solver: {local_search: false}
+solver: {effort: quick}
 constraints:
   stone: {type: obstacle, body: lower, obstacle: {type: sphere, center: [0, 0, 0.2], radius: 0.1}, minimum: 0.01}
 """

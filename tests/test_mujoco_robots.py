@@ -32,7 +32,7 @@ contacts:
 horizon: {duration: 0.6, intervals: 8}
 initial: {posture: released}
 goal: {configuration: {x: 0.3}}
-solver: {local_search: false}
+solver: {effort: quick}
 """
 
 

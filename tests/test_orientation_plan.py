@@ -35,7 +35,7 @@ TASK = (
     + "}}\n"
     "costs: {terminal_configuration: {root_joint.yaw: 0}}\n"
     "method: {compile: never, elements: 1, accuracy: 1.0e-5}\n"
-    "solver: {starts: 1, retries: 0, local_search: false}\n"
+    "solver: {retries: 0, effort: quick}\n"
 )
 
 

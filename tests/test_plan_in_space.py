@@ -28,7 +28,7 @@ def pushed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         "horizon: {duration: 1, intervals: 8}\n"
         f"initial: {{configuration: {{x: 0, y: 0, z: 0}}, velocity: {{y: {speed}}}}}\n"
         f"goal: {{configuration: {{x: {x}, y: {y}, z: 0}}}}\n"
-        "solver: {starts: 1, local_search: false}\n",
+        "solver: {effort: quick}\n",
     )
     return plan(load_task(task))
 
@@ -73,7 +73,7 @@ def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         "initial: {configuration: {x: 0, y: 0, z: 0}, velocity: {x: 0.5, y: 1.5}}\n"
         f"goal: {{configuration: {{x: {request.param}, y: 0.24, z: 0}}}}\n"
         "limits: {effort: {x: 2, y: 2}}\n"
-        "solver: {starts: 1, local_search: false}\n",
+        "solver: {effort: quick}\n",
     )
     return plan(load_task(task))
 

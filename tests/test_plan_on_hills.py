@@ -32,7 +32,7 @@ def pushed(tmp_path_factory: pytest.TempPathFactory) -> Plan:
         "horizon: {duration: 0.6, intervals: 3}\n"
         "initial: {configuration: {x: 0, y: 0}, stand_on: {contacts: [foot], adjust: [z]}}\n"
         "goal: {configuration: {x: 0.2, y: 0.1}, stand_on: {contacts: [foot], adjust: [z]}}\n"
-        "solver: {starts: 1, local_search: false}\n",
+        "solver: {effort: quick}\n",
     )
     return plan(load_task(task, ["method.grid=uniform"]))
 

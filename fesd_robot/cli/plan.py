@@ -106,8 +106,6 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
         progress=progress.nlp,
         stop=stop,
         retrying=progress.retry,
-        starting=progress.starts,
-        started=progress.start,
         station=progress.station,
         counted=progress.counted,
     )

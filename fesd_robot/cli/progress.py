@@ -75,11 +75,6 @@ def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
     return f"{failed.status.message} Next attempt: {settings_line(changes)}."
 
 
-def start_line(seed: int, result: Plan) -> str:
-    """Return the sentence about the plan from one of several initial guesses."""
-    return f"seed {seed}: cost {result.statistics.objective:.6g}. {result.status.message}"
-
-
 _OF_AN_ATTEMPT = (
     Station.BUILDING,
     Station.COMPILING,
@@ -89,7 +84,7 @@ _OF_AN_ATTEMPT = (
     Station.REFINING,
     Station.CERTIFYING,
 )
-"""What is done anew from every initial guess, and with every fallback setting."""
+"""What is done anew with every fallback setting."""
 
 
 class Progress:
@@ -105,7 +100,7 @@ class Progress:
 
     def __init__(self, table: bool = False) -> None:
         self._time_limit: float | None = None
-        self._starts, self._start, self._retries = 1, 1, 0
+        self._retries = 0
         self._table, self._begun = table, False
         self._begin = self._reached = time.monotonic()
         self._station = Station.READING
@@ -117,10 +112,6 @@ class Progress:
     def limit(self, seconds: float | None) -> None:
         """Take note of how many seconds all may take, None for no limit."""
         self._time_limit = seconds
-
-    def starts(self, count: int) -> None:
-        """Take note of how many initial guesses there are."""
-        self._starts = count
 
     def station(self, station: Station) -> None:
         """Show what is done from now on."""
@@ -150,11 +141,6 @@ class Progress:
         self._retries, self._cost = self._retries + 1, None
         self._say(retry_line(changes, failed), "yellow")
 
-    def start(self, seed: int, result: Plan) -> None:
-        """Say what came of one of several initial guesses."""
-        self._start, self._cost = self._start + 1, None
-        self._say(start_line(seed, result), "none")
-
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""
         self._stopping = True
@@ -181,12 +167,10 @@ class Progress:
         return line
 
     def _attempt(self) -> str:
-        """Return which start, or which attempt after all starts, it is, if there are several."""
-        if self._station not in _OF_AN_ATTEMPT or self._starts + self._retries == 1:
+        """Return which attempt it is, after the first."""
+        if self._station not in _OF_AN_ATTEMPT or not self._retries:
             return ""
-        if self._retries:
-            return f"attempt {max(self._starts, self._start - 1) + self._retries}, "
-        return f"start {self._start} of {max(self._starts, self._start)}, "
+        return f"attempt {1 + self._retries}, "
 
     def _how_far(self) -> str:
         """Return how far the station is, as far as that is known."""

@@ -26,8 +26,8 @@ def refine(
     """Plan the task of a plan again, changed by --set, from the plan: with its contact sequence, states and controls.
 
     On a control grid that contains that of the plan, as with twice the horizon.intervals, the motion costs no more than
-    the plan. Any other change of the task is possible, too. Contacts that cost less there are looked for with --set
-    solver.local_search=true.
+    the plan. Any other change of the task is possible, too. Sequences that cost less there are looked for with --set
+    solver.effort=balanced.
     """
 
     def load() -> tuple[Task, Path]:

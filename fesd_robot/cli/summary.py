@@ -70,12 +70,7 @@ def _attempts(plan: Plan) -> list[str]:
     if len(attempts) < 2 or kept is None:
         return []
     settings = settings_line(kept.changes) or "the task as written"
-    seconds, costs = sum(each.seconds for each in attempts), [each.objective for each in attempts if each.solved]
-    if costs and plan.statistics.settings_tried == 1:
-        spread = f", costs {min(costs):.6g} to {max(costs):.6g}" if len(costs) > 1 else ""
-        dearer = sum(each.given_up for each in attempts)
-        solved = f"{len(costs)} of {len(attempts)} starts solved" + f", {dearer} given up as dearer," * (dearer > 0)
-        return [f"{solved} in {seconds:.0f} s{spread}: kept is that with {settings}"]
+    seconds = sum(each.seconds for each in attempts)
     outcome = f"solved with {settings}" if kept.solved else f"none solved, kept is that with {settings}"
     return [f"{len(attempts)} attempts in {seconds:.0f} s: {outcome}"]
 

@@ -13,7 +13,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
 from fesd_robot.mpcc.options import HomotopyOptions
-from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport, Window
+from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.solution import MpccSolution, NlpReport
 
@@ -146,10 +146,6 @@ class BranchSolver:
         left = self.seconds_left()
         return left is not None and left <= 0
 
-    def window(self, free: np.ndarray) -> Window:
-        """Return the part of the problem in which only some variables, (n), may move."""
-        return self._nlp.window(free)
-
     def exact(
         self,
         start: BranchPoint,
@@ -179,9 +175,7 @@ class BranchSolver:
         """
         return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
 
-    def tried(
-        self, start: BranchPoint, trial: Trial, window: Window | None = None, reach: float = np.inf
-    ) -> PolishingReport | None:
+    def tried(self, start: BranchPoint, trial: Trial, reach: float = np.inf) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
 
         A trial that goes on and leaves its constraints ends where it held them before, and so does one that goes on to
@@ -190,7 +184,6 @@ class BranchSolver:
         Args:
             start: where it begins.
             trial: how to try.
-            window: what may move in it; everything if omitted.
             reach: objective above which a trial that violates little does not go on.
         """
         w, branch, found = start.w, start.branch, None
@@ -204,7 +197,6 @@ class BranchSolver:
                 w,
                 options={**self._linear_solver, **trial.settings, **TRIAL_TOLERANCES, **self.options.ipopt},
                 limits=self._limits(trial.iterations, 0),
-                window=window,
             )
             if found is None or (held and _is_lost(found.residuals, held.residuals, trial)):
                 return held

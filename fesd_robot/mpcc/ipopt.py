@@ -39,14 +39,33 @@ class NlpResult:
         return self.status.converged
 
 
-class IterationCallback(ca.Callback):
-    """Called by IPOPT once an iteration; keeps the iterate and asks `stop` whether to end."""
+Stop = Callable[[int, float], bool]
+"""(iteration, objective) -> whether the user wants the solve to end."""
 
-    def __init__(self, size: int, constraints: int, stop: Callable[[int, float], bool]) -> None:
+Hopeless = Callable[[int, float, float], bool]
+"""(iteration, objective, violation of constraints) -> whether nothing is to be expected of an NLP any more."""
+
+
+class IterationCallback(ca.Callback):
+    """Called by IPOPT once an iteration; asks whether to end.
+
+    Args:
+        size, constraints: of the NLP.
+        stop: whether the user wants that.
+        hopeless: (iteration, objective, rows) -> whether nothing is to be expected any more; `given_up` then.
+    """
+
+    def __init__(
+        self,
+        size: int,
+        constraints: int,
+        stop: Stop | None,
+        hopeless: Callable[[int, float, np.ndarray], bool] | None = None,
+    ) -> None:
         super().__init__()
         self._shapes = {"x": size, "f": 1, "g": constraints, "lam_x": size, "lam_g": constraints, "lam_p": 2}
-        self._stop = stop
-        self.iterations = 0
+        self._stop, self._hopeless = stop, hopeless
+        self.iterations, self.given_up = 0, False
         self.construct("iteration", {})
 
     def get_n_in(self) -> int:
@@ -64,7 +83,12 @@ class IterationCallback(ca.Callback):
     def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
         """CasADi: one iteration."""
         self.iterations += 1
-        return [int(self._stop(self.iterations, float(arguments[1])))]
+        objective = float(arguments[1])
+        if self._stop and self._stop(self.iterations, objective):
+            return [1]
+        if self._hopeless:
+            self.given_up = self._hopeless(self.iterations, objective, np.asarray(arguments[2]).ravel())
+        return [int(self.given_up)]
 
 
 def solve_nlp(
@@ -75,7 +99,8 @@ def solve_nlp(
     lower: np.ndarray,
     upper: np.ndarray,
     options: dict[str, Any],
-    stop: Callable[[int, float], bool] | None = None,
+    stop: Stop | None = None,
+    hopeless: Hopeless | None = None,
 ) -> NlpResult:
     """Solve the relaxed NLP for given sigmas of the position and the velocity level.
 
@@ -86,11 +111,11 @@ def solve_nlp(
         lower, upper: bounds of the variables, (n).
         options: IPOPT options by IPOPT's names.
         stop: called with (iteration, objective); True ends the solve.
+        hopeless: called with (iteration, objective, violation); True ends the solve as if it had no iterations left.
 
     Raises:
         SolverError: IPOPT could not be started.
     """
-    size, constraints = nlp.jacobian.size1_in(0), len(nlp.lower)
     settings: dict[str, Any] = {
         "ipopt": {"print_level": 0, "sb": "yes", **options},
         "print_time": False,
@@ -101,7 +126,14 @@ def solve_nlp(
         "jac_g": nlp.jacobian,
         "hess_lag": nlp.hessian,
     }
-    callback = IterationCallback(size, constraints, stop) if stop else None
+
+    def given_up(iteration: int, objective: float, g: np.ndarray) -> bool:
+        violation = np.maximum(nlp.lower - g, g - nlp.upper).max(initial=0.0)
+        return hopeless is not None and hopeless(iteration, objective, float(violation))
+
+    size, constraints = nlp.jacobian.size1_in(0), len(nlp.lower)
+    asked = given_up if hopeless else None
+    callback = IterationCallback(size, constraints, stop, asked) if stop or asked else None
     if callback:
         settings["iteration_callback"] = callback
     begin = time.perf_counter()
@@ -113,10 +145,10 @@ def solve_nlp(
         )  # fmt: skip
     except RuntimeError as error:
         raise SolverError(f"IPOPT could not be run: {str(error).strip().splitlines()[-1]}") from error
-    statistics = solver.stats()
+    statistics, hopeless_now = solver.stats(), callback is not None and callback.given_up
     return NlpResult(
         point=NlpPoint(*(np.asarray(result[key]).ravel() for key in ("x", "lam_x", "lam_g"))),
-        status=NlpStatus.of_ipopt(statistics["return_status"]),
+        status=NlpStatus.ITERATION_LIMIT if hopeless_now else NlpStatus.of_ipopt(statistics["return_status"]),
         iterations=int(statistics["iter_count"]),
         seconds=time.perf_counter() - begin,
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
-from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
+from fesd_robot.mpcc.ipopt import Hopeless, NlpPoint, Stop, solve_nlp
 from fesd_robot.mpcc.ipopt_settings import continued_at, starting_at
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.reduced_nlp import ReducedNlp
@@ -53,28 +53,6 @@ class BranchBounds:
     upper: np.ndarray
     g_lower: np.ndarray
     g_upper: np.ndarray
-
-
-@dataclass(frozen=True)
-class Window:
-    """A part of a problem that is solved while the rest stays as it is.
-
-    Attributes:
-        free: which variables may move, (n).
-        rows: in which rows of g one of them appears, (n_g).
-    """
-
-    free: np.ndarray
-    rows: np.ndarray
-
-    def restricted(self, bounds: BranchBounds, w: np.ndarray) -> BranchBounds:
-        """Return the bounds that hold all other variables where they are at w, (n), and leave their rows out."""
-        return BranchBounds(
-            np.where(self.free, bounds.lower, w),
-            np.where(self.free, bounds.upper, w),
-            np.where(self.rows, bounds.g_lower, -np.inf),
-            np.where(self.rows, bounds.g_upper, np.inf),
-        )
 
 
 class Polisher(Protocol):
@@ -147,6 +125,8 @@ class PolishingLimits:
         remaining: seconds left, None for no limit.
         report: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
+        hopeless: called with (iteration, objective, violation of constraints); True ends an NLP as if it had no
+            iterations left.
     """
 
     feasibility: float
@@ -154,7 +134,8 @@ class PolishingLimits:
     report: Callable[[PolishingReport], None]
     iterations: int = POLISHING_ITERATIONS
     updates: int = BRANCH_UPDATES
-    stop: Callable[[int, float], bool] | None = None
+    stop: Stop | None = None
+    hopeless: Hopeless | None = None
 
 
 @dataclass(frozen=True)
@@ -174,17 +155,6 @@ class BranchNlp:
         """Return the branch NLP with derivatives, see `assemble`; they are made once for all branches, and shared by
         equal polishers."""
         return _branch_nlp(polisher, compiled, few_evaluations)
-
-    def window(self, free: np.ndarray) -> Window:
-        """Return the part of the problem in which only some variables may move.
-
-        Args:
-            free: which variables, (n).
-        """
-        row, column = (np.array(index, dtype=int) for index in self.nlp.jacobian.sparsity_out("jac_g_x").get_triplet())
-        rows = np.zeros(len(self.nlp.lower), dtype=bool)
-        rows[row[free[column]]] = True
-        return Window(free, rows)
 
     def solve(
         self,
@@ -235,17 +205,15 @@ class BranchNlp:
         *,
         options: dict[str, Any],
         limits: PolishingLimits,
-        window: Window | None = None,
     ) -> PolishingReport | None:
         """Return the end of one NLP on a branch, None if no time is left.
 
         Args:
             branch: the branch, which stays as it is.
-            window: what may move; everything if omitted.
 
         The other args are those of `solve`.
         """
-        ended = self._ended(branch, problem, self._start(w), options=options, limits=limits, window=window)
+        ended = self._ended(branch, problem, self._start(w), options=options, limits=limits)
         return ended[0] if ended else None
 
     def _start(self, w: np.ndarray) -> NlpPoint:
@@ -259,15 +227,12 @@ class BranchNlp:
         *,
         options: dict[str, Any],
         limits: PolishingLimits,
-        window: Window | None = None,
     ) -> tuple[PolishingReport, NlpPoint] | None:
         """Return the end of one NLP on a branch and its point with multipliers, None if no time is left."""
         seconds = limits.remaining()
         if seconds is not None and seconds <= 0:
             return None
         bounds = self.polisher.bounds(branch)
-        if window is not None:
-            bounds = window.restricted(bounds, start.x)
         settings = {
             "tol": POLISHING_TOLERANCE,
             "constr_viol_tol": POLISHING_VIOLATION,
@@ -292,6 +257,7 @@ class BranchNlp:
             upper=bounds.upper[reduced.free],
             options=settings,
             stop=limits.stop,
+            hopeless=limits.hopeless,
         )
         point = reduced.whole(result.point, start)
         residuals = problem.residuals(point.x)

@@ -26,9 +26,12 @@ WORTHWHILE = 5e-3
 """Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
 for the search to go on for long after it."""
 
-LEAST_PATIENCE, MOST_PATIENCE = 5e7, 1.5e8
+LEAST_PATIENCE, MOST_PATIENCE = 2e7, 5e7
 """Work without a gain that is worthwhile, after which a search ends that is not patient, at least and at most: IPOPT
-iterations times nonzeros of the derivatives, of which ten million take about a second."""
+iterations times nonzeros of the derivatives, of which ten million take a second or two."""
+
+MOST_WORK = 1.5e8
+"""Work after which it ends whatever it gains; `fesd-robot improve` goes on from there."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +93,10 @@ class SequenceSearch:
     best: PhaseMotion | None = None
     iterations: int = 0
     _begin: float = field(default_factory=time.perf_counter)
+    _guessed: set[object] = field(default_factory=set)
     _seen: set[object] = field(default_factory=set)
     _patience: float = np.inf
+    _found_at: float = 0.0
     _since: float = 0.0
     _reference: float = np.inf
 
@@ -116,8 +121,8 @@ class SequenceSearch:
         """Solve sequences from the guess of the task, all but the first of them at once on the cores."""
         untried = []
         for sequence in sequences:
-            if self._key(sequence) not in self._seen:
-                self._seen.add(self._key(sequence))
+            if self._key(sequence) not in self._guessed:
+                self._guessed.add(self._key(sequence))
                 untried.append(sequence)
         if untried and not self.solver.over:  # what other processes need has been made here then
             self.note(what, untried[0], self.solver.from_guess(untried[0], self.cost))
@@ -145,9 +150,10 @@ class SequenceSearch:
 
         Args:
             patient: whether it ends only then; else it does once neighbours have taken as much work since the last
-                gain that was worthwhile as everything had before, within `LEAST_PATIENCE` and `MOST_PATIENCE`.
+                gain that was worthwhile as everything had before, within `LEAST_PATIENCE` and `MOST_PATIENCE`, and
+                after `MOST_WORK`.
         """
-        self._patience = np.inf if patient else 0.0
+        self._patience, self._found_at = np.inf if patient else 0.0, self._work
         self._gained()
         while self.best is not None and not self._over:
             before = self.cost
@@ -177,7 +183,9 @@ class SequenceSearch:
     def _over(self) -> bool:
         """Whether the search ends: without time, by the user, or because it has not paid for long."""
         ended = self.solver.deadline.left <= 0 or stop_requested(self.solver.stop)
-        return ended or self._work - self._since > self._patience
+        if ended or self._patience == np.inf:
+            return ended
+        return self._work - self._since > self._patience or self._work - self._found_at > MOST_WORK
 
     def _better_neighbour(self) -> bool:
         """Whether a neighbour of the cheapest motion, which takes its place, is cheaper."""
@@ -208,14 +216,16 @@ class SequenceSearch:
 
     def _found(self, trial: _Trial) -> _Found:
         """Return the motion of a trial."""
-        before = len(self.solver.reports)
+        before, progress = len(self.solver.reports), self.solver.progress
+        self.solver.progress = None  # they are counted where the result is taken
         if trial.from_sequence is None or trial.from_w is None:
             motion = self.solver.from_guess(trial.sequence, trial.below)
         else:
             along = self.solver.again(trial.from_sequence, trial.from_w)
             motion = self.solver.from_motion(trial.sequence, along, trial.below)
         iterations = sum(report.iterations for report in self.solver.reports[before:])
-        del self.solver.reports[before:]  # counted where the result is taken
+        del self.solver.reports[before:]
+        self.solver.progress = progress
         if motion is None:
             return _Found(None, None, iterations)
         return _Found(motion.own.sequence, motion.report, iterations)

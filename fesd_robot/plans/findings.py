@@ -30,11 +30,9 @@ class _Words:
 
 
 _EXACT = "a smaller method.accuracy"
-_SMOOTHER = (
-    f"{_EXACT}, another initial guess (solver.starts), more horizon.intervals, or smaller limits of the controls"
-)
-_SOLVED = "a smaller solver.tolerance, or another initial guess (solver.starts)"
-_POSTURE = "smaller friction, another posture there, or another initial guess (solver.starts)"
+_SMOOTHER = f"{_EXACT}, another initial guess (solver.seed), more horizon.intervals, or smaller limits of the controls"
+_SOLVED = "a smaller solver.tolerance, or another initial guess (solver.seed)"
+_POSTURE = "smaller friction, another posture there, or another initial guess (solver.seed)"
 _NOT_FOLLOWED = "rigid bodies with Coulomb friction do not follow the plan from its own state with its own controls"
 _REPLAYED = f"{_EXACT}, or, where a contact slides or opens, {_POSTURE}"
 

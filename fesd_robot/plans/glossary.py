@@ -21,7 +21,6 @@ GLOSSARY = {
     "impulse": "a force integrated over an impact, which takes no time",
     "interval": "see control interval",
     "linearised cost, slope": "how fast the cost falls, per unit of a small change",
-    "local search": "tries the same motion with one contact's switch moved, as long as that lowers the cost",
     "natural residual": "the largest of the smaller sides of all pairs",
     "NLP": "nonlinear program: one smooth problem, as the solver gets it",
     "polishing": "the solve on the branch with nothing relaxed; 'exact' in the table of effort",

@@ -15,6 +15,9 @@ from fesd_robot.task.document import override_keys
 from fesd_robot.task.messages import validation_error
 from fesd_robot.task.origins import KeyPath, Origin, Origins
 
+GONE = ("starts", "coarse_to_fine", "local_search")
+"""Keys of `solver` in plans of version 0.1.0 that tasks do not have any more."""
+
 
 def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = ()) -> Task:
     """Return the task that a plan was made for, with relative paths starting where they did then.
@@ -29,6 +32,8 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     """
     start = Path(plan.provenance.folder or "") if folder is None else folder
     data, places = deepcopy(plan.task), dict[KeyPath, Origin]()
+    for key in GONE:
+        data.get("solver", {}).pop(key, None)
     override_keys(data, places, overrides)
     origins = Origins(start=start.absolute(), places=places)
     try:
@@ -50,8 +55,7 @@ def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
     Raises:
         TaskError, PlanFileError: as those of `task_of` and `read_plan`.
     """
-    kept = ("solver.effort=quick", "solver.local_search=false", "solver.coarse_to_fine=auto")
-    return _from_plan(path, [*kept, *overrides])
+    return _from_plan(path, ["solver.effort=quick", *overrides])
 
 
 def task_to_improve(path: Path, overrides: Sequence[str] = ()) -> Task:
@@ -68,6 +72,6 @@ def task_to_improve(path: Path, overrides: Sequence[str] = ()) -> Task:
 
 
 def _from_plan(path: Path, overrides: Sequence[str]) -> Task:
-    """Return the task of a plan with its first start at the plan."""
-    own = ("solver.starts=null", "solver.seed=0", *overrides, f"solver.warm_start={path.absolute()}")
+    """Return the task of a plan that begins at the plan."""
+    own = ("solver.seed=0", *overrides, f"solver.warm_start={path.absolute()}")
     return task_of(read_plan(path), overrides=own)

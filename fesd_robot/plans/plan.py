@@ -105,7 +105,7 @@ class Status(Record):
         unresolved: pairs of which neither side is small enough to count as zero for the two answers above.
         audit_passed: every entry of `Audit.violations` is empty.
         near_miss: all that is missing is that entries of the audit are beyond their limits by a few per cent.
-        given_up: it was not gone on with, because another start's motion costs less.
+        given_up: in plans of version 0.1.0, that the motion of another start cost less.
         message: one sentence for the reader.
     """
 
@@ -154,7 +154,7 @@ class Attempt(Record):
         changes: ``section.key`` of the task -> value, of everything that was changed for it.
         kept: whether the plan is that of this attempt; False for all of them in plans that do not say it.
         solved, objective, iterations, seconds, message: what came of it, s with the time to build it.
-        given_up: it was not gone on with, because another start's motion costs less.
+        given_up: in plans of version 0.1.0, that the motion of another start cost less.
     """
 
     changes: dict[str, Any]
@@ -259,8 +259,8 @@ class Statistics(Record):
 
     @property
     def settings_tried(self) -> int:
-        """How many settings were tried one after the other; starts that differ by where they begin alone are one."""
-        return 1 + sum(bool(set(each.changes) - {"solver.seed", "solver.coarse_to_fine"}) for each in self.attempts)
+        """How many settings were tried one after the other."""
+        return 1 + sum(bool(each.changes) for each in self.attempts)
 
 
 class SimulationNote(Record):

@@ -178,7 +178,7 @@ def _search(statistics: Statistics) -> str:
     if search.sequences is not None:
         return _sequences(search)
     text = (
-        f" The local search tried {search.trials} neighbours in {search.seconds:.1f} s and {search.iterations} "
+        f" The search tried {search.trials} neighbours in {search.seconds:.1f} s and {search.iterations} "
         f"iterations; the cost before it was {search.cost_before:.6g}."
     )
     moves = "".join(f"\n- {move}" for move in search.moves)

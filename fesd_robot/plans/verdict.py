@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fesd_robot.mpcc import Certificate, MpccSolution, NlpStatus, Residuals
+from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
 from fesd_robot.plans.descent_words import descent_words
 from fesd_robot.plans.outcome import Outcome
@@ -98,20 +98,6 @@ def status_of(
         near_miss=solution.solved and bool(audit.near_misses),
         message=message,
     )
-
-
-def given_up(status: Status, cost: float, least: float) -> Status:
-    """Return the status of a motion that was not gone on with because another start's costs less.
-
-    Args:
-        status: what it is without that.
-        cost: of the motion.
-        least: of the other one.
-    """
-    if status.solved or status.nlp != NlpStatus.CONVERGED:
-        return status
-    message = f"Not solved: given up at a cost of {cost:.6g}, because another start's motion costs {least:.6g}."
-    return status.model_copy(update={"given_up": True, "message": message})
 
 
 def _worst_finding(audit: Audit) -> Finding | None:

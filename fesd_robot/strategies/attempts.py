@@ -13,10 +13,6 @@ Stop = Callable[[int, float], bool]
 """(iteration, objective) -> whether the user wants the solve to end."""
 
 
-class NoCoarserMotion(Exception):
-    """A coarser control grid, on which an attempt should begin, led to no motion on the task's own."""
-
-
 class NoSequence(Exception):
     """No sequence of phases led to a motion of a task whose control grid moves."""
 
@@ -88,5 +84,4 @@ def _listed(attempt: AttemptedPlan, kept: bool) -> Attempt:
         iterations=plan.statistics.iterations,
         seconds=attempt.seconds,
         message=plan.status.message,
-        given_up=plan.status.given_up,
     )

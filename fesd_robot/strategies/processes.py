@@ -16,7 +16,7 @@ from typing import Any
 
 import psutil
 
-from fesd_robot.strategies.shared import Cores, SharedCores
+from fesd_robot.strategies.shared import Cores
 from fesd_robot.task import Task
 
 _GLANCE = 0.2
@@ -37,22 +37,11 @@ def free_cores() -> int:
     return max(1, round(sum(1.0 - busy[core] / 100.0 for core in own if core < len(busy))))
 
 
-_shared: SharedCores | None = None
-
-
-def share_cores(cores: SharedCores | None) -> None:
-    """Say which cores this process divides with others that work beside it; none once they do no more."""
-    global _shared
-    _shared = cores
-
-
 def cores_for(task: Task) -> Cores:
     """Return the cores on which a task may be planned: as many as it asks for, by default those that are free.
 
-    A process that works beside others divides theirs; one that was started to, and divides none, has one.
+    A process that was started to work beside others has one.
     """
-    if _shared:
-        return _shared
     if multiprocessing.parent_process() is not None:
         return Cores(1)
     return Cores(task.solver.processes or free_cores())

@@ -17,7 +17,6 @@ class Station(Enum):
     IMPROVING = "changing contacts"
     REFINING = "refining the motion"
     CERTIFYING = "certifying"
-    WAITING = "waiting for other starts"
     WRITING = "writing the plan"
     DRAWING = "drawing page and figures"
 

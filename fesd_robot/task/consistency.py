@@ -53,17 +53,10 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             "found limits of the speed of time, which is 1 with a fixed horizon.duration and method.contact: impulses; "
             "expected no such key",
         )
-    if task.solver.coarse_to_fine is True and coarser_intervals(task) is None:
-        yield conflict(
-            ("solver", "coarse_to_fine"),
-            f"found true with {task.horizon.intervals} control intervals, expected a multiple of "
-            f"{' or '.join(map(str, _DIVISORS))}, at least {_FEWEST} on the coarser grid, where all times of waypoints "
-            "and constraints are ends of intervals, and neither solver.warm_start nor method.contact: impulses",
-        )
 
 
 def coarser_intervals(task: Task) -> int | None:
-    """Return the number of intervals of the coarser control grid that a motion can be planned on first.
+    """Return the number of intervals of the coarser control grid that shows what touches when.
 
     Args:
         task: the task.
@@ -76,10 +69,9 @@ def coarser_intervals(task: Task) -> int | None:
     own = task.horizon.intervals
     if task.solver.warm_start is not None or task.method.contact == "impulses":
         return None
-    solver = task.solver.model_copy(update={"coarse_to_fine": False})
     for fewer in (own // parts for parts in _DIVISORS if own % parts == 0 and own // parts >= _FEWEST):
         horizon = task.horizon.model_copy(update={"intervals": fewer})
-        if not any(consistency_errors(task.model_copy(update={"horizon": horizon, "solver": solver}))):
+        if not any(consistency_errors(task.model_copy(update={"horizon": horizon}))):
             return fewer
     return None
 

@@ -229,24 +229,11 @@ class Solver(Section):
         description="Largest number of iterations of each relaxed problem of the loose homotopy; fewer are faster, "
         "more find cheaper motions more often.",
     )
-    local_search: bool | Literal["auto"] = Field(
-        default="auto",
-        description="Whether, once an exact motion is found, its contacts are changed one by one as long as that "
-        "lowers the cost: touchdowns and take-offs an interval earlier or later, inside an interval or on its "
-        "boundary, with an impact or without; a short flight or contact left out; stick and slip swapped; and "
-        "whatever a direction of descent leaves that the certificate finds. auto: yes, but a motion in space that "
-        "was searched in the x-z plane first is not searched again, only what a direction of descent leaves.",
-    )
     effort: Literal["quick", "balanced", "best"] = Field(
         default="balanced",
         description="How long cheaper sequences of phases are looked for, with method.grid phases: not at all (quick), "
-        "as long as that pays (balanced), or until no neighbour of the motion is cheaper (best).",
-    )
-    coarse_to_fine: bool | Literal["auto"] = Field(
-        default="auto",
-        description="Whether the motion is planned on a control grid half as fine first (a third, where the number of "
-        "intervals is odd), and the search on the task's own grid begins there. auto: by one of two or three starts if "
-        "solver.starts is left open, else by the third of several.",
+        "as long as that pays (balanced), or until no neighbour of the motion is cheaper (best). With quick a "
+        "direction of descent that the certificate finds is not followed either.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal[
@@ -266,22 +253,15 @@ class Solver(Section):
         default="linear",
         description="How sigma falls: by sigma_factor; faster and faster; or by how hard the last problem was.",
     )
-    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
-        default=None,
-        description="How many initial guesses the task is solved from, at once where cores are free; the cheapest "
-        "solved motion is kept, and the report lists the costs of all. Default: 2, one of them on a coarser control "
-        "grid first, and a third where these end in motions whose costs differ; 1 with a warm_start, or with several "
-        "contacts in space, where other guesses have the same contact sequence.",
-    )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
-        description="How many processes try neighbours of a motion, or initial guesses, at once; default: as many as "
+        description="How many processes try sequences of phases at once; default: as many as "
         "cores are free. The plan does not depend on it.",
     )
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=0,
         description="Seed of the random perturbation of the initial guess, 0 for none; feet that step in turn do so in "
-        "another order for another seed. Further starts have the next seeds.",
+        "another order for another seed.",
     )
     warm_start: Annotated[str, Field(min_length=1)] | None = Field(
         default=None,

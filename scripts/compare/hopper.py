@@ -126,7 +126,6 @@ def ours(name: str, settings: Settings) -> Outcome:
 
     begin, cpu = time.perf_counter(), time.process_time()
     chosen = [f"solver.tolerance={settings.tolerance!r}", f"solver.linear_solver={settings.linear_solver}"]
-    chosen += ["solver.starts=1", "solver.local_search=false"] if settings.one_start else []
     task = load_task(TASKS / f"published_hopper_{name}.yaml", [*chosen, "solver.processes=1"])
     made = plan(task, progress=show_nlp)
     wall, cpu = time.perf_counter() - begin, time.process_time() - cpu

@@ -17,13 +17,11 @@ class Settings:
         tolerance: complementarity asked of fesd-robot; nosnoc keeps its authors' own.
         multipliers: how nosnoc weights the vector fields of the hopper, ``published`` or ``correct``.
         linear_solver: of fesd-robot, ``auto`` or ``mumps``; nosnoc uses MUMPS.
-        one_start: fesd-robot plans a hopper from one initial guess without local search, instead of its default call.
     """
 
     tolerance: float = 1e-8
     multipliers: str = "published"
     linear_solver: str = "auto"
-    one_start: bool = False
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,6 @@ SMALL = (
     "reference={type: line}",
     "goal.configuration.root_x=0.1",
     "solver.tolerance=1e-6",
-    "solver.starts=1",
 )
 """Standing still for 0.2 s instead of a jump."""
 

@@ -11,7 +11,6 @@ import pytest
 from fesd_robot.cli.summary import summary
 from fesd_robot.plans import read_plan
 from fesd_robot.plans.audit_record import Finding
-from fesd_robot.plans.plan import Attempt
 from fesd_robot.render import outputs
 from fesd_robot.task import load_task
 
@@ -72,21 +71,3 @@ def test_the_summary_stays_short_with_many_contacts(finished: Any) -> None:
     lines = summary(many, finished.folder, Path("there"))
     assert len(lines) == 8 and lines[5] == "and 3 more contacts, see report.md"
     assert lines[-1].startswith("written to there: plan.json, ")
-
-
-def test_the_summary_gives_a_range_of_costs_only_of_several(finished: Any) -> None:
-    """Of two starts of which one is solved it says no range; its cost stands above. What was given up is named."""
-    plan = read_plan(finished.folder)
-    one = Attempt(
-        changes={"solver.seed": 1}, kept=True, solved=True, objective=2.0, iterations=1, seconds=3.0, message="Solved"
-    )
-    for solved, given_up, said in (
-        (False, False, "1 of 2 starts solved in 6 s: kept"),
-        (False, True, "1 of 2 starts solved, 1 given up as dearer, in 6 s: kept"),
-        (True, False, "solved in 6 s, costs 2 to 3: kept"),
-    ):
-        changed = {"changes": {}, "kept": False, "solved": solved, "given_up": given_up, "objective": 3.0}
-        other = one.model_copy(update=changed)
-        statistics = plan.statistics.model_copy(update={"attempts": [one, other]})
-        lines = summary(plan.model_copy(update={"statistics": statistics}), finished.folder, Path("there"))
-        assert any(said in line for line in lines), lines

@@ -38,7 +38,7 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     doing = [line for line in lines if re.match(r" *\d+ s  ", line)]
     words = [re.sub(r" \d+ (of \d+|tried)$", "", line.partition(" s  ")[2].partition(",")[0]) for line in doing]
     assert [word for word in dict.fromkeys(words) if word != Station.READING.value] == [
-        station.value for station in Station if station not in (Station.READING, Station.WAITING)
+        station.value for station in Station if station not in (Station.READING, Station.IMPROVING)
     ]
     summary = lines[len(doing) :]
     assert 4 <= len(summary) <= 6
@@ -51,17 +51,12 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     )
 
 
-def test_two_starts_are_told_of(run: Callable[..., Any], task: Path, small: list[str]) -> None:
-    """The costs of both are in lines of their own, and in the summary, which names the seed of the one that is kept."""
-    outcome = run("plan", task, "--out", "two", *small, "--set", "solver.starts=2")
-    plan = read_plan(Path("two"))
-    kept = plan.statistics.kept_attempt
-    assert outcome.code == 0 and kept is not None and len(plan.statistics.attempts) == 2
-    lines = outcome.sentences.splitlines()
-    for seed, one in enumerate(plan.statistics.attempts):
-        assert any(line.startswith(f"seed {seed}: cost {one.objective:.6g}. Solved") for line in lines)
-    (line,) = [line for line in lines if line.startswith("2 of 2 starts solved in ")]
-    assert line.endswith(f": kept is that with solver.seed = {kept.changes['solver.seed']}")
+def test_a_search_is_shown_while_it_goes_on(run: Callable[..., Any], task: Path, small: list[str]) -> None:
+    """On a grid that moves contacts are changed after a motion is found and before it is refined."""
+    outcome = run("plan", task, "--out", "moving", *small, "--set", "method.grid=phases")
+    assert outcome.code == 0, outcome.err
+    places = [outcome.out.find(station.value) for station in (Station.SEARCHING, Station.IMPROVING, Station.REFINING)]
+    assert places == sorted(places) and places[0] > 0
 
 
 def test_the_page_shows_the_path_of_each_contact(finished: Any) -> None:

@@ -50,7 +50,6 @@ def test_plain_progress_says_what_is_done(capsys: pytest.CaptureFixture[str]) ->
     """A line for every station, and after `SILENCE` seconds one that counts; rows of NLPs only if asked for."""
     with PlainProgress() as progress:
         progress.limit(60.0)
-        progress.starts(2)
         progress.station(Station.SEARCHING)
         progress.station(Station.SEARCHING)
         progress.counted(0, 12)
@@ -61,9 +60,9 @@ def test_plain_progress_says_what_is_done(capsys: pytest.CaptureFixture[str]) ->
         progress.nlp(Report(sigma=0.0))  # type: ignore[arg-type]
         time.sleep(SILENCE + 0.5)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].endswith("s  start 1 of 2, searching, 60 s left")
-    assert lines[1].endswith("s  start 1 of 2, searching 7 of 12, 60 s left")
-    assert lines[2].endswith("s  start 1 of 2, searching 7 of 12, 2 iterations, cost 12.5, 58 s left")
+    assert lines[0].endswith("s  searching, 60 s left")
+    assert lines[1].endswith("s  searching 7 of 12, 60 s left")
+    assert lines[2].endswith("s  searching 7 of 12, 2 iterations, cost 12.5, 58 s left")
     assert len(lines) == 3
 
 
@@ -80,7 +79,7 @@ def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
     """80 columns are enough for every station after hours, with many iterations, a cost and a time limit."""
     progress = Progress()
     progress.limit(9999.0)
-    progress.starts(10)
+    progress._retries = 9
     progress.nlp(Report(sigma=0.0, residuals=Residuals(objective=-1.23456789e-11)))  # type: ignore[arg-type]
     progress._iterations = 99999
     progress._begin -= 999
@@ -91,15 +90,13 @@ def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
-    """Starts count to their number; what follows them is an attempt, after the starts."""
+    """The first one has none; those that follow it do, as long as there is something that they do anew."""
     progress = Progress()
-    progress.starts(2)
     progress.station(Station.BUILDING)
-    assert "start 1 of 2, building" in progress.line()
-    progress.start(0, short_plan)
-    assert "start 2 of 2, building" in progress.line()
-    progress.start(1, short_plan)
+    assert progress.line().endswith("s  building the equations")
     progress.retry({"method.stages": 3}, short_plan)
+    assert "attempt 2, building" in progress.line()
+    progress.retry({"method.stages": 4}, short_plan)
     assert "attempt 3, building" in progress.line()
     progress.station(Station.DRAWING)
     assert progress.line().endswith("s  drawing page and figures")

@@ -34,11 +34,15 @@ def test_a_plan_is_refined_beside_it(run: Callable[..., Any], folder: Path) -> N
     assert fine.task["solver"]["warm_start"] == str(folder)
 
 
-@pytest.mark.parametrize("start", [{"seed": 1}, {"seed": 2, "coarse_to_fine": True}])
+OLD = {"seed": 2, "starts": 3, "coarse_to_fine": True, "local_search": "auto"}
+"""Settings of a plan of version 0.1.0 that begins on a coarser grid."""
+
+
+@pytest.mark.parametrize("start", [{"seed": 1}, OLD])
 def test_a_plan_from_another_start_keeps_its_contacts_too(
     run: Callable[..., Any], folder: Path, start: dict[str, Any]
 ) -> None:
-    """The cheapest of several starts has in its task where it began; nothing is relaxed all the same."""
+    """A plan of another seed, or of version 0.1.0, has in its task where it began; nothing is relaxed all the same."""
     file = folder / "plan.json"
     record = json.loads(file.read_text(encoding="utf-8"))
     record["task"]["solver"].update(start)

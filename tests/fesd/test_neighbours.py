@@ -9,7 +9,7 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
-from fesd_robot.fesd.neighbours import Pivots, Surroundings, filled, moves, with_room, without_room
+from fesd_robot.fesd.neighbours import Pivots, filled, moves, with_room, without_room
 from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
@@ -189,20 +189,6 @@ def test_a_block_slides_off_as_it_is_hit() -> None:
     )
     assert patterns(pushed, push, withdrawn)[4:7] == [patterns(pushed, push, branch)[4], (push.flight,), (push.flight,)]
     assert patterns(pushed, sole, withdrawn)[5:7] == [(slip,), (stick,)]
-
-
-def test_windows_end_where_a_contact_has_a_force() -> None:
-    """The part of the motion that a trial solves again goes on to the next interval in which a contact pushes."""
-    long = polisher("hopper_one_jump", "horizon.intervals=80", "horizon.duration=4", "method.elements=1")
-    branch, _ = branch_of(long, set(range(2, 8)) | set(range(50, 75)))
-    around = Surroundings(long.transcription, long.conditions, branch)
-    assert around.window(range(28, 31)) == range(8, 76)
-    window = around.window(range(40, 41))
-    assert window.stop == 76 and window.start == 20
-    free = around.variables(window)
-    indices = long.transcription.indices
-    assert free[indices.control(20)].all() and not free[indices.control(19)].any()
-    assert not free[indices.state(76)].any() and not free[indices.state(20)].any() and free[indices.state(21)].all()
 
 
 def test_room_keeps_the_motion() -> None:

@@ -20,7 +20,7 @@ def test_a_box_is_pushed_by_its_side() -> None:
         [
             "method.grid=uniform",
             f"contacts.push={BOX}",
-            "solver.local_search=false",
+            "solver.effort=quick",
             "method.compile=never",
             "output.figures=false",
         ],

@@ -20,7 +20,7 @@ costs: {control: {x: 10, z: 10}, slipping: {}, configuration: {}, velocity: {}, 
   terminal_velocity: {}}
 method: {contact: impulses}
 limits: {effort: {x: 1.0e-6, z: 1.0e-6}}
-solver: {starts: 1, retries: 0, local_search: false}
+solver: {retries: 0, effort: quick}
 """
 """A puck that is thrown flat, and let go: nothing can push it."""
 

@@ -38,7 +38,7 @@ def planned(folder: Path, friction: float, restitution: float, others: str) -> P
         "robot: {model: disc.urdf, root: fixed, actuators: {push: {type: joint, joint: x, lower: -20, upper: 20}}}\n"
         f"ground: {{type: plane, friction: {friction}, restitution: {restitution}}}\n"
         f"contacts: {{rim: {{type: circle, frame: disc, radius: {RADIUS}}}}}\n"
-        "solver: {local_search: false}\n"
+        "solver: {effort: quick}\n"
         "method: {accuracy: none}\n"
         "costs: {configuration: {}, velocity: {}, terminal_configuration: {}, terminal_velocity: {}, slipping: {}, "
         "control: {push: 1}}\n" + others
@@ -152,7 +152,7 @@ def test_the_foot_of_a_dropped_hopper_bounces(tmp_path: Path) -> None:
         f"ground: {{type: plane, friction: 0.45, restitution: {e}}}\n"
         "contacts: {foot: {frame: foot}}\n"
         "horizon: {duration: 0.22, intervals: 4}\n"
-        "solver: {local_search: false}\n"
+        "solver: {effort: quick}\n"
         "initial: {configuration: {root_z: 0.7, leg: 0.5}}\n"
         "goal: {configuration: {}, soft: true}\n"
         "limits: {position: {leg: [0.1, 0.6]}}\n"
@@ -180,7 +180,7 @@ def test_a_mass_in_space_bounces_askew_to_its_target(tmp_path: Path, friction: f
         f"ground: {{type: plane, friction: {friction}, restitution: {e}}}\n"
         "contacts: {foot: {frame: mass}}\n"
         "horizon: {duration: 0.8, intervals: 5}\n"
-        "solver: {local_search: false}\n"
+        "solver: {effort: quick}\n"
         f"initial: {{configuration: {{x: 0, y: 0, z: {drop}}}}}\n"
         "goal: {configuration: {x: 0.5, y: 0.3}, velocity: {x: 0, y: 0}}\n",
     )

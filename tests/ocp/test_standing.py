@@ -13,7 +13,6 @@ import pytest
 from fesd_robot.adapters import numeric_physics
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.ocp.sagittal import sagittal_twin
 from fesd_robot.planner import plan
 from fesd_robot.plans import task_of
 from fesd_robot.task import Task, load_task
@@ -72,12 +71,9 @@ def test_a_hopper_in_space_on_a_tilted_plane_and_on_hills(tmp_path: Path) -> Non
         assert start_gaps(motion) == pytest.approx(0, abs=EXACT)
 
 
-@pytest.mark.parametrize(("size", "in_plane"), [("[0.4, 0.8, 0.1]", False), ("[0.4, null, 0.1]", True)])
-def test_a_quadruped_stands_with_its_fore_feet_on_a_box(tmp_path: Path, size: str, in_plane: bool) -> None:
-    """From the floor, where all feet stand, the goal has the fore feet 0.1 m up on the box, the others on the floor.
-
-    Only where the box has no ends along y the same motion is one in the x-z plane.
-    """
+@pytest.mark.parametrize("size", ["[0.4, 0.8, 0.1]", "[0.4, null, 0.1]"])
+def test_a_quadruped_stands_with_its_fore_feet_on_a_box(tmp_path: Path, size: str) -> None:
+    """From the floor, where all feet stand, the goal has the fore feet 0.1 m up on the box, the others on the floor."""
     knees = ", ".join(f"{leg}_HFE: {sign * 0.8}, {leg}_KFE: {-sign * 1.6}" for leg, sign in LEGS.items())
     adjusted = ", ".join(f"{leg}_{joint}" for leg in LEGS for joint in ("HFE", "KFE"))
     feet = "".join(f"  {leg}: {{frame: {leg}_FOOT}}\n" for leg in LEGS)
@@ -98,7 +94,6 @@ def test_a_quadruped_stands_with_its_fore_feet_on_a_box(tmp_path: Path, size: st
     start, goal = (physics.contact_points(q)[:, 2] for q in (ends.initial_configuration, ends.goal_configuration))
     assert start[:4] == pytest.approx(0, abs=EXACT)
     assert goal[:4] == pytest.approx([0.1, 0.1, 0, 0], abs=EXACT)
-    assert (sagittal_twin(motion) is not None) == in_plane
 
 
 def test_the_start_is_exactly_closed(short: str, load: Load) -> None:

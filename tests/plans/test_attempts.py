@@ -11,7 +11,6 @@ from fesd_robot import planner
 from fesd_robot.cli.summary import summary
 from fesd_robot.plans import Plan, read_plan, report, write_plan
 from fesd_robot.plans.plan import Attempt
-from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
@@ -33,29 +32,28 @@ def of_attempts(plan: Plan, *attempts: Attempt) -> Plan:
     return plan.model_copy(update={"statistics": plan.statistics.model_copy(update={"attempts": list(attempts)})})
 
 
-def test_the_planner_marks_the_cheapest_solved_attempt(
-    plan: Plan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """Of three starts the second is cheapest: it is the plan, and summary and report name it, not the first solved."""
-    costs = {0: 3.0, 1: 2.0, 2: 1.0}
+def test_the_planner_marks_the_solved_attempt(plan: Plan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The second attempt is solved: it is the plan, and summary and report name it, not the cheaper one before."""
+    costs = {2: 1.0, 3: 2.0}
 
     def attempted(task: Task, **_: Any) -> Plan:
-        seed = task.solver.seed
-        status = plan.status.model_copy(update={"solved": seed != 2, "message": f"seed {seed}"})
-        statistics = plan.statistics.model_copy(update={"objective": costs[seed]})
+        stages = task.method.stages
+        status = plan.status.model_copy(
+            update={"solved": stages == 3, "nlp": "infeasible", "message": f"{stages} stages"}
+        )
+        statistics = plan.statistics.model_copy(update={"objective": costs[stages]})
         return plan.model_copy(update={"status": status, "statistics": statistics})
 
     monkeypatch.setattr(planner, "attempt", attempted)
-    task = with_overrides(load_task(TASK), {"solver.starts": 3})
-    result = planner.plan(task)
-    assert result.status.message == "seed 1"
-    assert [one.kept for one in result.statistics.attempts] == [False, True, False]
+    result = planner.plan(load_task(TASK))
+    assert result.status.message == "3 stages"
+    assert [one.kept for one in result.statistics.attempts] == [False, True]
     again = read_plan(write_plan(result, tmp_path / "run"))
     assert again.statistics.kept_attempt == again.statistics.attempts[1]
-    lines = summary(again, tmp_path / "run", tmp_path / "run")
-    assert any(line.endswith("kept is that with solver.seed = 1") for line in lines)
-    rows = [line.split(" | ") for line in report(again).splitlines() if line.startswith("| solver.seed")]
-    assert [row[2] for row in rows] == ["no", "yes", "no"]
+    (line,) = [one for one in summary(again, tmp_path / "run", tmp_path / "run") if "attempts" in one]
+    assert line.startswith("2 attempts in ") and line.endswith(": solved with method.stages = 3")
+    rows = [line.split(" | ") for line in report(again).splitlines() if line.startswith(("| as written", "| method."))]
+    assert [row[2] for row in rows] == ["no", "yes"]
 
 
 def test_plans_that_do_not_say_it_are_of_the_cheapest(plan: Plan) -> None:

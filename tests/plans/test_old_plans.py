@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from fesd_robot.errors import PlanFileError
+from fesd_robot.errors import PlanFileError, TaskError
 from fesd_robot.plans import Plan, read_plan, report, task_of, write_plan
+from fesd_robot.plans.origin import GONE
 from fesd_robot.plans.plan import Attempt
 from fesd_robot.plans.renamed_keys import RENAMED_PLAN_KEYS
 from fesd_robot.task.renamed_keys import RENAMED_KEYS
@@ -61,6 +62,22 @@ def test_old_keys_of_a_plan_are_read_as_those_of_today(
     for path, name in RENAMED_PLAN_KEYS.items():
         assert message.count(f"'{path[-1]}' is now called '{name}'") == 1
     assert "\n" not in message and message.startswith(f"{file}: ")
+
+
+def test_settings_that_are_gone_are_left_out(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The task of a plan of version 0.1.0 is the task without them, in silence; the plan says how it was made."""
+    gone = {"starts": 3, "coarse_to_fine": True, "local_search": False}
+    assert set(gone) == set(GONE)
+    file = write_plan(plan, tmp_path / "plan") / "plan.json"
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["task"]["solver"].update(gone)
+    file.write_text(json.dumps(data), encoding="utf-8")
+    old = read_plan(file)
+    assert task_of(old) == task_of(plan) and caplog.records == []
+    assert {key: old.task["solver"][key] for key in gone} == gone
+    assert task_of(old, overrides=["solver.effort=quick"]).solver.effort == "quick"
+    with pytest.raises(TaskError, match=r"solver\.starts: found an unknown key"):
+        task_of(old, overrides=["solver.starts=2"])
 
 
 def test_a_plan_of_today_is_read_in_silence(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

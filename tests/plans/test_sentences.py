@@ -172,5 +172,5 @@ def test_the_words_of_the_numbers_are_explained(short_plan: Plan) -> None:
     assert list(GLOSSARY) == sorted(GLOSSARY, key=str.lower)
     text = report(short_plan)
     assert all(f"| {word} | {meaning} |" in text for word, meaning in GLOSSARY.items())
-    for word in ("biactive pair", "complementarity", "natural residual", "NLP", "sigma", "local search"):
+    for word in ("biactive pair", "complementarity", "natural residual", "NLP", "sigma"):
         assert word in GLOSSARY and word in text.split("### Words")[0]

@@ -34,7 +34,7 @@ def test_every_task_says_something() -> None:
 @pytest.fixture(scope="module")
 def plans() -> dict[str, Plan]:
     """The first attempts at the short tasks, without the search for cheaper motions, which takes most of the time."""
-    return {name: attempt(load_task(TASKS / f"{name}.yaml", ["solver.local_search=false"])) for name in SHORT}
+    return {name: attempt(load_task(TASKS / f"{name}.yaml", ["solver.effort=quick"])) for name in SHORT}
 
 
 @pytest.mark.parametrize("name", SHORT)

@@ -13,7 +13,7 @@ import pytest
 from fesd_robot.strategies import processes as cores
 from fesd_robot.strategies.lookahead import Lookahead
 from fesd_robot.strategies.processes import cores_for, free_cores
-from fesd_robot.strategies.shared import Cores, SharedCores
+from fesd_robot.strategies.shared import Cores
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"
@@ -74,20 +74,19 @@ def test_a_stop_ends_the_results() -> None:
 
 
 @on_linux
-def test_cores_that_others_leave_are_used() -> None:
-    """Of four cores one is used beside three others that work, in this process; beside one two are, alone all four."""
-    squares, cores = Squares(), SharedCores(4)
+def test_cores_that_become_free_are_used() -> None:
+    """With one core results are of this process; with two and with four they are of as many others, and back again."""
+    squares, cores = Squares(), Cores(1)
     several = Lookahead(squares, cores, None, squares.alone)
     numbers = [number % 2 for number in range(28)]
-    with cores.working():
-        results = several.results(numbers)
-        with cores.working():
-            with cores.working(), cores.working():
-                busy = [next(results) for _ in range(2)]
-            half = [next(results) for _ in range(6)]
-        alone = [next(results) for _ in range(10)]
-        with cores.working(), cores.working(), cores.working():
-            rest = list(results)
+    results = several.results(numbers)
+    busy = [next(results) for _ in range(2)]
+    cores.most = 2
+    half = [next(results) for _ in range(6)]
+    cores.most = 4
+    alone = [next(results) for _ in range(10)]
+    cores.most = 1
+    rest = list(results)
     several.close()
     assert [square for square, _ in busy + half + alone + rest] == numbers
     assert {process for _, process in busy} == {0} and len({process for _, process in half}) == 2

@@ -82,4 +82,4 @@ def test_the_message_says_what_was_tried_and_helps(
     expected = f"infeasible 1 Tried, and solved: the same task with {said}." if said else "infeasible 1"
     assert planned.status.message == expected and not planned.status.solved
     assert len(planned.statistics.attempts) == 2
-    assert [one.solver.local_search for one in attempts.tasks[2:]] == [False] * len(attempts.tasks[2:])
+    assert [one.solver.effort for one in attempts.tasks[2:]] == ["quick"] * len(attempts.tasks[2:])

@@ -6,14 +6,12 @@ from fesd_robot.fesd.neighbours.moves import Move, moves
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.neighbours.pivots import Pivots
 from fesd_robot.fesd.neighbours.room import filled, with_counts, with_room, without_room
-from fesd_robot.fesd.neighbours.window import Surroundings
 
 __all__ = [
     "KnownElements",
     "ModeShift",
     "Move",
     "Pivots",
-    "Surroundings",
     "filled",
     "intervals_of",
     "mode_shifts",
