@@ -16,12 +16,13 @@ from fesd_robot.known_sequence import known_plan, known_start
 from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, discretised, guessed_sequences, hops
-from fesd_robot.plans.plan import LocalSearch, TriedSequence
+from fesd_robot.plans.plan import LocalSearch, Plan, TriedSequence
 from fesd_robot.refine import NO_MOTION, refined
 from fesd_robot.repair import Repair
 from fesd_robot.simulated_sequence import needs_simulated_start, simulated_start
 from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.strategies.attempts import Stop
+from fesd_robot.strategies.background import InBackground
 from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.strategies.fallbacks import Overrides, time_left, with_overrides
 from fesd_robot.strategies.processes import cores_for
@@ -43,6 +44,8 @@ class Chain:
         deadline: of the task.
         progress, stop, reached, counted: as in `planner.plan`; `reached` is its `station`.
         reports: NLPs so far.
+        early: called with the first motion, refined, while cheaper ones are looked for; None if nobody waits for it.
+            It is refined in another process, `as_early` there makes it what can be pickled.
     """
 
     deadline: Deadline
@@ -51,6 +54,8 @@ class Chain:
     reached: Reached
     counted: Counted
     reports: list[NlpReport]
+    early: Callable[[Plan], None] | None = None
+    as_early: Callable[[SolvedMotion], Plan] | None = None
 
     def report(self, nlp: NlpReport) -> None:
         """Note an NLP."""
@@ -87,22 +92,51 @@ class Chain:
         self.reached(Station.SEARCHING)
         solver = PhaseSolver(motion, options, self.deadline, self.stop, self.reports.append)
         search = SequenceSearch(solver, cores_for(task), self.counted, self._cheaper)
+        own = with_promised_goal(motion) if promised and task.goal.soft else motion
         try:
-            first = self._searched_on_phases(search, motion)
+            self._find(search, motion)
+            first = search.cost
+            if search.best and task.solver.effort != "quick":
+                self.reached(Station.IMPROVING)
+                self._improve(search, own)
         finally:
             search.close()
-        if search.best is None:
-            return None
-        best = solver.settled(search.best)
-        if promised and task.goal.soft:
-            motion = with_promised_goal(motion)
-        solution = best.solution(list(self.reports), search.seconds)
-        solved = SolvedMotion.of(motion, best.own.polisher, solution)
-        return self._refined(replace(solved, search=_summary(search, first)), options)
+        return self._refined(self._best(search, own, first), options) if search.best else None
 
-    def _searched_on_phases(self, search: SequenceSearch, motion: MotionProblem) -> float:
-        """Find a motion, and cheaper ones from it; return the cost of the first."""
-        task, solver = motion.task, search.solver
+    def _best(self, search: SequenceSearch, motion: MotionProblem, first: float) -> SolvedMotion:
+        """Return the cheapest motion of a search, of which the first one had a cost."""
+        assert search.best is not None
+        best = search.solver.settled(search.best)
+        solution = best.solution(list(self.reports), search.seconds)
+        return replace(SolvedMotion.of(motion, best.own.polisher, solution), search=_summary(search, first))
+
+    def _improve(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Look for cheaper motions, while another process refines the first one for whoever waits for it."""
+        patient, early, as_early = motion.task.solver.effort == "best", self.early, self.as_early
+        if early is None or as_early is None:
+            search.improve(patient=patient)
+            return
+
+        def first() -> Plan:
+            search.solver.stop = search.solver.progress = None
+            alone = replace(self, progress=None, stop=None, reached=lambda _: None, counted=lambda *_: None)
+            return as_early(alone._refined(alone._best(search, motion, search.cost), homotopy_options(motion.task)))
+
+        background = InBackground(first, early)
+
+        def counted(done: int, of: int | None) -> None:
+            self.counted(done, of)
+            background.look()
+
+        search.counted = counted
+        try:
+            search.improve(patient=patient)
+        finally:
+            background.end()
+
+    def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Find a motion to search from."""
+        solver = search.solver
         self._from_plan(search, motion)
         if search.best is None:
             search.guesses(guessed_sequences(motion))
@@ -112,11 +146,6 @@ class Chain:
             self._from_uniform(search, motion)
         if search.best and _is_gross(search.best):
             search.divide()
-        first = search.cost
-        if search.best and task.solver.effort != "quick":
-            self.reached(Station.IMPROVING)
-            search.improve(patient=task.solver.effort == "best")
-        return first
 
     def _cheaper(self, found: PhaseMotion) -> None:
         """Show the NLP of a motion that is cheaper than all before."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -53,6 +54,7 @@ def plan(
     retrying: Callable[[Overrides, Plan], None] | None = None,
     station: Reached | None = None,
     counted: Counted | None = None,
+    early: Callable[[Plan], None] | None = None,
 ) -> Plan:
     """Plan the motion that a task describes, and with fallback settings if its own do not solve it.
 
@@ -67,6 +69,8 @@ def plan(
             solved.
         station: called with what is done next.
         counted: called with the steps of the station that are done, and of how many, None if that is not known.
+        early: called with the plan of the first motion, refined and audited but without a certificate, if it is there
+            while cheaper ones are looked for.
 
     Returns:
         The cheapest solved plan of the attempts, else one that only misses the goal, else the first of all;
@@ -79,7 +83,13 @@ def plan(
     """
     deadline, attempts = Deadline(task.solver.time_limit), list[AttemptedPlan]()
     tried = partial(
-        attempt, promised=not task.goal.soft, progress=progress, stop=stop, station=station, counted=counted
+        attempt,
+        promised=not task.goal.soft,
+        progress=progress,
+        stop=stop,
+        station=station,
+        counted=counted,
+        early=early,
     )
     if task.method.grid == "phases":
         if on_phases := _on_phases(task, tried, deadline):
@@ -123,6 +133,7 @@ def attempt(
     stop: Stop | None = None,
     station: Reached | None = None,
     counted: Counted | None = None,
+    early: Callable[[Plan], None] | None = None,
 ) -> Plan:
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
@@ -134,6 +145,13 @@ def attempt(
     Raises:
         NoSequence: no sequence of phases leads to a motion on a control grid that moves.
     """
+    before: list[Plan] = []
+
+    def known(plan: Plan) -> None:
+        if plan.status.solved and early:
+            before.append(plan)
+            early(plan)
+
     chain = Chain(
         Deadline(task.solver.time_limit),
         progress,
@@ -141,6 +159,7 @@ def attempt(
         station or _unseen,
         counted or _uncounted,
         list[NlpReport](),
+        known if early else None,
     )
     deadline, reached = chain.deadline, chain.reached
     reached(Station.BUILDING)
@@ -148,6 +167,7 @@ def attempt(
         begin_building()
     motion = formulate(task)
     build_seconds, options = deadline.spent, homotopy_options(task)
+    chain = replace(chain, as_early=lambda solved: _plan_of(solved, None, chain, build_seconds))
     if motion.grid.moving:
         found = chain.on_phases(motion, promised=promised)
         if found is None:
@@ -155,22 +175,31 @@ def attempt(
         solved = found
     else:
         solved = chain.on_uniform_grid(motion, promised=promised)
-    motion = solved.motion
     solved, certificate = descended(solved, options, task, deadline, chain.report, stop, reached)
+    plan = _plan_of(solved, certificate, chain, build_seconds)
+    return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
 
-    transcription, solution, w = solved.transcription, solved.solution, solved.solution.w
-    problem, physics = transcription.problem, solved.physics
-    status = _status(solved, certificate, deadline)
-    cost_terms = transcription.cost_terms(w)
-    effort = Effort(chain.reports, build_seconds, deadline.spent - build_seconds)
-    statistics = statistics_of(problem, solution, effort, cost_terms, solved.stages, solved.search, solved.refinement)
+
+def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, build_seconds: float) -> Plan:
+    """Return the plan of a motion, with its certificate if there is one."""
+    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.solution.w
+    effort = Effort(chain.reports, build_seconds, chain.deadline.spent - build_seconds)
+    statistics = statistics_of(
+        transcription.problem,
+        solution,
+        effort,
+        transcription.cost_terms(w),
+        solved.stages,
+        solved.search,
+        solved.refinement,
+    )
     names, controls = motion.actuation.names, transcription.controls(w)
     plan = assembled_plan(
         motion,
         solved.physical,
-        physics,
+        solved.physics,
         controls_of(controls[: len(names)], names, _interval_starts(solved)),
-        status=status,
+        status=_status(solved, certificate, chain.deadline),
         audit=solved.audit,
         outcome=solved.outcome,
         statistics=statistics,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.mpcc import NlpReport
+from fesd_robot.phases import SequenceSearch
 from fesd_robot.planner import plan
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.audit_record import ENTRIES
@@ -116,6 +118,28 @@ def test_a_search_says_what_it_tried(load_short: Callable[..., Task]) -> None:
     assert len(kept) == len(costs) == len(search.moves) > 1 and costs == sorted(costs, reverse=True)
     assert costs[0] == pytest.approx(search.cost_before) and search.iterations > 0
     assert found.statistics.objective == pytest.approx(costs[-1], rel=1e-3)
+
+
+def test_a_first_plan_is_there_while_others_are_looked_for(
+    load_short: Callable[..., Task], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is solved, audited and whole, has no certificate yet, and the plan in the end costs no more."""
+    early: list[Plan] = []
+    improve = SequenceSearch.improve
+
+    def slowly(search: SequenceSearch, *, patient: bool) -> None:
+        begin = time.monotonic()
+        while not early and time.monotonic() - begin < 60.0:
+            search.counted(0, None)
+            time.sleep(0.05)
+        improve(search, patient=patient)
+
+    monkeypatch.setattr(SequenceSearch, "improve", slowly)
+    last = plan(load_short("method.grid=phases"), early=early.append)
+    (first,) = early
+    assert first.status.solved and first.status.audit_passed and first.status.b_stationary == "unknown"
+    assert last.status.solved and last.statistics.objective <= first.statistics.objective
+    assert first.finite_elements is not None and first.replay is not None
 
 
 def test_provenance(short_plan: Plan) -> None:

@@ -33,7 +33,8 @@ def plan(
 ) -> None:
     """Plan the motion that a task describes.
 
-    Writes trajectory, report, page and figures into one folder; an earlier plan there is replaced as a whole.
+    Writes trajectory, report, page and figures into one folder; an earlier plan there is replaced as a whole. Where
+    cheaper motions are looked for for long, the first one is written meanwhile, without figures.
 
     Ctrl-C stops the solver and writes its best iterate, marked as not solved; a second Ctrl-C aborts at once. While
     page and figures are drawn Ctrl-C leaves them out.
@@ -65,7 +66,7 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool, better_than: Pat
             task, folder = load()
             check_output_folder(folder)
             progress.limit(task.solver.time_limit)
-            result = _solve(task, progress, interrupts)
+            result = _solve(task, progress, interrupts, None if better_than else folder)
             kept = better_than is not None and not _is_better(result, better_than)
             written = folder if kept else _write(result, task, folder, progress, interrupts)
         if kept:
@@ -91,7 +92,8 @@ def _is_better(plan: Plan, folder: Path) -> bool:
     return plan.status.solved and (cheaper or not earlier.status.solved)
 
 
-def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
+def _solve(task: Task, progress: Progress, interrupts: Interrupts, early: Path | None) -> Plan:
+    """Return the plan of a task; a first one goes to a folder, if one is named."""
     from fesd_robot import planner
 
     def stop(iteration: int, objective: float) -> bool:
@@ -108,9 +110,35 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts) -> Plan:
         retrying=progress.retry,
         station=progress.station,
         counted=progress.counted,
+        early=(lambda first: _write_early(first, task, early, progress)) if early else None,
     )
     interrupts.solved()
     return result
+
+
+def _write_early(plan: Plan, task: Task, folder: Path, progress: Progress) -> None:
+    """Write a plan that may be replaced by a cheaper one, with its page; what cannot be written is left to the last."""
+    from fesd_robot.plans import write_plan
+    from fesd_robot.plans.files import PAGE_FILE
+    from fesd_robot.render.outputs import write_page
+
+    message = f"{plan.status.message} {EARLY}"
+    marked = plan.model_copy(update={"status": plan.status.model_copy(update={"message": message})})
+
+    def page(stage: Path) -> None:
+        if task.output.page:
+            write_page(marked, task, stage / PAGE_FILE)
+
+    try:
+        write_plan(marked, folder, page)
+    except Exception as error:
+        logger.debug("the first plan could not be written: %s", error)
+        return
+    progress.early(plan, folder)
+
+
+EARLY = "Cheaper motions are still looked for."
+"""What is added to the message of a plan that may be replaced by a cheaper one."""
 
 
 def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts: Interrupts) -> Path:

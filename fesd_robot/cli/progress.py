@@ -6,6 +6,7 @@ import textwrap
 import threading
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -140,6 +141,10 @@ class Progress:
         """Say why fallback settings are tried, and which."""
         self._retries, self._cost = self._retries + 1, None
         self._say(retry_line(changes, failed), "yellow")
+
+    def early(self, plan: Plan, folder: Path) -> None:
+        """Say that a first plan is there."""
+        self._say(f"a first plan, of cost {plan.statistics.objective:.6g}, is in {folder}", "none")
 
     def stopping(self) -> None:
         """Say that the solve will stop at its next iteration."""

@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from fesd_robot.plans import read_plan
+from fesd_robot.cli.plan import EARLY
+from fesd_robot.phases import SequenceSearch
+from fesd_robot.plans import Plan, read_plan
 from fesd_robot.render.verdict import verdict_of
 from fesd_robot.strategies.stations import Station
 
@@ -140,3 +143,26 @@ def test_a_folder_that_cannot_take_results_stops_before_the_solve(
     assert (outcome.code, outcome.said) == (2, "")
     assert outcome.err.startswith("error: ") and words in outcome.err and "choose another --out" in outcome.err
     assert sorted(file.name for file in work.rglob("*")) == ["file", "full", "thesis.tex"]
+
+
+def test_the_first_plan_is_written_while_cheaper_ones_are_looked_for(
+    run: Callable[..., Any], task: Path, small: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is in the folder before the search ends, without figures, and says what it is; the last replaces it."""
+    found: list[Plan] = []
+    improve = SequenceSearch.improve
+
+    def slowly(search: SequenceSearch, *, patient: bool) -> None:
+        begin = time.monotonic()
+        while not Path("early", "plan.json").exists() and time.monotonic() - begin < 60.0:
+            search.counted(0, None)
+            time.sleep(0.05)
+        found.append(read_plan(Path("early")))
+        assert not Path("early", "figures").exists()
+        improve(search, patient=patient)
+
+    monkeypatch.setattr(SequenceSearch, "improve", slowly)
+    outcome = run("plan", task, "--out", "early", *small, "--set", "method.grid=phases")
+    assert outcome.code == 0 and "a first plan, of cost " in outcome.out
+    assert found[0].status.solved and found[0].status.message.endswith(EARLY)
+    assert not read_plan(Path("early")).status.message.endswith(EARLY)
