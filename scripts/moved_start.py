@@ -1,4 +1,4 @@
-"""A homotopy from a start whose last bits differ, as on another processor."""
+"""Solves from starts whose last bits differ, as on another processor."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.mpcc import Mpcc, MpccSolution
+from fesd_robot.mpcc.ipopt import NlpPoint
+from fesd_robot.mpcc.polishing import BranchNlp
 
 MOVED = 1e-12
 """By how much a start is moved, relative to one plus each variable's size."""
@@ -28,3 +30,18 @@ def moved(homotopy: Callable[..., MpccSolution], seed: int) -> Callable[..., Mpc
         return homotopy(replace(problem, start=np.clip(start, problem.lower, problem.upper)), *arguments, **named)
 
     return solve
+
+
+def moved_branches(seed: int) -> Callable[[BranchNlp, np.ndarray], NlpPoint]:
+    """Return `BranchNlp._start` with points that are moved by `MOVED`.
+
+    Args:
+        seed: of the generator.
+    """
+    start = BranchNlp._start
+
+    def moved_start(nlp: BranchNlp, w: np.ndarray) -> NlpPoint:
+        noise = np.random.default_rng(seed).uniform(-1, 1, len(w))
+        return start(nlp, w + MOVED * noise * (1 + np.abs(w)))
+
+    return moved_start

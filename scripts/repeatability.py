@@ -3,8 +3,8 @@
     python scripts/repeatability.py hopper_one_jump block_push --processes 2
 
 A processor is simulated by another linear solver, by interpreted instead of compiled functions, and by starts that are
-moved by 1e-12. The table goes to docs/results/repeatability.md; rows of tasks that are not planned stay as they are.
-Exit code 1 if costs of a task differ by more than two per cent although the sequence of contacts differs, or if a task
+moved by 1e-12, those of the homotopy and of every branch NLP. The table goes to docs/results/repeatability.md; rows of
+tasks that are not planned stay as they are. Exit code 1 if costs of a task differ by more than two per cent although the sequence of contacts differs, or if a task
 is not solved on one of them.
 """
 
@@ -23,9 +23,10 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import casadi
 import numpy as np
 from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
-from moved_start import MOVED, moved
+from moved_start import MOVED, moved, moved_branches
 
 from fesd_robot import chain, load_task, plan
+from fesd_robot.mpcc.polishing import BranchNlp
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 
@@ -48,7 +49,11 @@ def planned(name: str, processor: str) -> tuple[Plan, float]:
     """Return the plan of a task on a processor, and the seconds that it took."""
     task, begin = load_task(ROOT / "tasks" / f"{name}.yaml", PROCESSORS[processor]), time.perf_counter()
     seed = processor.rpartition(", ")[2] if processor.startswith("moved") else None
-    with mock.patch.object(chain, "solve", moved(chain.solve, int(seed)) if seed else chain.solve):
+    homotopy, branches = moved(chain.solve, int(seed)) if seed else chain.solve, BranchNlp._start
+    with (
+        mock.patch.object(chain, "solve", homotopy),
+        mock.patch.object(BranchNlp, "_start", moved_branches(int(seed)) if seed else branches),
+    ):
         return plan(task), time.perf_counter() - begin
 
 
@@ -77,8 +82,8 @@ def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
         f"Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
         "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
-        f"functions, and from two starts moved by {MOVED:g}; ✗: not solved. Contacts are the same if every one of them "
-        "flies, sticks and slips in the same order. " + PROGRAM_IS,
+        f"functions, and with all starts of NLPs moved by {MOVED:g}, twice; ✗: not solved. Contacts are the same if every "
+        "one of them flies, sticks and slips in the same order. " + PROGRAM_IS,
         "",
         f"**{agreeing} of {len(rows)}** tasks are solved on all of them, with the same contacts or with "
         f"costs within {100 * SPREAD:g} %.",
