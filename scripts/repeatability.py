@@ -4,8 +4,8 @@
 
 A processor is simulated by another linear solver, by interpreted instead of compiled functions, and by starts that are
 moved by 1e-12, those of the homotopy and of every branch NLP. The table goes to docs/results/repeatability.md; rows of
-tasks that are not planned stay as they are. Exit code 1 if costs of a task differ by more than two per cent although the sequence of contacts differs, or if a task
-is not solved on one of them.
+tasks that are not planned stay as they are. Exit code 1 if costs of a task differ by more than two per cent although
+the sequence of contacts differs, or if a task is not solved on one of them.
 """
 
 from __future__ import annotations
@@ -82,8 +82,8 @@ def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
         f"Python {platform.python_version()}, casadi {casadi.__version__}.",
         "",
         "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
-        f"functions, and with all starts of NLPs moved by {MOVED:g}, twice; ✗: not solved. Contacts are the same if every "
-        "one of them flies, sticks and slips in the same order. " + PROGRAM_IS,
+        f"functions, and with all starts of NLPs moved by {MOVED:g}, twice; ✗: not solved. Contacts are the same if "
+        "every one of them flies, sticks and slips in the same order. " + PROGRAM_IS,
         "",
         f"**{agreeing} of {len(rows)}** tasks are solved on all of them, with the same contacts or with "
         f"costs within {100 * SPREAD:g} %.",
