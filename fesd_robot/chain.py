@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -30,6 +31,10 @@ from fesd_robot.strategies.search_steps import SearchSteps
 from fesd_robot.strategies.stations import Counted, Reached, Station
 from fesd_robot.task import Task
 from fesd_robot.task.consistency import coarser_intervals
+
+EARLY_AFTER = 2.0
+"""s of search after which another process refines the cheapest motion so far, for those who wait; a search that is over
+by then has all cores for itself."""
 
 SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
 """How sequences of a homotopy that lead to no motion are simplified: without phases that are shorter than this part of
@@ -122,17 +127,21 @@ class Chain:
             alone = replace(self, progress=None, stop=None, reached=lambda _: None, counted=lambda *_: None)
             return as_early(alone._refined(alone._best(search, motion, search.cost), homotopy_options(motion.task)))
 
-        background = InBackground(first, early)
+        begin, background = time.monotonic(), list[InBackground[Plan]]()
 
         def counted(done: int, of: int | None) -> None:
             self.counted(done, of)
-            background.look()
+            if not background and time.monotonic() - begin > EARLY_AFTER:
+                background.append(InBackground(first, early))
+            for one in background:
+                one.look()
 
         search.counted = counted
         try:
             search.improve(patient=patient)
         finally:
-            background.end()
+            for one in background:
+                one.end()
 
     def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Find a motion to search from."""
