@@ -2,6 +2,6 @@
 
 from fesd_robot.complementarity.branch import ActiveFactor, Branch
 from fesd_robot.complementarity.condition import Complementarity, Level
-from fesd_robot.complementarity.labels import NOWHERE, Label, Place
+from fesd_robot.complementarity.labels import NOWHERE, Label, LateLabels, Place
 
-__all__ = ["NOWHERE", "ActiveFactor", "Branch", "Complementarity", "Label", "Level", "Place"]
+__all__ = ["NOWHERE", "ActiveFactor", "Branch", "Complementarity", "Label", "LateLabels", "Level", "Place"]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import overload
 
 
 @dataclass(frozen=True)
@@ -74,3 +77,33 @@ class Label:
         name = f"{self.kind} [{about}]" if about else self.kind
         where = str(self.place)
         return f"{name}, {where}" if where else name
+
+
+class LateLabels(Sequence[Label]):
+    """Labels that are made when the first of them is asked for: thousands of variables are named for a message.
+
+    Args:
+        count: how many there are.
+        make: makes all of them.
+    """
+
+    def __init__(self, count: int, make: Callable[[], Sequence[Label]]) -> None:
+        self._count, self._make = count, make
+
+    @cached_property
+    def _labels(self) -> Sequence[Label]:
+        return self._make()
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return self._count
+
+    @overload
+    def __getitem__(self, i: int) -> Label: ...
+
+    @overload
+    def __getitem__(self, i: slice) -> Sequence[Label]: ...
+
+    def __getitem__(self, i: int | slice) -> Label | Sequence[Label]:
+        """Return one of them, or some."""
+        return self._labels[i]

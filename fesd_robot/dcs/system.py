@@ -15,7 +15,7 @@ from fesd_robot.dcs.jump import Impulse, Jump
 from fesd_robot.errors import DimensionError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ComplementaritySystem:
     """A nonsmooth system: E(x) x' = f(x, u, z, p), 0 = g(x, z, p), 0 = e(x, u, z, p), and complementarity conditions.
 

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Label, Place
+from fesd_robot.complementarity import Label, LateLabels, Place
 from fesd_robot.dcs import Jump
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
@@ -129,7 +129,8 @@ class Transcription:
         blocks += self.added.blocks(self.indices, self.options.tableau, self.constraints)
         if self.ocp.clock is not None:
             blocks += grid_blocks(self.grid, self.indices, self.ocp)
-        return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=self._variable_labels())
+        variables = LateLabels(len(start), self._variable_labels)
+        return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=variables)
 
     def _variable_labels(self) -> list[Label]:
         """What every variable is, in the order of the trajectory."""

@@ -26,9 +26,12 @@ WORTHWHILE = 5e-3
 """Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
 for the search to go on for long after it."""
 
-LEAST_PATIENCE, MOST_PATIENCE = 2e7, 5e7
-"""Work without a gain that is worthwhile, after which a search ends that is not patient, at least and at most: IPOPT
-iterations times nonzeros of the derivatives, of which ten million take a second or two."""
+LEAST_PATIENCE, MOST_PATIENCE = 3e7, 5e7
+"""Work without a gain that is worthwhile, after which a search ends that is not patient, at least and at most. Work is
+IPOPT iterations times nonzeros of the derivatives and `OVERHEAD`; ten million take about a second."""
+
+OVERHEAD = 10_000
+"""What an iteration takes beside the nonzeros, with its part of what an NLP takes before the first one."""
 
 MOST_WORK = 1.5e8
 """Work after which it ends whatever it gains; `fesd-robot improve` goes on from there."""
@@ -172,7 +175,7 @@ class SequenceSearch:
     def _work(self) -> float:
         """Of all NLPs so far."""
         iterations = self.iterations + sum(report.iterations for report in self.solver.reports)
-        return iterations * self._nonzeros
+        return iterations * (self._nonzeros + OVERHEAD)
 
     @cached_property
     def _nonzeros(self) -> int:

@@ -85,6 +85,9 @@ GO_ON_START = {
 """The same where an NLP is at its point and does not end: constraints that depend on each other, as of two fingers on
 one box, leave multipliers undetermined. It ends where its constraints hold and its cost stands still."""
 
+KEPT_GRIDS = 6
+"""Sequences whose grids are kept, those that were asked for last."""
+
 SHORTER, LONGER = 0.4, 2.2
 """Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a
 millisecond beside one that lasts as long as all."""
@@ -199,6 +202,7 @@ class PhaseSolver:
     progress: Callable[[NlpReport], None] | None = None
     reports: list[NlpReport] = field(default_factory=list)
     parts: int = 1
+    _grids: dict[tuple[Sequence, int], Discretised] = field(default_factory=dict)
 
     @property
     def over(self) -> bool:
@@ -352,7 +356,13 @@ class PhaseSolver:
         )
 
     def _on_grid(self, sequence: Sequence) -> Discretised:
-        return discretised(self.motion, sequence.without_knots.lasting(self.motion.grid.nominal), self.parts)
+        """Return a sequence on its grid; a few are kept, for all neighbours of a motion begin from its own."""
+        asked = sequence.without_knots.lasting(self.motion.grid.nominal), self.parts
+        known = self._grids.pop(asked, None)
+        self._grids[asked] = known or discretised(self.motion, *asked)
+        if len(self._grids) > KEPT_GRIDS:
+            del self._grids[next(iter(self._grids))]
+        return self._grids[asked]
 
     def _end(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -220,8 +220,13 @@ class ElementConditions:
         return {v for member, factor in own if factor is ActiveFactor.H for v in self.variables(member.H)}
 
 
+REMEMBERED = 8
+"""Systems whose conditions are kept."""
+
+
+@lru_cache(maxsize=REMEMBERED)
 def conditions_of(system: ComplementaritySystem) -> ElementConditions:
-    """Return the conditions that a system puts on an element.
+    """Return the conditions that a system puts on an element; they are made once.
 
     An H is a sum of variables that are not negative: to hold it at zero fixes them one by one, which leaves an
     interior-point method more room than one row would.
