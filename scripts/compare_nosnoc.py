@@ -38,7 +38,7 @@ PACKAGES = {"ours": ("fesd-robot", "casadi", "numpy", "pin"), "nosnoc": ("nosnoc
 
 def work(arguments: argparse.Namespace) -> None:
     """Do one run in this process and leave its outcome in the file asked for."""
-    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver, arguments.grid)
     outcome = PROBLEMS[arguments.task].run[arguments.worker](settings)
     arguments.json.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
 
@@ -52,6 +52,7 @@ def run_in_child(tool: str, task: str, settings: Settings, verbose: bool) -> Out
             "--task": task,
             "--multipliers": settings.multipliers,
             "--linear-solver": settings.linear_solver,
+            "--grid": settings.grid,
             "--tolerance": repr(settings.tolerance),
             "--json": str(answer),
         }
@@ -121,6 +122,12 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--linear-solver", choices=["auto", "mumps"], default="auto", help="of fesd-robot; nosnoc uses MUMPS"
     )
+    parser.add_argument(
+        "--grid",
+        choices=["uniform", "phases"],
+        default="uniform",
+        help="of fesd-robot's hoppers: as in nosnoc, or the default of tasks, whose intervals move with the contacts",
+    )
     parser.add_argument("--order", choices=["ours-first", "nosnoc-first"], default="ours-first", help="who runs first")
     parser.add_argument("--only", choices=TOOLS, help="run one tool alone")
     parser.add_argument("--repeat", type=int, default=1, help="runs of each tool, in turns; the median time is shown")
@@ -158,7 +165,7 @@ def main(words: Sequence[str] | None = None) -> None:
     versions = {"python": platform.python_version()} | {
         package: version(package) for tool in tools for package in PACKAGES[tool]
     }
-    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver)
+    settings = Settings(arguments.tolerance, arguments.multipliers, arguments.linear_solver, arguments.grid)
     comparisons: list[Comparison] = []
     for task in PROBLEMS if arguments.task == "all" else [arguments.task]:
         new = [compare(task, tools, settings, arguments)]

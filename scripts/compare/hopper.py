@@ -82,12 +82,14 @@ def tracking_cost(
 ) -> float:
     """Cost of a motion in physical time, by the trapezoidal rule between its samples.
 
+    The reference is that of N equal intervals of time, whatever the intervals of the controls are.
+
     Args:
         time: s, (n). states: without the clock, (n, 8). controls: torque and leg force per interval, (intervals, 2).
         interval: which interval the piece after each sample but the last belongs to, integers, (n - 1).
     """
-    ends = course.reference()[1:]
-    reference = ends[interval]
+    ends, middle = course.reference()[1:], 0.5 * (time[:-1] + time[1:])
+    reference = ends[np.clip((middle / course.duration * len(ends)).astype(int), 0, len(ends) - 1)]
     left, right = (_squares(part - reference, RUNNING) for part in (states[:-1], states[1:]))
     running = np.sum(np.diff(time) * (0.5 * (left + right) + _squares(controls[interval], CONTROL[:2, :2])))
     return float(running + _squares(states[-1:] - ends[-1], TERMINAL)[0])
@@ -126,7 +128,8 @@ def ours(name: str, settings: Settings) -> Outcome:
 
     begin, cpu = time.perf_counter(), time.process_time()
     chosen = [f"solver.tolerance={settings.tolerance!r}", f"solver.linear_solver={settings.linear_solver}"]
-    task = load_task(TASKS / f"published_hopper_{name}.yaml", [*chosen, "solver.processes=1"])
+    chosen += [f"method.grid={settings.grid}", "solver.processes=1"]
+    task = load_task(TASKS / f"published_hopper_{name}.yaml", chosen)
     made = plan(task, progress=show_nlp)
     wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
     trajectory, statistic, foot = made.trajectory, made.statistics, made.contacts["foot"]

@@ -17,11 +17,13 @@ class Settings:
         tolerance: complementarity asked of fesd-robot; nosnoc keeps its authors' own.
         multipliers: how nosnoc weights the vector fields of the hopper, ``published`` or ``correct``.
         linear_solver: of fesd-robot, ``auto`` or ``mumps``; nosnoc uses MUMPS.
+        grid: of fesd-robot's hoppers, ``uniform`` as in nosnoc, or ``phases``, which is the default of tasks.
     """
 
     tolerance: float = 1e-8
     multipliers: str = "published"
     linear_solver: str = "auto"
+    grid: str = "uniform"
 
 
 @dataclass(frozen=True)

@@ -169,13 +169,13 @@ The problems, each written down once in `scripts/compare/`, with the same bounds
 elements, scheme (Radau IIA with two stages) and start in both tools; nosnoc runs with its authors' settings, among them
 the complementarity where it stops.
 
-- *Hoppers*: the tasks `published_hopper_one_jump` and `published_hopper_five_jumps` in fesd-robot, its authors' example
-  in nosnoc. fesd-robot runs by its default call on the uniform grid of these tasks, with refinement (more elements and
-  stages than nosnoc), certificate and descents. It has the Filippov multipliers of the vector fields as variables,
-  switches on the integrated gap and starts at its reference with consistent velocities; nosnoc has step functions and
-  starts, as published, at the reference at rest. With the published weights of the fields the multipliers do not sum
-  to one in contact: such motions do not obey the same physics, and their costs cannot be compared. With the correct
-  weights they can.
+- *Hoppers*: the tasks `published_hopper_one_jump` and `published_hopper_five_jumps` in fesd-robot, its authors'
+  example in nosnoc. fesd-robot runs by its default call on the uniform grid of these tasks, or with `--grid phases`
+  on the grid that is the default of others, with refinement (more elements and stages than nosnoc), certificate and
+  descents. It has the Filippov multipliers of the vector fields as variables, switches on the integrated gap and
+  starts at its reference with consistent velocities; nosnoc has step functions and starts, as published, at the
+  reference at rest. With the published weights of the fields the multipliers do not sum to one in contact: such
+  motions do not obey the same physics, and their costs cannot be compared. With the correct weights they can.
 - *Sliding mode*, *motor with friction*, *cart-pole with friction*: nosnoc's examples, in both tools in Stewart's form
   with the same cross complementarity and the same equal-step term. The best cost known for the sliding-mode problem, in
   closed form, is 5.592183.
