@@ -247,8 +247,10 @@ class BranchSolver:
         )
 
     def _near(self, start: BranchPoint) -> PolishingReport | None:
-        """Return the exact end that whole steps lead to, None if that is none, or far away."""
-        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, CONTINUATION_UPDATES)
+        """Return the exact end that whole steps lead to, None if that is none, or far away; where a start violates
+        constraints, steps that have not led there do not when they go on."""
+        updates = 0 if start.freer else CONTINUATION_UPDATES
+        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, updates)
         if end is None:
             return None
         before, after = self.problem.residuals(start.w).objective, end.residuals.objective

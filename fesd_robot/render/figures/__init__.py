@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 import io
+import multiprocessing
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -54,14 +62,46 @@ def write_figures(plan: Plan, folder: Path, robot: RobotMotion | None = None, lo
         DimensionError: an array of the plan has another length than its time.
     """
     look = Look() if look is None else look
-    paths = []
-    for name, figure in build_figures(plan, robot, look).items():
+    figures = list(build_figures(plan, robot, look).items())
+    with _beside(partial(_save, figures[1::2], Path(folder), look)):
+        _save(figures[::2], Path(folder), look)
+    return [Path(folder) / f"{name}.{kind}" for name, _ in figures for kind in look.formats]
+
+
+def _save(figures: Sequence[tuple[str, Figure]], folder: Path, look: Look) -> None:
+    for name, figure in figures:
         for kind in look.formats:
             content = io.BytesIO()
             with matplotlib.rc_context(_SETTINGS):
                 figure.savefig(content, format=kind, dpi=DPI, metadata=_METADATA[kind])
-            paths.append(write_atomically(Path(folder) / f"{name}.{kind}", content.getvalue()))
-    return paths
+            write_atomically(folder / f"{name}.{kind}", content.getvalue())
+
+
+@contextmanager
+def _beside(work: Callable[[], None]) -> Iterator[None]:
+    """Do work in another process while the block runs, and here after it where that failed, or cannot be had."""
+    process: BaseProcess | None = None
+    if sys.platform == "linux":  # only there a process can be forked safely
+        process = multiprocessing.get_context("fork").Process(target=_quietly, args=(work,), daemon=True)
+        process.start()
+    try:
+        yield
+        if process:
+            process.join()
+    finally:
+        if process:
+            process.terminate()
+    if process is None or process.exitcode:
+        work()
+
+
+def _quietly(work: Callable[[], None]) -> None:
+    """Do work in a process that leaves Ctrl-C and what fails to the one that forked it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        work()
+    except Exception:
+        os._exit(1)
 
 
 def write_animation(robot: RobotMotion, folder: Path) -> Path:
