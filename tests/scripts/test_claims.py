@@ -54,5 +54,7 @@ def test_a_claim_can_be_broken(plans: dict[str, Plan]) -> None:
     assert Claim({"foot": ContactClaim((2, 2))}, airborne=0.3).broken(jump) == []
     (found,) = Claim({"foot": ContactClaim((2, 2))}, airborne=0.9).broken(jump)
     assert found.startswith("it is in the air for 0.") and found.endswith("not for 0.9 s")
+    (found,) = Claim(in_order=("rear", "front")).broken(push)
+    assert found.startswith("rear, front come down at ")
     unsolved = jump.model_copy(update={"status": jump.status.model_copy(update={"solved": False})})
     assert CLAIMS["hopper_one_jump"].broken(unsolved) == ["it is not solved"]
