@@ -11,9 +11,10 @@ import numpy as np
 from fesd_robot.adapters import homotopy_options, with_promised_goal
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.neighbours import KnownElements
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
-from fesd_robot.known_sequence import known_plan, known_start
+from fesd_robot.known_sequence import known_elements, known_plan, known_start
 from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, discretised, guessed_sequences, hops
@@ -51,6 +52,7 @@ class Chain:
         reports: NLPs so far.
         early: called with the first motion, refined, while cheaper ones are looked for; None if nobody waits for it.
             It is refined in another process, `as_early` there makes it what can be pickled.
+        earlier: a plan whose sequence is one of the first that are tried, if its contacts are those of the task.
     """
 
     deadline: Deadline
@@ -61,6 +63,7 @@ class Chain:
     reports: list[NlpReport]
     early: Callable[[Plan], None] | None = None
     as_early: Callable[[SolvedMotion], Plan] | None = None
+    earlier: Plan | None = None
 
     def report(self, nlp: NlpReport) -> None:
         """Note an NLP."""
@@ -148,6 +151,7 @@ class Chain:
         solver = search.solver
         self._from_plan(search, motion)
         if search.best is None:
+            self._from_earlier(search, motion)
             search.guesses(guessed_sequences(motion))
         if search.best is None:
             search.guesses(hops(motion), "hops")
@@ -166,10 +170,13 @@ class Chain:
         if motion.task.solver.warm_start is None:
             return  # before a grid is built for nothing
         sequence = next(guessed_sequences(motion))
-        known = known_plan(motion, discretised(motion, sequence).polisher)
-        if known is not None:
-            along = Along(known.elements, known.branch, known.tableau, known.clock)
-            search.note("earlier plan", along.sequence, search.solver.from_known(along.sequence, along))
+        _note_known(search, "earlier plan", known_plan(motion, discretised(motion, sequence).polisher))
+
+    def _from_earlier(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Solve the sequence of the plan that there was before, from that plan; one of another robot is passed over."""
+        if self.earlier is not None:
+            polisher = discretised(motion, next(guessed_sequences(motion))).polisher
+            _note_known(search, "plan that was there", known_elements(self.earlier, polisher))
 
     def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
@@ -277,6 +284,13 @@ class _Unpolished:
     def bounds(self, branch: Branch) -> BranchBounds:
         """Those of the branch."""
         return self.own.bounds(branch)
+
+
+def _note_known(search: SequenceSearch, what: str, known: KnownElements | None) -> None:
+    """Solve the sequence of known elements from them, if there are any, and take note of it."""
+    if known is not None:
+        along = Along(known.elements, known.branch, known.tableau, known.clock)
+        search.note(what, along.sequence, search.solver.from_known(along.sequence, along))
 
 
 def _is_gross(motion: PhaseMotion) -> bool:

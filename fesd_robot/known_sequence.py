@@ -18,7 +18,7 @@ from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, NlpRepor
 from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.reference_file import is_plan
-from fesd_robot.plans import read_plan
+from fesd_robot.plans import Plan, read_plan
 from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.repair import exact_end
 from fesd_robot.strategies.attempts import Stop
@@ -106,14 +106,23 @@ def known_plan(motion: MotionProblem, polisher: BranchTranscription) -> KnownEle
     name = task.solver.warm_start
     if name is None or task.solver.seed or not is_plan(task.folder / name):
         return None
-    record = read_plan(task.folder / name).finite_elements
-    continuous = polisher.transcription.ocp.system.jump is None
-    known = _known(record, polisher) if record and continuous else None
+    known = known_elements(read_plan(task.folder / name), polisher)
     if known is None:
         logger.warning(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name
         )
     return known
+
+
+def known_elements(plan: Plan, polisher: BranchTranscription) -> KnownElements | None:
+    """Return the elements of a plan, None if its contacts or states are not those of a system.
+
+    Args:
+        plan: whatever task it is of.
+        polisher: of a transcription of the system.
+    """
+    record, continuous = plan.finite_elements, polisher.transcription.ocp.system.jump is None
+    return _known(record, polisher) if record and continuous else None
 
 
 def exact_start(

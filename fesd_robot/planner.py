@@ -55,6 +55,7 @@ def plan(
     station: Reached | None = None,
     counted: Counted | None = None,
     early: Callable[[Plan], None] | None = None,
+    earlier: Plan | None = None,
 ) -> Plan:
     """Plan the motion that a task describes, and with fallback settings if its own do not solve it.
 
@@ -71,6 +72,8 @@ def plan(
         counted: called with the steps of the station that are done, and of how many, None if that is not known.
         early: called with the plan of the first motion, refined and audited but without a certificate, if it is there
             while cheaper ones are looked for.
+        earlier: a plan of this task or of one like it, as one that was made before: what happens in it, and in which
+            order, is one of the first things that are tried.
 
     Returns:
         The cheapest solved plan of the attempts, else one that only misses the goal, else the first of all;
@@ -90,6 +93,7 @@ def plan(
         station=station,
         counted=counted,
         early=early,
+        earlier=earlier,
     )
     if task.method.grid == "phases":
         if on_phases := _on_phases(task, tried, deadline):
@@ -134,6 +138,7 @@ def attempt(
     station: Reached | None = None,
     counted: Counted | None = None,
     early: Callable[[Plan], None] | None = None,
+    earlier: Plan | None = None,
 ) -> Plan:
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
@@ -160,6 +165,7 @@ def attempt(
         counted or _uncounted,
         list[NlpReport](),
         known if early else None,
+        earlier=earlier,
     )
     deadline, reached = chain.deadline, chain.reached
     reached(Station.BUILDING)

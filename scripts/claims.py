@@ -97,7 +97,7 @@ def _in_the_air(contacts: Sequence[ContactOutcome]) -> Iterator[tuple[float, flo
         [(flight.start, flight.end) for flight in contact.flights if flight.height > LOWEST_FLIGHT]
         for contact in contacts
     ]
-    for chosen in product(*flights):
+    for chosen in product(*flights) if flights else ():
         start, end = max(first for first, _ in chosen), min(last for _, last in chosen)
         if end - start > INSTANT:
             yield start, end

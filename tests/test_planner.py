@@ -142,6 +142,20 @@ def test_a_first_plan_is_there_while_others_are_looked_for(
     assert first.finite_elements is not None and first.replay is not None
 
 
+def test_what_happens_in_an_earlier_plan_is_tried_first(load_short: Callable[..., Task]) -> None:
+    """It is solved before all guesses, in the motion of that plan; one without elements is passed over."""
+    task = load_short("method.grid=phases")
+    first = plan(task)
+    again = plan(task, earlier=first).statistics.search
+    other = plan(task, earlier=first.model_copy(update={"finite_elements": None})).statistics.search
+    assert first.statistics.search and again and other and again.sequences and other.sequences
+    assert again.sequences[0].what == "plan that was there" and again.sequences[0].kept
+    kept = [one for one in first.statistics.search.sequences or [] if one.kept]
+    assert again.sequences[0].sequence == kept[-1].sequence
+    assert again.sequences[0].cost == pytest.approx(kept[-1].cost, rel=1e-4)
+    assert not any(one.what == "plan that was there" for one in other.sequences)
+
+
 def test_provenance(short_plan: Plan) -> None:
     """Versions of what the numbers depend on, the state of the sources, and a time with its zone."""
     assert {"python", "casadi", "pin", "numpy", "fesd-robot"} <= set(short_plan.provenance.versions)

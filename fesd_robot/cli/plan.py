@@ -34,7 +34,8 @@ def plan(
     """Plan the motion that a task describes.
 
     Writes trajectory, report, page and figures into one folder; an earlier plan there is replaced as a whole. Where
-    cheaper motions are looked for for long, the first one is written meanwhile, without figures.
+    cheaper motions are looked for for long, the first one is written meanwhile, without figures. The sequence of
+    contacts of the earlier plan is one of the first that are tried.
 
     Ctrl-C stops the solver and writes its best iterate, marked as not solved; a second Ctrl-C aborts at once. While
     page and figures are drawn Ctrl-C leaves them out.
@@ -92,8 +93,8 @@ def _is_better(plan: Plan, folder: Path) -> bool:
     return plan.status.solved and (cheaper or not earlier.status.solved)
 
 
-def _solve(task: Task, progress: Progress, interrupts: Interrupts, early: Path | None) -> Plan:
-    """Return the plan of a task; a first one goes to a folder, if one is named."""
+def _solve(task: Task, progress: Progress, interrupts: Interrupts, folder: Path | None) -> Plan:
+    """Return the plan of a task; a first one goes to a folder, if one is named, and the plan there is looked at."""
     from fesd_robot import planner
 
     def stop(iteration: int, objective: float) -> bool:
@@ -110,10 +111,23 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts, early: Path |
         retrying=progress.retry,
         station=progress.station,
         counted=progress.counted,
-        early=(lambda first: _write_early(first, task, early, progress)) if early else None,
+        early=(lambda first: _write_early(first, task, folder, progress)) if folder else None,
+        earlier=_earlier(folder) if folder else None,
     )
     interrupts.solved()
     return result
+
+
+def _earlier(folder: Path) -> Plan | None:
+    """Return the plan in a folder, None if there is none that can be read and is solved."""
+    from fesd_robot.errors import FesdRobotError
+    from fesd_robot.plans import read_plan
+
+    try:
+        plan = read_plan(folder)
+    except FesdRobotError:
+        return None
+    return plan if plan.status.solved else None
 
 
 def _write_early(plan: Plan, task: Task, folder: Path, progress: Progress) -> None:
