@@ -17,7 +17,7 @@ from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.known_sequence import known_elements, known_plan, known_start
 from fesd_robot.mpcc import BranchBounds, HomotopyOptions, Mpcc, MpccSolution, NlpReport, solve
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, discretised, guessed_sequences, hops
+from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops
 from fesd_robot.plans.plan import LocalSearch, Plan, TriedSequence
 from fesd_robot.refine import NO_MOTION, refined
 from fesd_robot.repair import Repair
@@ -50,8 +50,8 @@ class Chain:
         deadline: of the task.
         progress, stop, reached, counted: as in `planner.plan`; `reached` is its `station`.
         reports: NLPs so far.
-        early: called with the first motion, refined, while cheaper ones are looked for; None if nobody waits for it.
-            It is refined in another process, `as_early` there makes it what can be pickled.
+        early: called with the plan of a motion while cheaper ones are looked for; None if nobody waits for it. It is
+            refined in another process, and `as_early` there makes it a plan, which can be pickled.
         earlier: a plan whose sequence is one of the first that are tried, if its contacts are those of the task.
     """
 
@@ -119,39 +119,42 @@ class Chain:
         return replace(SolvedMotion.of(motion, best.own.polisher, solution), search=_summary(search, first))
 
     def _improve(self, search: SequenceSearch, motion: MotionProblem) -> None:
-        """Look for cheaper motions, while another process refines the first one for whoever waits for it."""
+        """Look for cheaper motions, while another process refines the cheapest so far for whoever waits for it."""
         patient, early, as_early = motion.task.solver.effort == "best", self.early, self.as_early
         if early is None or as_early is None:
             search.improve(patient=patient)
             return
 
-        def first() -> Plan:
+        def so_far() -> Plan:
             search.solver.stop = search.solver.progress = None
             alone = replace(self, progress=None, stop=None, reached=lambda _: None, counted=lambda *_: None)
             return as_early(alone._refined(alone._best(search, motion, search.cost), homotopy_options(motion.task)))
 
-        begin, background = time.monotonic(), list[InBackground[Plan]]()
+        begin = time.monotonic()
+        background: InBackground[Plan] | None = None
 
         def counted(done: int, of: int | None) -> None:
+            nonlocal background
             self.counted(done, of)
-            if not background and time.monotonic() - begin > EARLY_AFTER:
-                background.append(InBackground(first, early))
-            for one in background:
-                one.look()
+            if background is None and time.monotonic() - begin > EARLY_AFTER:
+                background = InBackground(so_far, early)
+            if background:
+                background.look()
 
         search.counted = counted
         try:
             search.improve(patient=patient)
         finally:
-            for one in background:
-                one.end()
+            if background:
+                background.end()
 
     def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Find a motion to search from."""
         solver = search.solver
-        self._from_plan(search, motion)
+        _note_known(search, "earlier plan", known_plan(motion))
         if search.best is None:
-            self._from_earlier(search, motion)
+            if self.earlier:
+                _note_known(search, "plan that was there", known_elements(self.earlier, motion.ocp.system))
             search.guesses(guessed_sequences(motion))
         if search.best is None:
             search.guesses(hops(motion), "hops")
@@ -164,19 +167,6 @@ class Chain:
         """Show the NLP of a motion that is cheaper than all before."""
         if self.progress:
             self.progress(NlpReport.of_polishing(found.report))
-
-    def _from_plan(self, search: SequenceSearch, motion: MotionProblem) -> None:
-        """Solve the sequence of the plan that `solver.warm_start` names, from that plan."""
-        if motion.task.solver.warm_start is None:
-            return  # before a grid is built for nothing
-        sequence = next(guessed_sequences(motion))
-        _note_known(search, "earlier plan", known_plan(motion, discretised(motion, sequence).polisher))
-
-    def _from_earlier(self, search: SequenceSearch, motion: MotionProblem) -> None:
-        """Solve the sequence of the plan that there was before, from that plan; one of another robot is passed over."""
-        if self.earlier is not None:
-            polisher = discretised(motion, next(guessed_sequences(motion))).polisher
-            _note_known(search, "plan that was there", known_elements(self.earlier, polisher))
 
     def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.

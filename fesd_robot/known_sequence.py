@@ -11,9 +11,10 @@ from typing import Any, cast
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
+from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import Element, Transcription, make_tableau
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
 from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.ocp import MotionProblem
@@ -84,19 +85,18 @@ def known_start(
         None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit, or lead to no
         motion: then its configurations are the initial guess, as those of any file.
     """
-    known = known_plan(motion, BranchTranscription(transcription))
+    known = known_plan(motion)
     if known is None:
         return None
     fitted, w, branch = on_grid(known, transcription)
     return exact_start(fitted, w, branch, options, deadline, progress, stop)
 
 
-def known_plan(motion: MotionProblem, polisher: BranchTranscription) -> KnownElements | None:
+def known_plan(motion: MotionProblem) -> KnownElements | None:
     """Return the elements of the plan that `solver.warm_start` names.
 
     Args:
         motion: the task.
-        polisher: of a transcription of its system.
 
     Returns:
         None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit: then its
@@ -106,7 +106,7 @@ def known_plan(motion: MotionProblem, polisher: BranchTranscription) -> KnownEle
     name = task.solver.warm_start
     if name is None or task.solver.seed or not is_plan(task.folder / name):
         return None
-    known = known_elements(read_plan(task.folder / name), polisher)
+    known = known_elements(read_plan(task.folder / name), motion.ocp.system)
     if known is None:
         logger.warning(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name
@@ -114,15 +114,15 @@ def known_plan(motion: MotionProblem, polisher: BranchTranscription) -> KnownEle
     return known
 
 
-def known_elements(plan: Plan, polisher: BranchTranscription) -> KnownElements | None:
+def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownElements | None:
     """Return the elements of a plan, None if its contacts or states are not those of a system.
 
     Args:
         plan: whatever task it is of.
-        polisher: of a transcription of the system.
+        system: of the task, whose state does not jump; there are none if it does.
     """
-    record, continuous = plan.finite_elements, polisher.transcription.ocp.system.jump is None
-    return _known(record, polisher) if record and continuous else None
+    record = plan.finite_elements
+    return _known(record, system) if record and system.jump is None else None
 
 
 def exact_start(
@@ -185,9 +185,9 @@ def _names(conditions: Sequence[Label]) -> list[str]:
     return [str(label) for label in conditions]
 
 
-def _known(record: FiniteElements, polisher: BranchTranscription) -> KnownElements | None:
-    """Return the elements of a plan; None if they are not those of a transcription's system."""
-    system, labels = polisher.transcription.ocp.system, polisher.conditions.labels
+def _known(record: FiniteElements, system: ComplementaritySystem) -> KnownElements | None:
+    """Return the elements of a plan; None if they are not those of a system."""
+    labels = conditions_of(system).labels
     n_x, n_z, n_u = system.state.numel(), system.algebraic.numel(), system.control.numel()
     count, tableau = len(record.step), make_tableau(record.scheme, record.stages)
     fits = record.states == list(system.state_names) and record.conditions == _names(labels)

@@ -70,8 +70,8 @@ def plan(
             solved.
         station: called with what is done next.
         counted: called with the steps of the station that are done, and of how many, None if that is not known.
-        early: called with the plan of the first motion, refined and audited but without a certificate, if it is there
-            while cheaper ones are looked for.
+        early: called with the plan of the cheapest motion after some seconds of search, refined and audited but without
+            a certificate, if it is there while cheaper ones are looked for.
         earlier: a plan of this task or of one like it, as one that was made before: what happens in it, and in which
             order, is one of the first things that are tried.
 

@@ -10,7 +10,6 @@ import pytest
 
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import grid, on_grid
-from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.known_sequence import _known
 from fesd_robot.mpcc import NlpReport
 from fesd_robot.ocp import formulate
@@ -97,7 +96,7 @@ def test_cut_elements_are_on_the_same_polynomials(folder: Path, intervals: int) 
     transcription = Transcription(motion.ocp, motion.fesd)
     record = read_plan(folder).finite_elements
     assert record is not None
-    known = _known(record, BranchTranscription(transcription))
+    known = _known(record, transcription.ocp.system)
     assert known is not None
     fitted, w, branch = on_grid(known, transcription)
     elements, clock = fitted.unpack(w), known.clock

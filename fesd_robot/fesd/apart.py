@@ -27,6 +27,10 @@ elements of two stages that is half a million instructions, and a minute of comp
 intervals of three to eight elements of four stages, and takes as long."""
 
 
+ELEMENT = "element"
+"""Name of the block of the conditions of an element."""
+
+
 def is_large(system: ComplementaritySystem, stages: int, elements: Iterable[int]) -> bool:
     """Return whether stages and elements of a system are better blocks of their own.
 
@@ -110,7 +114,7 @@ def conditions_block(ocp: OptimalControlProblem, options: FesdOptions, indices: 
     elements = range(sum(indices.elements))
     part = read_elements(layout, options.tableau, left, own)[0]
     return Block(
-        name="element",
+        name=ELEMENT,
         places=[indices.place(e) for e in elements],
         variables=ca.vertcat(left, own),
         parameters=ca.SX(0, 1),

@@ -17,7 +17,7 @@ from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
 from fesd_robot.strategies.attempts import stop_requested
 from fesd_robot.strategies.lookahead import Lookahead
-from fesd_robot.strategies.shared import Cores
+from fesd_robot.strategies.processes import Cores
 
 GAIN = 1e-3
 """Part of the cost by which a neighbour has to be cheaper to take the motion's place."""

@@ -12,8 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Generic, TypeVar
 
 from fesd_robot.strategies.attempts import Stop, stop_requested
-from fesd_robot.strategies.processes import ForkedPool
-from fesd_robot.strategies.shared import Cores
+from fesd_robot.strategies.processes import Cores, ForkedPool
 
 _POLL = 0.2
 """s between two looks at whether to stop."""

@@ -16,7 +16,6 @@ from typing import Any
 
 import psutil
 
-from fesd_robot.strategies.shared import Cores
 from fesd_robot.task import Task
 
 _GLANCE = 0.2
@@ -35,6 +34,22 @@ def free_cores() -> int:
     busy = psutil.cpu_percent(interval=_GLANCE, percpu=True)
     own = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(len(busy))
     return max(1, round(sum(1.0 - busy[core] / 100.0 for core in own if core < len(busy))))
+
+
+class Cores:
+    """Cores that one process has for itself.
+
+    Args:
+        most: how many.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+
+    @property
+    def share(self) -> int:
+        """How many processes may work just now, at least one."""
+        return self.most
 
 
 def cores_for(task: Task) -> Cores:

@@ -12,8 +12,7 @@ import pytest
 
 from fesd_robot.strategies import processes as cores
 from fesd_robot.strategies.lookahead import Lookahead
-from fesd_robot.strategies.processes import cores_for, free_cores
-from fesd_robot.strategies.shared import Cores
+from fesd_robot.strategies.processes import Cores, cores_for, free_cores
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_one_jump.yaml"

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.complementarity import Branch
+from fesd_robot.fesd.apart import ELEMENT
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.mpcc import Block, BranchBounds, Mpcc
 
@@ -69,10 +70,6 @@ class OneBranch:
                 blocks.append(_part(block, kept, copies))
                 rows.append(numbers[np.ix_(kept, copies)].ravel(order="F"))
         return replace(whole, blocks=blocks), np.concatenate(rows)
-
-
-ELEMENT = "element"
-"""Name of the block of the conditions of an element."""
 
 
 def _held(bounds: BranchBounds) -> np.ndarray:
