@@ -112,8 +112,7 @@ def compile_nlp(
 
 def _functions(blocks: Sequence[NlpBlock]) -> list[int]:
     """Return the addresses of all functions of all blocks, in their order, compiled if they have to be."""
-    # Named by their contents, so that the same block is not compiled again where it has another number.
-    wanted = [(f"stage_{_digest(one)}", one) for block in blocks for _, one in _with_outputs(block)]
+    wanted = [(_name(one), one) for block in blocks for _, one in _with_outputs(block)]
     pieces = dict(wanted)
     large = [name for name, function in pieces.items() if function.n_instructions() >= LARGE]
     groups = [*([name] for name in large), *_small(blocks)]
@@ -137,10 +136,7 @@ def _functions(blocks: Sequence[NlpBlock]) -> list[int]:
 
 def _small(blocks: Sequence[NlpBlock]) -> list[tuple[str, ...]]:
     """Return the names of each block's small functions, which are compiled together."""
-    own = [
-        sorted({f"stage_{_digest(one)}" for _, one in _with_outputs(block) if one.n_instructions() < LARGE})
-        for block in blocks
-    ]
+    own = [sorted({_name(one) for _, one in _with_outputs(block) if one.n_instructions() < LARGE}) for block in blocks]
     return list(dict.fromkeys(tuple(names) for names in own if names))
 
 
@@ -152,8 +148,9 @@ def _with_outputs(block: NlpBlock) -> Iterator[tuple[str, ca.Function]]:
 
 
 @lru_cache(maxsize=1000)
-def _digest(function: ca.Function) -> str:
-    return hashlib.sha256(function.serialize().encode()).hexdigest()[:20]
+def _name(function: ca.Function) -> str:
+    """Return the name of a function in C, which says what it computes: the same formula has the same."""
+    return f"stage_{hashlib.sha256(function.serialize().encode()).hexdigest()[:20]}"
 
 
 @cache
