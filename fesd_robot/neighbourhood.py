@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.neighbours import with_room, without_room
+from fesd_robot.fesd.neighbours import filled, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import (
     BranchPoint,
@@ -22,6 +22,9 @@ from fesd_robot.mpcc import (
 )
 from fesd_robot.strategies.attempts import Stop
 from fesd_robot.strategies.deadline import Deadline
+
+MOST_FILLINGS = 2
+"""How often elements that have shrunk to nothing are put to use again."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,34 @@ class Neighbourhood:
     def transcription(self) -> Transcription:
         """With room."""
         return self.polisher.transcription
+
+    def filled(self, end: PolishingReport | None) -> PolishingReport | None:
+        """Return an exact motion with all elements in use, the given one if there is none nearby.
+
+        An element is out of use if its branch says so, and also if the NLP has left it at its least length.
+        """
+        if end is None:
+            return None
+        for _ in range(MOST_FILLINGS):
+            branch = self.polisher.branch_of_exact(end.branch, end.w)
+            if not any(branch.without_length):
+                break
+            end = self.solver.exact(BranchPoint(*filled(self.transcription, end.w, branch))) or end
+        return end
+
+    def exact_after(self, trial: PolishingReport) -> PolishingReport | None:
+        """Return the exact motion on the branch of a trial's end, with all elements in use; None if none is nearby.
+
+        Elements that have shrunk to nothing leave multipliers undetermined, and IPOPT without an end although its point
+        does not change any more: then they are put to use before, not after.
+
+        Args:
+            trial: its end.
+        """
+        end = self.solver.exact_after(BranchPoint(trial.w, trial.branch))
+        if end is None and any(trial.branch.without_length):
+            end = self.solver.exact_after(BranchPoint(*filled(self.transcription, trial.w, trial.branch)))
+        return self.filled(end)
 
     def without_room(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import MpccSolution, NlpReport, solve
+from fesd_robot.mpcc import BranchPoint, BranchSolver, MpccSolution, NlpReport, NlpStatus, PolishingReport, solve
+from fesd_robot.neighbourhood import Neighbourhood
 from fesd_robot.ocp import formulate
 from fesd_robot.repair import MOST_TRIALS, Repair
 from fesd_robot.strategies.deadline import Deadline
@@ -66,3 +68,22 @@ def test_without_time_nothing_is_found(task: Task) -> None:
     transcription = Transcription((motion := formulate(task)).ocp, motion.fesd)
     repair = Repair(transcription, homotopy_options(task), Deadline(0.0), None, None)
     assert repair(transcription.problem.start) is None
+
+
+def test_elements_without_length_are_put_to_use_where_a_branch_does_not_settle(
+    task: Task, repaired: tuple[BranchTranscription, MpccSolution, list[NlpReport]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If a trial's end leads to no exact motion, it is tried once more, with all its elements in use."""
+    polisher, solution, _ = repaired
+    assert solution.branch is not None
+    around = Neighbourhood.of(
+        polisher.transcription, solution.w, solution.branch, homotopy_options(task), Deadline(), None
+    )
+    starts: list[BranchPoint] = []
+    monkeypatch.setattr(BranchSolver, "exact_after", lambda _, start: starts.append(start))
+    for empty in (0, 1):
+        without_length = tuple(e < empty for e in range(len(around.start.branch.factors)))
+        branch = replace(around.start.branch, without_length=without_length)
+        trial = PolishingReport(NlpStatus.CONVERGED, 1, 0.0, solution.residuals, around.start.w, branch, exact=False)
+        assert around.exact_after(trial) is None
+    assert [sum(start.branch.without_length) for start in starts] == [0, 1, 0]

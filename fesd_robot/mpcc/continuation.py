@@ -38,6 +38,15 @@ FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
 """IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
 
+PROMISING_ITERATIONS = 120
+"""IPOPT iterations of an exact solution after a trial before its branch is updated."""
+
+PROMISING_UPDATES = 1
+"""How often that happens."""
+
+PROMISING_START = starting_at(1e-4, 1e-5)
+"""IPOPT's options for an exact solution after a trial."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -47,11 +56,13 @@ class Trial:
         settings: IPOPT's options for the start.
         iterations: of IPOPT, after which it ends, or goes on once.
         violation: largest constraint violation at the end of a trial that is worth an exact solution.
+        most_branches: up to how many branches are tried in this way; more would take most of the time.
     """
 
     settings: dict[str, Any]
     iterations: int
     violation: float
+    most_branches: float = np.inf
 
 
 REGULARISED = {"perturb_always_cd": "yes"}
@@ -60,8 +71,8 @@ each other nearly: without, an iteration factorises up to ten times to find by h
 
 TRIALS = (
     Trial({**starting_at(1e-3, 1e-4), **REGULARISED}, iterations=40, violation=1e-3),
-    Trial(starting_at(1e-4, 1e-5), iterations=40, violation=1e-3),
-    Trial({**starting_at(1e-2, 1e-3), **REGULARISED}, iterations=80, violation=1e-2),
+    Trial(starting_at(1e-4, 1e-5), iterations=40, violation=1e-3, most_branches=40),
+    Trial({**starting_at(1e-2, 1e-3), **REGULARISED}, iterations=80, violation=1e-2, most_branches=20),
 )
 """One after the other: what is not found from one start is sometimes found from another."""
 
@@ -156,7 +167,15 @@ class BranchSolver:
             end = end or self._solve(start, starting, iterations, updates)
         return end
 
-    def tried(self, start: BranchPoint, trial: Trial) -> PolishingReport | None:
+    def exact_after(self, promising: BranchPoint) -> PolishingReport | None:
+        """Return the exact end on the branch of a trial's end, None if there is none nearby.
+
+        Args:
+            promising: the trial's end.
+        """
+        return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
+
+    def tried(self, start: BranchPoint, trial: Trial, reach: float = np.inf) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
 
         A trial that goes on and leaves its constraints ends where it held them before, and so does one that goes on to
@@ -165,6 +184,7 @@ class BranchSolver:
         Args:
             start: where it begins.
             trial: how to try.
+            reach: objective above which a trial that violates little does not go on.
         """
         w, branch, found = start.w, start.branch, None
         held: PolishingReport | None = None
@@ -182,9 +202,9 @@ class BranchSolver:
                 return held
             if found.status.converged or not np.isfinite(found.w).all():
                 break
-            violation = found.residuals.constraint_violation
+            violation, objective = found.residuals.constraint_violation, found.residuals.objective
             held = found if violation <= trial.violation else None
-            if violation > HOPELESS_VIOLATION:
+            if violation > HOPELESS_VIOLATION or (held and objective > reach):
                 break
             w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch
         return found
