@@ -61,6 +61,9 @@ RAISES_ORDER = 0.2
 GROSS = 1e-4
 """Local error of an element that is made smaller before others: its motion may be none."""
 
+COARSE = 1e-2
+"""The same where too many elements have gross errors: such an element is too long for a scheme of any order."""
+
 NO_MOTION = 0.1
 """Local error of an element of a uniform grid, relative to the largest value of a state, above which it is none: a
 search with one more stage finds a motion sooner than refinement, which would go on for minutes and end on another
@@ -228,6 +231,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     """
     errors, gross = solved.local_errors, max(GROSS, accuracy)
     asking = errors > accuracy
+    if (errors > gross).sum() > _many(solved) and (errors > COARSE).any():
+        yield _in_parts(solved, solved.transcription, np.maximum(errors / COARSE, 1.0))
     transcription, conditions = solved.transcription, solved.polisher.conditions
     violated = violated_between_stages(transcription, conditions, solved.solution.w, solved.branch)
     worst = max((one.violation for one in violated), default=0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -42,8 +42,29 @@ class NlpResult:
 Stop = Callable[[int, float], bool]
 """(iteration, objective) -> whether the user wants the solve to end."""
 
-Hopeless = Callable[[int, float, float], bool]
-"""(iteration, objective, violation of constraints) -> whether nothing is to be expected of an NLP any more."""
+
+class Iterate(NamedTuple):
+    """An iterate of IPOPT.
+
+    Attributes:
+        iteration: its number, from one.
+        bound: objective that the solution has at least, if the NLP is convex there and the gradient of the Lagrangian
+            has vanished, f(x) + lam_g^T (g - active bound) + lam_x^T (x - active bound).
+        violation: largest of the constraints.
+
+    Source: weak duality, Boyd & Vandenberghe, Convex Optimization, 5.2.2.
+    """
+
+    iteration: int
+    bound: float
+    violation: float
+
+
+Hopeless = Callable[[Iterate], bool]
+"""Whether nothing is to be expected of an NLP any more."""
+
+_Values = Sequence[np.ndarray]
+"""x (n), f, g (m), and the multipliers of x and g."""
 
 
 class IterationCallback(ca.Callback):
@@ -52,7 +73,7 @@ class IterationCallback(ca.Callback):
     Args:
         size, constraints: of the NLP.
         stop: whether the user wants that.
-        hopeless: (iteration, objective, rows) -> whether nothing is to be expected any more; `given_up` then.
+        hopeless: (iteration, values) -> whether nothing is to be expected any more; `given_up` then.
     """
 
     def __init__(
@@ -60,7 +81,7 @@ class IterationCallback(ca.Callback):
         size: int,
         constraints: int,
         stop: Stop | None,
-        hopeless: Callable[[int, float, np.ndarray], bool] | None = None,
+        hopeless: Callable[[int, _Values], bool] | None = None,
     ) -> None:
         super().__init__()
         self._shapes = {"x": size, "f": 1, "g": constraints, "lam_x": size, "lam_g": constraints, "lam_p": 2}
@@ -87,7 +108,7 @@ class IterationCallback(ca.Callback):
         if self._stop and self._stop(self.iterations, objective):
             return [1]
         if self._hopeless:
-            self.given_up = self._hopeless(self.iterations, objective, np.asarray(arguments[2]).ravel())
+            self.given_up = self._hopeless(self.iterations, [np.asarray(one).ravel() for one in arguments[:5]])
         return [int(self.given_up)]
 
 
@@ -111,7 +132,7 @@ def solve_nlp(
         lower, upper: bounds of the variables, (n).
         options: IPOPT options by IPOPT's names.
         stop: called with (iteration, objective); True ends the solve.
-        hopeless: called with (iteration, objective, violation); True ends the solve as if it had no iterations left.
+        hopeless: called with every iterate; True ends the solve as if it had no iterations left.
 
     Raises:
         SolverError: IPOPT could not be started.
@@ -127,9 +148,11 @@ def solve_nlp(
         "hess_lag": nlp.hessian,
     }
 
-    def given_up(iteration: int, objective: float, g: np.ndarray) -> bool:
+    def given_up(iteration: int, values: _Values) -> bool:
+        x, f, g, lam_x, lam_g = values
         violation = np.maximum(nlp.lower - g, g - nlp.upper).max(initial=0.0)
-        return hopeless is not None and hopeless(iteration, objective, float(violation))
+        bound = f[0] + _with_multipliers(lam_x, x, lower, upper) + _with_multipliers(lam_g, g, nlp.lower, nlp.upper)
+        return hopeless is not None and hopeless(Iterate(iteration, float(bound), float(violation)))
 
     size, constraints = nlp.jacobian.size1_in(0), len(nlp.lower)
     asked = given_up if hopeless else None
@@ -152,3 +175,10 @@ def solve_nlp(
         iterations=int(statistics["iter_count"]),
         seconds=time.perf_counter() - begin,
     )
+
+
+def _with_multipliers(lam: np.ndarray, values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> float:
+    """Return lam^T (values - active bound); the active one is the upper bound where a multiplier is positive."""
+    active = np.where(lam > 0, upper, lower)
+    bounded = np.isfinite(active)
+    return float(lam[bounded] @ (values[bounded] - active[bounded]))

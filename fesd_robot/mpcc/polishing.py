@@ -125,8 +125,7 @@ class PolishingLimits:
         remaining: seconds left, None for no limit.
         report: called after every NLP.
         stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
-        hopeless: called with (iteration, objective, violation of constraints); True ends an NLP as if it had no
-            iterations left.
+        hopeless: called with every iterate; True ends an NLP as if it had no iterations left.
     """
 
     feasibility: float

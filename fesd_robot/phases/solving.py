@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.fesd.grid_rows import SHORTEST_PHASE
 from fesd_robot.mpcc import REGULARISED, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
-from fesd_robot.mpcc.ipopt import Hopeless
+from fesd_robot.mpcc.ipopt import Hopeless, Iterate
 from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
 from fesd_robot.mpcc.polishing import BranchNlp, PolishingLimits
 from fesd_robot.ocp import MotionProblem
@@ -54,10 +54,14 @@ NEIGHBOUR_ITERATIONS = 80
 ITERATIONS_AT_ONCE = 50
 """After which an NLP goes on only if it nearly holds its constraints, without the impacts that are none."""
 
-SURE_ITERATIONS, HOPELESS = 30, 1.0
+HOPELESS = ((20, 1.0), (30, 0.1))
 """Iterations after which the NLP of a neighbour is given up that has never violated constraints by less. Of those that
-ended in a cheaper motion the worst had come to 0.1 by then, half of the others never below 1, and none of these
-converged."""
+ended in a cheaper motion the worst had come to 0.1 by iteration 12; half of the others never come below 1."""
+
+SCREENED_FROM, SCREENED, SCREENED_TIMES = 8, 0.02, 3
+"""First iteration of a neighbour's NLP whose bound by weak duality counts, part of the cost by which such bounds have
+to be too high, and how many of them, one after the other. Bounds hardly rise and fall once constraints nearly hold,
+while the objective is several times too high as long as the barrier is."""
 
 PROMISING = 1e-2
 """Violation of constraints up to which it does."""
@@ -166,19 +170,32 @@ def _well_shared(motion: PhaseMotion) -> bool:
     return bool((lengths <= MUCH_LONGER * durations.sum() / sum(own.counts)).all())
 
 
-def _hopeless(below: float) -> Hopeless:
-    """Return whether an NLP leads to no motion, or to one that costs clearly more than another one."""
+@dataclass
+class _Screening:
+    """What is to be expected of the NLPs of a neighbour.
 
-    least = np.inf
+    Attributes:
+        below: cost that its motion is to stay below.
+        origin: key of the sequence that it is a neighbour of.
+        given_up: whether they lead to no motion, or to one that costs clearly more.
+    """
 
-    def hopeless(iteration: int, objective: float, violation: float) -> bool:
-        nonlocal least
-        least = violation if iteration <= 1 else min(least, violation)
-        if iteration < SURE_ITERATIONS:
-            return False
-        return least > HOPELESS or (violation <= NEARLY and objective > below + HOPE * abs(below))
+    below: float
+    origin: tuple[object, ...]
+    given_up: bool = False
+    _least: float = np.inf
+    _dear: int = 0
 
-    return hopeless
+    def __call__(self, at: Iterate) -> bool:
+        """Look at an iterate; return whether to give up."""
+        if at.iteration == 1:
+            self._least, self._dear = np.inf, 0
+        self._least = min(self._least, at.violation)
+        counts = at.iteration >= SCREENED_FROM and at.violation <= PROMISING
+        self._dear = self._dear + 1 if counts and at.bound > self.below + SCREENED * abs(self.below) else 0
+        far = any(at.iteration >= iterations and self._least > most for iterations, most in HOPELESS)
+        self.given_up = far or self._dear >= SCREENED_TIMES
+        return self.given_up
 
 
 @dataclass
@@ -270,8 +287,8 @@ class PhaseSolver:
             below: cost that it is to stay below; where it does not after one NLP it is given up.
         """
         own = self._on_grid(sequence)
-        start = along.point(own)
-        return self._freed(own, start, NEIGHBOUR_START, NEIGHBOUR_ITERATIONS, below, _hopeless(below))
+        screening = _Screening(below, along.sequence.key_with(self.motion.ocp.knots))
+        return self._freed(own, along.point(own), NEIGHBOUR_START, NEIGHBOUR_ITERATIONS, below, screening)
 
     def nonzeros(self, motion: PhaseMotion) -> int:
         """Return how many numbers the derivatives of the NLP of a motion are."""
@@ -291,7 +308,7 @@ class PhaseSolver:
         start: dict[str, Any],
         iterations: int,
         below: float,
-        hopeless: Hopeless | None = None,
+        screening: _Screening | None = None,
     ) -> PhaseMotion | None:
         """Return the motion with free durations: their bounds move until none is met, and no phase has vanished.
 
@@ -299,14 +316,14 @@ class PhaseSolver:
             own, w: the sequence on its grid, and where to begin, (n).
             start, iterations: of IPOPT.
             below: cost that it is to stay below.
-            hopeless: of `solve_nlp`.
+            screening: of a neighbour.
         """
         found: PhaseMotion | None = None
         lengths = own.sequence.durations
         patience, at_once = iterations // ITERATIONS_AT_ONCE, ITERATIONS_AT_ONCE
         for _ in range(MOST_ROUNDS + patience):
-            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, at_once, FREE_TOLERANCES, hopeless)
-            if end is None or not np.isfinite(end.w).all():
+            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, at_once, FREE_TOLERANCES, screening)
+            if end is None or not np.isfinite(end.w).all() or (screening and screening.given_up):
                 break
             near, violation = PhaseMotion(own, end), end.residuals.constraint_violation
             if violation <= NEARLY and not end.exact and near.cost > below + HOPE * abs(below):
@@ -333,7 +350,10 @@ class PhaseSolver:
             if fits:
                 lengths, w = durations, end.w
                 continue
-            own = self._on_grid(near.sequence.without_impacts(soft).without(vanished))
+            less = near.sequence.without_impacts(soft).without(vanished)
+            if screening and near.cost > below and less.key_with(self.motion.ocp.knots) == screening.origin:
+                break
+            own = self._on_grid(less)
             lengths, w = own.sequence.durations, near.along.point(own)
         return found if found and found.cost < below else None
 

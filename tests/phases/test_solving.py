@@ -68,6 +68,20 @@ def test_a_motion_begins_along_another_one(jump: tuple[PhaseSolver, PhaseMotion]
     assert solver.from_motion(found.sequence, found.along, 0.5 * found.cost) is None
 
 
+def test_a_neighbour_is_given_up_by_its_bound(jump: tuple[PhaseSolver, PhaseMotion]) -> None:
+    """Where its motion is to cost half of what it does, it ends in less than half of the iterations."""
+    solver, found = jump
+    stance, flight, last = found.sequence.durations
+    other = named(solver, sequence("F S F !S", 0.05, stance - 0.05, flight, last))
+    iterations = []
+    for below in (np.inf, 0.5 * found.cost):
+        before = len(solver.reports)
+        motion = solver.from_motion(other, found.along, below)
+        assert (motion is not None) == (below == np.inf)
+        iterations.append(sum(one.iterations for one in solver.reports[before:]))
+    assert iterations[1] < 0.5 * iterations[0]
+
+
 def test_phases_that_vanish_are_left_out() -> None:
     """A second slide that pays nothing shrinks to nothing, and the block stops where friction stops it."""
     solver = solver_of("block_push", *SLIDE[:2])
