@@ -261,8 +261,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
 def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Violated]) -> Iterator[Finer]:
     """Yield what two rounds, one after the other, would do, if that is clear before the first of them.
 
-    Either the few elements with gross errors are divided and all get more stages, as the others' errors ask for; or
-    bounds are held and the few elements divided whose errors are too large.
+    Either the few elements are divided whose errors are much larger than others', and all get more stages, as these
+    ask for; or bounds are held and the few elements divided whose errors are too large.
 
     Args:
         solved, accuracy: as in `_finer`.
@@ -274,7 +274,10 @@ def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Viola
         bounds = with_bounds(solved, [one.bound for one in violated])
         parts = _in_parts(solved, bounds.transcription, np.maximum(errors / accuracy, 1.0))
         yield parts._replace(start=replace(parts.start, freer=True))
-    elif not few and 0 < (errors > gross).sum() <= many:
+        return
+    while (errors > gross).sum() > many:
+        gross *= 10
+    if not few and (errors > gross).any():
         parts = _in_parts(solved, solved.transcription, np.maximum(errors / gross, 1.0))
         for stages in _more_stages(solved, np.minimum(errors, gross), accuracy):
             yield _in_stages(parts, stages)

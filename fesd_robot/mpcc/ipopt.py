@@ -48,6 +48,7 @@ class Iterate(NamedTuple):
 
     Attributes:
         iteration: its number, from one.
+        objective: f(x).
         bound: objective that the solution has at least, if the NLP is convex there and the gradient of the Lagrangian
             has vanished, f(x) + lam_g^T (g - active bound) + lam_x^T (x - active bound).
         violation: largest of the constraints.
@@ -56,6 +57,7 @@ class Iterate(NamedTuple):
     """
 
     iteration: int
+    objective: float
     bound: float
     violation: float
 
@@ -152,7 +154,7 @@ def solve_nlp(
         x, f, g, lam_x, lam_g = values
         violation = np.maximum(nlp.lower - g, g - nlp.upper).max(initial=0.0)
         bound = f[0] + _with_multipliers(lam_x, x, lower, upper) + _with_multipliers(lam_g, g, nlp.lower, nlp.upper)
-        return hopeless is not None and hopeless(Iterate(iteration, float(bound), float(violation)))
+        return hopeless is not None and hopeless(Iterate(iteration, float(f[0]), float(bound), float(violation)))
 
     size, constraints = nlp.jacobian.size1_in(0), len(nlp.lower)
     asked = given_up if hopeless else None

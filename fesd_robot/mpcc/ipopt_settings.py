@@ -17,6 +17,16 @@ NEAR_BARRIER, NEAR_PUSH = 1e-2, 1e-4
 """Barrier parameter and distance from bounds with which an NLP of the loose homotopy begins that is near to the one
 before: ten times the parameter at which that ended. With IPOPT's own of 0.1 it leaves that point and comes back."""
 
+STANDS_STILL = {
+    "acceptable_iter": 3,
+    "acceptable_tol": 1e-2,
+    "acceptable_constr_viol_tol": 1e-9,
+    "acceptable_obj_change_tol": 1e-6,
+}
+"""IPOPT's options for an NLP that is at its point and does not end: constraints that depend on each other, as of two
+fingers on one box, and forces that cost nothing leave multipliers undetermined. It ends where its constraints hold and
+its cost stands still."""
+
 
 class Trial(Enum):
     """Which try at one NLP it is."""

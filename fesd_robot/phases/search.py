@@ -33,6 +33,9 @@ IPOPT iterations times nonzeros of the derivatives and `OVERHEAD`; ten million t
 OVERHEAD = 10_000
 """What an iteration takes beside the nonzeros, with its part of what an NLP takes before the first one."""
 
+STARTS = 3
+"""Motions of guesses from which a patient search goes, the cheapest first."""
+
 MOST_WORK = 1.5e8
 """Work after which it ends whatever it gains; `fesd-robot improve` goes on from there."""
 
@@ -85,6 +88,7 @@ class SequenceSearch:
         cheaper: called with every motion that costs less than all before.
         tried: all sequences so far.
         best: the cheapest motion; None if none is found.
+        starts: the cheapest motions of guesses, at most `STARTS`, the cheapest first.
         iterations: of IPOPT with sequences that are tried at once, or on the cores that there are.
     """
 
@@ -94,6 +98,7 @@ class SequenceSearch:
     cheaper: Callable[[PhaseMotion], None]
     tried: list[Tried] = field(default_factory=list)
     best: PhaseMotion | None = None
+    starts: list[PhaseMotion] = field(default_factory=list)
     iterations: int = 0
     _begin: float = field(default_factory=time.perf_counter)
     _guessed: set[object] = field(default_factory=set)
@@ -145,24 +150,29 @@ class SequenceSearch:
             self.solver.parts //= 2
             return
         self.close()  # other processes have the elements of before
-        self.best = None
+        self.best, self.starts = None, []
         self.note("elements divided", found.sequence, found)
 
     def improve(self, *, patient: bool) -> None:
         """Try neighbours of the cheapest motion, and of those that are cheaper, until a pass brings too little.
 
         Args:
-            patient: whether it ends only then; else it does once neighbours have taken as much work since the last
-                gain that was worthwhile as everything had before, within `LEAST_PATIENCE` and `MOST_PATIENCE`, and
-                after `MOST_WORK`.
+            patient: whether it ends only then, and goes on from the motions of other guesses; else it ends once
+                neighbours have taken as much work since the last gain that was worthwhile as everything had before,
+                within `LEAST_PATIENCE` and `MOST_PATIENCE`, and after `MOST_WORK`.
         """
         self._patience, self._found_at = np.inf if patient else 0.0, self._work
         self._gained()
-        while self.best is not None and not self._over:
-            before = self.cost
-            while self._better_neighbour():
-                pass
-            if not before - self.cost > WORTHWHILE * abs(before):
+        for start in self.starts if patient else self.starts[:1]:
+            self._improve_from(start)
+
+    def _improve_from(self, start: PhaseMotion) -> None:
+        """Try neighbours of a motion, and of those that are cheaper, until a pass brings too little."""
+        while not self._over:
+            before = start.cost
+            while better := self._better_neighbour(start):
+                start = better
+            if not before - start.cost > WORTHWHILE * abs(before):
                 return
 
     def _gained(self) -> None:
@@ -190,25 +200,27 @@ class SequenceSearch:
             return ended
         return self._work - self._since > self._patience or self._work - self._found_at > MOST_WORK
 
-    def _better_neighbour(self) -> bool:
-        """Whether a neighbour of the cheapest motion, which takes its place, is cheaper."""
-        best = self.best
-        assert best is not None
+    def _better_neighbour(self, current: PhaseMotion) -> PhaseMotion | None:
+        """Return a neighbour of a motion that is cheaper, None if there is none, or the search ends."""
+        if self._over:
+            return None
         motion = self.solver.motion
-        found = neighbours(best.sequence, list(motion.contacts), Profile.of(motion, best.along), motion.ocp.knots)
+        found = neighbours(current.sequence, list(motion.contacts), Profile.of(motion, current.along), motion.ocp.knots)
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
-        below = self.cost - GAIN * abs(self.cost)
-        trials = [_Trial(one.sequence, below, best.own.sequence, best.w) for one in untried]
+        below = current.cost - GAIN * abs(current.cost)
+        trials = [_Trial(one.sequence, below, current.own.sequence, current.w) for one in untried]
         for number, (one, result) in enumerate(zip(untried, self._ahead.results(trials), strict=False), start=1):
             self.counted(number, len(untried))
             self._seen.add(self._key(one.sequence))
-            if self.note(one.what, one.sequence, self._motion(result)):
-                if self._reference - self.cost > WORTHWHILE * abs(self._reference):
-                    self._gained()
-                return not self._over
+            better = self._motion(result)
+            kept = self._kept(one.what, one.sequence, better)
+            if kept and self._reference - self.cost > WORTHWHILE * abs(self._reference):
+                self._gained()
+            if better and better.cost < current.cost:
+                return better
             if self._over:
                 break
-        return False
+        return None
 
     def _motion(self, result: _Found) -> PhaseMotion | None:
         """Return the motion of a trial that may have been in another process, and count its iterations."""
@@ -240,7 +252,13 @@ class SequenceSearch:
     def _key(self, sequence: Sequence) -> tuple[object, ...]:
         return sequence.key_with(self.solver.motion.ocp.knots)
 
-    def note(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> bool:
+    def note(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> None:
+        """Take note of a sequence that was solved, from whose motion a search may begin."""
+        self._kept(what, sequence, motion)
+        if motion:
+            self.starts = sorted([*self.starts, motion], key=lambda one: one.cost)[:STARTS]
+
+    def _kept(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> bool:
         """Take note of a sequence that was solved; return whether its motion is the cheapest so far."""
         cost = motion.cost if motion else np.inf
         kept = cost < self.cost

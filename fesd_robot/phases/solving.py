@@ -11,7 +11,7 @@ import numpy as np
 from fesd_robot.fesd.grid_rows import SHORTEST_PHASE
 from fesd_robot.mpcc import REGULARISED, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
 from fesd_robot.mpcc.ipopt import Hopeless, Iterate
-from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
+from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, linear_solver_options, starting_at
 from fesd_robot.mpcc.polishing import BranchNlp, PolishingLimits
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.formulate import AUTOMATIC_AUXILIARY_FORCE
@@ -58,10 +58,13 @@ HOPELESS = ((20, 1.0), (30, 0.1))
 """Iterations after which the NLP of a neighbour is given up that has never violated constraints by less. Of those that
 ended in a cheaper motion the worst had come to 0.1 by iteration 12; half of the others never come below 1."""
 
-SCREENED_FROM, SCREENED, SCREENED_TIMES = 8, 0.02, 3
-"""First iteration of a neighbour's NLP whose bound by weak duality counts, part of the cost by which such bounds have
-to be too high, and how many of them, one after the other. Bounds hardly rise and fall once constraints nearly hold,
-while the objective is several times too high as long as the barrier is."""
+SCREENED_FROM, SCREENED_TIMES = 8, 3
+"""First iteration of a neighbour's NLP whose objective and bound by weak duality count, and how many of them, one after
+the other."""
+
+SCREENED, SCREENED_GAP = 0.02, 0.05
+"""Parts of the cost: by which both have to be too high, and by which they may differ. The objective alone is several
+times too high as long as the barrier is, the bound alone where multipliers are far from those of a solution."""
 
 PROMISING = 1e-2
 """Violation of constraints up to which it does."""
@@ -78,16 +81,8 @@ SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES = starting_at(1e-6, 1e-8),
 AGAIN_START = starting_at(1e-4, 1e-5)
 """The same where it goes on, only bounds of durations have moved, or a phase or an impact is left out."""
 
-GO_ON_START = {
-    **AGAIN_START,
-    **REGULARISED,
-    "acceptable_iter": 3,
-    "acceptable_tol": 1e-2,
-    "acceptable_constr_viol_tol": 1e-9,
-    "acceptable_obj_change_tol": 1e-6,
-}
-"""The same where an NLP is at its point and does not end: constraints that depend on each other, as of two fingers on
-one box, leave multipliers undetermined. It ends where its constraints hold and its cost stands still."""
+GO_ON_START = {**AGAIN_START, **REGULARISED, **STANDS_STILL}
+"""The same where an NLP is at its point and does not end."""
 
 KEPT_GRIDS = 6
 """Sequences whose grids are kept, those that were asked for last."""
@@ -191,8 +186,10 @@ class _Screening:
         if at.iteration == 1:
             self._least, self._dear = np.inf, 0
         self._least = min(self._least, at.violation)
-        counts = at.iteration >= SCREENED_FROM and at.violation <= PROMISING
-        self._dear = self._dear + 1 if counts and at.bound > self.below + SCREENED * abs(self.below) else 0
+        settled = at.iteration >= SCREENED_FROM and at.violation <= PROMISING
+        least, cost = min(at.objective, at.bound), abs(self.below)
+        dear = settled and least > self.below + SCREENED * cost and abs(at.objective - at.bound) <= SCREENED_GAP * cost
+        self._dear = self._dear + 1 if dear else 0
         far = any(at.iteration >= iterations and self._least > most for iterations, most in HOPELESS)
         self.given_up = far or self._dear >= SCREENED_TIMES
         return self.given_up

@@ -85,6 +85,23 @@ def test_a_search_finds_what_costs_less(soft: tuple[PhaseSolver, PhaseMotion]) -
     assert all(one.cost == math.inf or one.cost >= search.cost for one in search.tried)
 
 
+def test_a_patient_search_goes_from_several_motions(soft: tuple[PhaseSolver, PhaseMotion]) -> None:
+    """Beside a motion from which nothing is found it goes from one that is dearer, too, and ends no higher."""
+    solver, dearer = soft
+    search = SequenceSearch(solver, Cores(1), lambda done, of: None, lambda one: None)
+    search.note("given", dearer.sequence, dearer)
+    search.improve(patient=True)
+    cheapest, ends = search.best, list[tuple[float, int]]()
+    assert cheapest is not None
+    for starts in ([cheapest], [cheapest, dearer]):
+        search = SequenceSearch(solver, Cores(1), lambda done, of: None, lambda one: None)
+        for start in starts:
+            search.note("given", start.sequence, start)
+        search.improve(patient=True)
+        ends.append((search.cost, len(search.tried)))
+    assert ends[1][0] <= ends[0][0] and ends[1][1] > ends[0][1] + 1
+
+
 def test_the_result_does_not_depend_on_the_cores(soft: tuple[PhaseSolver, PhaseMotion]) -> None:
     """Two processes lead to the same sequence at the same cost as one."""
     solver, motion = soft
