@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     )
     from fesd_robot.fesd import SimulationError
     from fesd_robot.native import CompilationError
-    from fesd_robot.planner import plan
+    from fesd_robot.planning import plan
     from fesd_robot.plans import Plan, read_plan, report, write_plan
     from fesd_robot.simulation import simulate
     from fesd_robot.task import Task, load_task
@@ -111,7 +111,7 @@ else:
                 "TaskError",
             ],
             "fesd_robot.native": ["CompilationError"],
-            "fesd_robot.planner": ["plan"],
+            "fesd_robot.planning": ["plan"],
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
             "fesd_robot.simulation": ["simulate"],
             "fesd_robot.task": ["Task", "load_task"],

@@ -9,13 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
-from fesd_robot.plans import Plan, export, task_of
+from fesd_robot.plans import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE, Plan, export, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
-from fesd_robot.plans.files import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE
-from fesd_robot.recovery.model_motion import ModelMotion
-from fesd_robot.render.files import write_atomically
-from fesd_robot.render.inline import inline_html
-from fesd_robot.render.outputs import write_drawings, write_page
+from fesd_robot.recovery import ModelMotion
+from fesd_robot.render import inline_html, write_atomically, write_drawings, write_page
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
 
@@ -34,7 +31,7 @@ def explain(task: Task) -> str:
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    from fesd_robot.explanation.problem import explanation  # the rooms that formulate take longest to import
+    from fesd_robot.explanation import explanation  # the rooms that formulate take longest to import
     from fesd_robot.fesd import Transcription
     from fesd_robot.ocp import formulate
     from fesd_robot.phases import discretised, guessed_sequences
@@ -63,7 +60,7 @@ def draw_task(task: Task, page: Path | str) -> Path:
         PlanFileError: the file cannot be written.
     """
     from fesd_robot.ocp import formulate  # the rooms that formulate take longest to import
-    from fesd_robot.render.still import write_task_page
+    from fesd_robot.render import write_task_page
 
     motion = formulate(task)
     return _drawn(partial(write_task_page, motion), page, "task.html")
@@ -83,7 +80,7 @@ def draw_robot(robot: Robot, page: Path | str) -> Path:
         RobotError: the shapes of the robot cannot be read.
         PlanFileError: the file cannot be written.
     """
-    from fesd_robot.render.still import write_robot_page
+    from fesd_robot.render import write_robot_page
 
     return _drawn(partial(write_robot_page, robot), page, "robot.html")
 
@@ -213,9 +210,14 @@ def exported(
 
 def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tuple[Plan, ModelMotion | None]:
     """Return a plan with the motion of all joints of the model file, sampled at a rate, and its states if asked for."""
-    from fesd_robot.adapters import model_motion_of, numeric_physics, with_full_model, with_gaps  # formulating is slow
-    from fesd_robot.ocp import formulate
-    from fesd_robot.plans.resample import resampled
+    from fesd_robot.ocp import (  # formulating is slow
+        formulate,
+        model_motion_of,
+        numeric_physics,  # formulating is slow
+        with_full_model,
+        with_gaps,
+    )
+    from fesd_robot.plans import resampled
 
     samples = None if rate is None else resampled(plan, rate)
     motion = formulate(task_of(plan), driven=False)

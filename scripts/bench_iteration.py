@@ -24,13 +24,13 @@ import casadi
 import numpy as np
 
 from fesd_robot import Task, load_task
-from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
-from fesd_robot.mpcc import Mpcc, solve
+from fesd_robot.mpcc import Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import plan
+from fesd_robot.ocp.solver_options import homotopy_options
+from fesd_robot.planning.planner import plan
 
 ROOT = Path(__file__).parent.parent
 CASES = [
@@ -151,7 +151,7 @@ def _timed(task: Task, problem: Mpcc, nlp: RelaxedNlp, solver: str, iterations: 
         ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
         options = replace(homotopy_options(task), linear_solver=solver, max_iterations=iterations, ipopt=ipopt)
         options = replace(options, tolerance=options.sigma_start * 0.99, velocity_level_ratio=1.0)
-        solve(problem, options, nlp=nlp)
+        solve(problem, Run(options), nlp=nlp)
         text = file.read_text()
     values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}
     values["factorisation"] = values["linear systems"] - values["solves"]

@@ -23,12 +23,13 @@ import numpy as np
 from scipy import sparse
 
 from fesd_robot import load_task
-from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
-from fesd_robot.mpcc import solve
+from fesd_robot.mpcc import Run, solve
 from fesd_robot.native import ipopt_options, kkt_library
 from fesd_robot.native.linear_solver import KktSystem, build_library
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.solver_options import homotopy_options
+from fesd_robot.running.deadline import Deadline
 
 ROOT = Path(__file__).parent.parent
 SHORT: dict[str, list[str] | None] = {
@@ -80,9 +81,8 @@ def dump(name: str, overrides: list[str], folder: Path, iterations: int, every: 
     motion = formulate(task)
     chosen = ipopt_options(library)
     options = replace(homotopy_options(task), linear_solver="ma27", ipopt=chosen, max_iterations=iterations)
-    options = replace(options, time_limit=TIME_LIMIT)
     os.environ |= {"KKT_FOLDER": str(folder), "KKT_EVERY": str(every)}
-    solve(Transcription(motion.ocp, motion.fesd).problem, options)
+    solve(Transcription(motion.ocp, motion.fesd).problem, Run(options, Deadline(TIME_LIMIT)))
 
 
 @dataclass(frozen=True)

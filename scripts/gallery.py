@@ -36,11 +36,11 @@ from PIL import Image
 
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.ocp import formulate
+from fesd_robot.planning.fallbacks import with_overrides
 from fesd_robot.plans import Plan, read_plan
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.outcome_words import flight_words, miss_words
 from fesd_robot.plans.plan import ContactHistory
-from fesd_robot.strategies.fallbacks import with_overrides
 from fesd_robot.task import Task, load_task
 
 sys.path.insert(0, str(ROOT))

@@ -24,7 +24,7 @@ import numpy as np
 from fesd_robot import load_task
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.ocp import formulate
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -64,7 +64,7 @@ def largest_gap(stages: int, intervals: int, gain: float) -> float:
     transcription = Transcription(ocp, motion.fesd)
     solution = solve(
         transcription.problem,
-        HomotopyOptions(tolerance=1e-9, linear_solver="auto"),
+        Run(HomotopyOptions(tolerance=1e-9, linear_solver="auto")),
         polisher=BranchTranscription(transcription),
     )
     if not solution.solved:

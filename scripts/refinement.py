@@ -25,16 +25,15 @@ import numpy as np
 from moved_start import MOVED, moved
 
 from fesd_robot import load_task
-from fesd_robot.adapters import homotopy_options
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
-from fesd_robot.mpcc import NlpReport, solve
+from fesd_robot.mpcc import NlpReport, Run, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.refine import refined
-from fesd_robot.repair import Repair
-from fesd_robot.solved_motion import SolvedMotion
-from fesd_robot.strategies.deadline import Deadline
+from fesd_robot.ocp.solver_options import homotopy_options
+from fesd_robot.refinement.refine import refined
+from fesd_robot.refinement.repair import Repair
+from fesd_robot.refinement.solved_motion import SolvedMotion
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "results" / "refinement.md"
@@ -68,7 +67,7 @@ def measure(name: str, seed: int | None) -> list[str]:
     task = load_task(ROOT / "tasks" / f"{name}.yaml", ["method.grid=uniform", *TASKS[name]])
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
-    polisher, repair = BranchTranscription(transcription), Repair(transcription, options, Deadline(), None, None)
+    polisher, repair = BranchTranscription(transcription), Repair(transcription, Run(options))
     begin = time.perf_counter()
     homotopy = solve if seed is None else moved(solve, seed)
     solution = homotopy(transcription.problem, options, polisher=polisher, otherwise=repair)
@@ -85,7 +84,7 @@ def measure(name: str, seed: int | None) -> list[str]:
     reports: list[NlpReport] = []
     assert task.method.accuracy != "none"
     begin = time.perf_counter()
-    after = refined(before, options, task.method.accuracy, Deadline(None), reports.append, None)
+    after = refined(before, task.method.accuracy, Run(options, report=reports.append))
     spent = time.perf_counter() - begin
     (most, worst), (left, last) = before.audit.worst, after.audit.worst
     return [

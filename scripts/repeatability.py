@@ -25,8 +25,8 @@ import numpy as np
 from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
 from moved_start import MOVED, moved, moved_branches
 
-from fesd_robot import chain, load_task, plan
 from fesd_robot.mpcc.polishing import BranchNlp
+from fesd_robot.planning import chain, load_task, plan
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 
 from fesd_robot.mpcc import NlpReport
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.task import Task, load_task
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fesd_robot.adapters import homotopy_options
 from fesd_robot.mpcc import HomotopyOptions
+from fesd_robot.ocp.solver_options import homotopy_options
 from fesd_robot.task import Method, Solver, Task
 
 

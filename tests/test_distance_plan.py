@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.ocp import load_task_robot
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans.body_distances import BodyDistances
 from fesd_robot.plans.overlaps import LEAST_DEPTH
-from fesd_robot.plans.report import report
+from fesd_robot.plans.report_text import report
 from fesd_robot.robot import Robot
 from fesd_robot.task import load_task
 from fesd_robot.task.distances import DistanceConstraint

@@ -14,28 +14,50 @@ import fesd_robot
 SOURCES = Path(fesd_robot.__file__).parent
 
 BELOW: dict[str, set[str]] = {
+    "errors": set(),
+    "lazy": set(),
+    "orientations": set(),
     "complementarity": set(),
     "native": set(),
+    "running": set(),
     "robot": set(),
     "examples": set(),
     "task": {"examples"},
     "dcs": {"complementarity"},
-    "mpcc": {"complementarity", "native"},
+    "mpcc": {"complementarity", "native", "running"},
     "fesd": {"complementarity", "dcs", "mpcc"},
-    "optimal_control": {"complementarity", "dcs", "fesd", "mpcc"},
+    "optimal_control": {"complementarity", "dcs", "fesd", "mpcc", "running"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
     "replay": {"recovery"},
     "plans": {"contact", "mpcc", "recovery", "replay", "robot", "task"},
-    "ocp": {"complementarity", "contact", "dcs", "fesd", "plans", "robot", "task"},
-    "explanation": {"adapters", "contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
+    "ocp": {"complementarity", "contact", "fesd", "mpcc", "plans", "recovery", "replay", "robot", "task"},
+    "explanation": {"contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "native", "ocp", "plans", "recovery", "robot", "task"},
-    "simulation": {"adapters", "contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
+    "simulation": {"contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
     "first_task": {"ocp", "robot", "task"},
-    "strategies": {"mpcc", "plans", "task"},
-    "phases": {"complementarity", "contact", "fesd", "mpcc", "ocp", "stepping", "strategies"},
-}
-"""Room -> the rooms it may use, besides `errors`, `lazy` and `orientations`; planner and commands may use all."""
+    "phases": {"complementarity", "contact", "fesd", "mpcc", "ocp", "robot", "running"},
+    "refinement": {
+        "complementarity", "contact", "fesd", "mpcc", "ocp", "plans", "recovery", "replay", "running", "task",
+    },
+    "starts": {
+        "complementarity", "contact", "dcs", "fesd", "mpcc", "ocp", "plans", "recovery", "refinement", "replay",
+        "simulation",
+    },
+    "planning": {
+        "complementarity", "fesd", "mpcc", "native", "ocp", "phases", "plans", "refinement", "running", "starts",
+        "task",
+    },
+    "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task"},
+    "cli": {
+        "actions", "examples", "explanation", "first_task", "mpcc", "ocp", "planning", "plans", "render", "robot",
+        "running", "simulation", "task",
+    },
+}  # fmt: skip
+"""Room, or module beside the rooms -> what it may use, besides `errors`, `lazy` and `orientations`, from below it."""
+
+BESIDE = 0.1
+"""Most part of the names that rooms take from each other which may be taken from their modules."""
 
 
 def _imports(tree: ast.AST) -> Iterator[str]:
@@ -47,28 +69,58 @@ def _imports(tree: ast.AST) -> Iterator[str]:
             yield from (alias.name for alias in node.names if alias.name.startswith("fesd_robot."))
 
 
+def _files(room: str) -> list[Path]:
+    folder = SOURCES / room
+    return list(folder.rglob("*.py")) if folder.is_dir() else [folder.with_suffix(".py")]
+
+
 @pytest.mark.parametrize("room", BELOW)
 def test_a_room_uses_the_rooms_below_it_only(room: str) -> None:
-    """No file of a room imports from a room above or beside it."""
+    """No file of a room, and no module beside the rooms, imports from above or beside itself."""
     allowed = BELOW[room] | {room, "errors", "lazy", "orientations"}
     wrong = {
         f"{file.relative_to(SOURCES)}: {module}"
-        for file in (SOURCES / room).rglob("*.py")
+        for file in _files(room)
         for module in _imports(ast.parse(file.read_text(encoding="utf-8")))
         if module.split(".")[1] not in allowed
     }
     assert sorted(wrong) == []
 
 
-def test_every_room_is_in_the_order() -> None:
-    """A new room has to say what it stands on."""
+def test_nothing_points_upward() -> None:
+    """The order of the table is one of floors: what something uses stands above it in the list."""
+    order = list(BELOW)
+    assert [(room, use) for room in order for use in BELOW[room] if order.index(use) >= order.index(room)] == []
+
+
+def test_every_module_is_in_the_order() -> None:
+    """A new room, and a new module beside the rooms, has to say what it stands on."""
     rooms = {folder.name for folder in SOURCES.iterdir() if (folder / "__init__.py").is_file()}
-    assert rooms == {*BELOW, "cli"}
+    modules = {file.stem for file in SOURCES.glob("*.py")} - {"__init__", "__main__"}
+    assert rooms | modules == set(BELOW)
+
+
+def test_rooms_are_entered_by_their_front_doors() -> None:
+    """Nearly all names that rooms take from each other are taken from a package, not from a module in it."""
+    through, beside = 0, set[str]()
+    for file in SOURCES.rglob("*.py"):
+        own = file.relative_to(SOURCES).parts[0].removesuffix(".py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith("fesd_robot."):
+                continue
+            parts = (node.module or "").split(".")[1:]
+            if own == "__init__" or parts[0] == own or not (SOURCES / parts[0]).is_dir():
+                continue
+            if (SOURCES.joinpath(*parts) / "__init__.py").is_file():
+                through += len(node.names)
+            else:
+                beside |= {f"{file.relative_to(SOURCES)}: {node.module}.{alias.name}" for alias in node.names}
+    assert len(beside) <= BESIDE * (through + len(beside)), sorted(beside)
 
 
 def test_the_table_of_the_architecture_is_this_order() -> None:
     """The documentation's column of what a room uses says what is tested here."""
     text = (SOURCES.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `(\w+)/` \|[^|]*\|([^|]*)\|$", text, re.MULTILINE)
+    rows = re.findall(r"^\| `(\w+)(?:/|\.py)` \|[^|]*\|([^|]*)\|$", text, re.MULTILINE)
     table = {room: set(re.findall(r"\w+", uses)) for room, uses in rows}
     assert table == BELOW

@@ -13,7 +13,7 @@ from fesd_robot import Plan, load_task, plan, read_plan, write_plan
 from fesd_robot.ocp import formulate
 from fesd_robot.orientations import roll_pitch_yaw
 from fesd_robot.plans.columns import columns_of
-from fesd_robot.plans.report import report
+from fesd_robot.plans.report_text import report
 from tests.bodies_in_space import box, written
 
 AXES = ("vx", "vy", "vz", "wx", "wy", "wz")

@@ -55,7 +55,7 @@ def examples(
             raise typer.BadParameter("found --out or --force without a name, expected names of examples, or --all")
         typer.echo("\n".join(_listed(shipped_examples())))
         return
-    from fesd_robot.task.json_schema import SCHEMA_FILE
+    from fesd_robot.task import SCHEMA_FILE
 
     written = copy_examples(names or [], out, schema=SCHEMA_FILE.read_bytes(), overwrite=force)
     typer.echo("\n".join(f"written: {path}" for path in written))

@@ -13,7 +13,7 @@ from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
 from fesd_robot.cli.progress import Progress, progress_for, wrapped
-from fesd_robot.strategies.stations import Station
+from fesd_robot.running import Station
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -95,7 +95,7 @@ def _is_better(plan: Plan, folder: Path) -> bool:
 
 def _solve(task: Task, progress: Progress, interrupts: Interrupts, folder: Path | None) -> Plan:
     """Return the plan of a task; a first one goes to a folder, if one is named, and the plan there is looked at."""
-    from fesd_robot import planner
+    from fesd_robot.planning import planner
 
     def stop(iteration: int, objective: float) -> bool:
         if interrupts.solving():
@@ -132,9 +132,8 @@ def _earlier(folder: Path) -> Plan | None:
 
 def _write_early(plan: Plan, task: Task, folder: Path, progress: Progress) -> None:
     """Write a plan that may be replaced by a cheaper one, with its page; what cannot be written is left to the last."""
-    from fesd_robot.plans import write_plan
-    from fesd_robot.plans.files import PAGE_FILE
-    from fesd_robot.render.outputs import write_page
+    from fesd_robot.plans import PAGE_FILE, write_plan
+    from fesd_robot.render import write_page
 
     message = f"{plan.status.message} {EARLY}"
     marked = plan.model_copy(update={"status": plan.status.model_copy(update={"message": message})})
@@ -157,7 +156,7 @@ EARLY = "Cheaper motions are still looked for."
 
 def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts: Interrupts) -> Path:
     from fesd_robot.plans import write_plan
-    from fesd_robot.render.outputs import write_optional_files
+    from fesd_robot.render import write_optional_files
 
     def extras(stage: Path) -> None:
         try:

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fesd_robot.strategies.deadline import CERTIFICATE_SECONDS
-from fesd_robot.strategies.stations import Station
+from fesd_robot.running import CERTIFICATE_SECONDS, Station
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -71,7 +70,7 @@ def cells(report: NlpReport) -> list[str]:
 
 def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
     """Return the sentence before an attempt with fallback settings."""
-    from fesd_robot.plans.tables import settings_line
+    from fesd_robot.plans import settings_line
 
     return f"{failed.status.message} Next attempt: {settings_line(changes)}."
 

@@ -51,8 +51,7 @@ def render(
     """
     from fesd_robot.actions import render_comparison, render_plan
     from fesd_robot.errors import PlanFileError, TaskError
-    from fesd_robot.plans import read_plan
-    from fesd_robot.plans.files import FIGURES_FOLDER
+    from fesd_robot.plans import FIGURES_FOLDER, read_plan
 
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
     try:

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fesd_robot.cli.arguments import Page
-from fesd_robot.explanation.table import aligned
+from fesd_robot.explanation import aligned
 
 if TYPE_CHECKING:
-    from fesd_robot.robot import Robot
-    from fesd_robot.robot.catalogue import Entry
+    from fesd_robot.robot import Entry, Robot
 
 
 _SUFFIXES = (".urdf", ".xml", ".mjcf", ".sdf")
@@ -77,8 +76,8 @@ def robots(
             "found no model for --frames, --shapes, --sagittal or --page, expected a file, package://NAME/PATH or "
             "example-robot-data:NAME"
         )
+    from fesd_robot.robot import examples_folder
     from fesd_robot.robot.catalogue import catalogue
-    from fesd_robot.robot.library import examples_folder
 
     entries = catalogue(pattern)
     if as_json:
@@ -104,7 +103,7 @@ def _row(entry: Entry, folder: Path) -> list[str]:
 
 def _is_model(text: str) -> bool:
     """Whether an argument names a model rather than a pattern of names."""
-    from fesd_robot.task.robot import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX
+    from fesd_robot.task import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX
 
     suffix = Path(text).suffix.lower()
     return text.startswith((EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX)) or suffix in _SUFFIXES or Path(text).is_file()
@@ -134,8 +133,7 @@ def _propose_sagittal(source: str, *, as_json: bool) -> None:
     """Print the section `robot` of a task, as YAML or JSON."""
     from ruamel.yaml import YAML
 
-    from fesd_robot.robot import load_robot
-    from fesd_robot.robot.sagittal import propose_sagittal
+    from fesd_robot.robot import load_robot, propose_sagittal
 
     proposal = propose_sagittal(load_robot(source, root="sagittal").model)
     section = {"model": source, "root": "sagittal", "locked": proposal.locked, "coupled": proposal.coupled}

@@ -56,7 +56,7 @@ def simulate(
     from fesd_robot.cli.exits import ExitCode
     from fesd_robot.cli.summary import summary
     from fesd_robot.plans import check_output_folder, task_of, write_plan
-    from fesd_robot.render.outputs import write_optional_files
+    from fesd_robot.render import write_optional_files
     from fesd_robot.simulation import simulate_robot
 
     given = _loaded(what, overrides or [])
@@ -72,7 +72,7 @@ def simulate(
 
 def _loaded(what: Path, overrides: list[str]) -> Task | Plan:
     """Return the plan, or the task, that a path is."""
-    from fesd_robot.ocp.reference_file import is_plan
+    from fesd_robot.ocp import is_plan
     from fesd_robot.plans import read_plan, task_of
     from fesd_robot.task import load_task
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from fesd_robot.plans import Plan
-    from fesd_robot.plans.outcome import Outcome
+    from fesd_robot.plans import Outcome, Plan
 
 SHOWN_CONTACTS, SHOWN_WARNINGS = 3, 3
 
@@ -20,7 +19,7 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
         folder: where the files are.
         shown: the folder as the user wrote it.
     """
-    from fesd_robot.plans.files import FILES
+    from fesd_robot.plans import FILES
 
     names = [name + ("/" if (folder / name).is_dir() else "") for name in FILES if (folder / name).exists()]
     return [
@@ -37,7 +36,7 @@ def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
 def _effort(plan: Plan) -> str:
     effort, simulated = plan.statistics, plan.simulation
     if simulated:
-        from fesd_robot.plans.outcome_words import count
+        from fesd_robot.plans import count
 
         events = f"{count(simulated.events, 'contact event')}, {count(simulated.impacts, 'impact')}"
         return f"{events}; {count(simulated.steps, 'step')}"
@@ -47,7 +46,7 @@ def _effort(plan: Plan) -> str:
 
 def _notes(plan: Plan) -> list[str]:
     """Return what the replay of a solved plan notes, as where contacts that hit at once do so in turn."""
-    from fesd_robot.plans.findings import REPLAY
+    from fesd_robot.plans import REPLAY
 
     findings = plan.audit.findings if plan.status.solved and plan.audit else []
     return [f"note: {finding.sentence}" for finding in findings if finding.entry == REPLAY]
@@ -55,7 +54,7 @@ def _notes(plan: Plan) -> list[str]:
 
 def warning_lines(warnings: Sequence[str]) -> list[str]:
     """Return the first warnings, and how many more there are."""
-    from fesd_robot.plans.outcome_words import count
+    from fesd_robot.plans import count
 
     more = len(warnings) - SHOWN_WARNINGS
     lines = [f"warning: {warning}" for warning in warnings[:SHOWN_WARNINGS]]
@@ -64,7 +63,7 @@ def warning_lines(warnings: Sequence[str]) -> list[str]:
 
 def _attempts(plan: Plan) -> list[str]:
     """Return which attempt the plan is of, if there were several."""
-    from fesd_robot.plans.tables import settings_line
+    from fesd_robot.plans import settings_line
 
     attempts, kept = plan.statistics.attempts, plan.statistics.kept_attempt
     if len(attempts) < 2 or kept is None:
@@ -77,7 +76,7 @@ def _attempts(plan: Plan) -> list[str]:
 
 def outcome_lines(outcome: Outcome) -> list[str]:
     """Return by how much the goal is missed, and what each contact did; of many contacts only the first ones."""
-    from fesd_robot.plans.outcome_words import contact_words, count, goal_words
+    from fesd_robot.plans import contact_words, count, goal_words
 
     shown = list(outcome.contacts.items())[:SHOWN_CONTACTS]
     lines = [f"goal: {goal_words(outcome)}", *(f"{name}: {contact_words(contact)}" for name, contact in shown)]

@@ -1,6 +1,6 @@
 """Kinds of the conditions of a contact, and the directions that are their subjects."""
 
-from fesd_robot.dcs.lagrangian import BACKWARDS, FORCE_AT_A_DISTANCE, FORWARDS, FRICTION_ALONG_SLIDING, SLIPPING
+from fesd_robot.dcs import BACKWARDS, FORCE_AT_A_DISTANCE, FORWARDS, FRICTION_ALONG_SLIDING, SLIPPING
 
 __all__ = ["BACKWARDS", "FORCE_AT_A_DISTANCE", "FORWARDS", "FRICTION_ALONG_SLIDING", "SLIPPING"]
 

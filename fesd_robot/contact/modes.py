@@ -18,8 +18,7 @@ from fesd_robot.contact.kinds import (
     SLIDING_INSIDE_CONE,
 )
 from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
-from fesd_robot.dcs import ABOVE, BELOW
-from fesd_robot.dcs.jump import ABOVE_LAW, IMPACT_LAW
+from fesd_robot.dcs import ABOVE, ABOVE_LAW, BELOW, IMPACT_LAW
 
 Active = Mapping[tuple[str, str], ActiveFactor]
 """(kind, subject) of every condition of a contact -> its active factor, from `Branch.of_contact`."""

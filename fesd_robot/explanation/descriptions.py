@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.standing import standings_of
-from fesd_robot.ocp.targets import waypoint_times
+from fesd_robot.ocp import MotionProblem, standings_of, waypoint_times
 from fesd_robot.orientations import with_angles
-from fesd_robot.robot.units import configuration_units
-from fesd_robot.task import Goal, PointTarget, Task, Waypoint
-from fesd_robot.task.costs import COST_TERMS
-from fesd_robot.task.words import along_axes, listed
+from fesd_robot.robot import configuration_units
+from fesd_robot.task import COST_TERMS, Goal, PointTarget, Task, Waypoint, along_axes, listed
 
 
 def described_points(target: Goal | Waypoint) -> list[str]:

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.adapters import homotopy_options, numeric_physics
 from fesd_robot.contact import Contact as PhysicalContact
-from fesd_robot.contact.ground import HeightField, Terrain
+from fesd_robot.contact import Terrain
+from fesd_robot.contact.ground import HeightField
 from fesd_robot.errors import RobotError
 from fesd_robot.explanation.descriptions import (
     described_constraints,
@@ -22,17 +22,26 @@ from fesd_robot.explanation.descriptions import (
 from fesd_robot.explanation.table import aligned
 from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
-from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.formulate import TOUCHING
+from fesd_robot.ocp import TOUCHING, MotionProblem, homotopy_options, numeric_physics
 from fesd_robot.orientations import with_angles
-from fesd_robot.robot import Robot
-from fesd_robot.robot.units import deviation_units, velocity_units
-from fesd_robot.task import GROUND, CircleBoxContact, CircleContact, Contact, Goal, Task, TwoBodyContact
+from fesd_robot.robot import Robot, deviation_units, velocity_units
+from fesd_robot.task import (
+    GROUND,
+    CircleBoxContact,
+    CircleContact,
+    Contact,
+    Goal,
+    Shape,
+    SingleContact,
+    SolidSurface,
+    Task,
+    TwoBodyContact,
+    Wall,
+    along_axes,
+    enumerated,
+    listed,
+)
 from fesd_robot.task import Robot as RobotSection
-from fesd_robot.task.contacts import SingleContact
-from fesd_robot.task.ground import Shape, Wall
-from fesd_robot.task.surfaces import SolidSurface
-from fesd_robot.task.words import along_axes, enumerated, listed
 
 WIDTH = 100
 LABEL = 12
@@ -377,7 +386,8 @@ def _reference(motion: MotionProblem) -> list[str]:
 
 def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:
     options, count = homotopy_options(motion.task), len(motion.task.contacts)
-    limit = "without a time limit" if options.time_limit is None else f"{options.time_limit:g} s in all at most"
+    seconds = motion.task.solver.time_limit
+    limit = "without a time limit" if seconds is None else f"{seconds:g} s in all at most"
     return [
         f"MPCC with {problem.size} variables, {problem.constraints} constraints and {problem.pairs} complementarity "
         f"pairs ({count} contact{'s' * (count != 1)}).",

@@ -8,17 +8,11 @@ from collections.abc import Iterator, Mapping
 import casadi as ca
 import numpy as np
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.contact import TwoBodies
-from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.formulate import TOUCHING
-from fesd_robot.ocp.standing import posture_of, touching_configuration
-from fesd_robot.ocp.vectors import mirrored
+from fesd_robot.ocp import TOUCHING, MotionProblem, mirrored, numeric_physics, posture_of, touching_configuration
 from fesd_robot.plans.overlaps import overlaps
-from fesd_robot.recovery.contact_rows import normal_rows
-from fesd_robot.recovery.statics import holding_effort
-from fesd_robot.robot.root import ROOT_HEIGHT
-from fesd_robot.robot.units import configuration_units
+from fesd_robot.recovery import holding_effort, normal_rows
+from fesd_robot.robot import ROOT_HEIGHT, configuration_units
 from fesd_robot.task import GROUND, Jumps
 
 NEAR = 0.1

@@ -1,10 +1,17 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
+from fesd_robot.fesd.added_rows import BoundBetween
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.grid import ControlGrid, Span
-from fesd_robot.fesd.ocp import OptimalControlProblem, RelaxedCost, initial_value_problem
+from fesd_robot.fesd.grid_rows import PHASE, SHORTEST_PHASE
+from fesd_robot.fesd.interval import EQUILIBRATION
+from fesd_robot.fesd.neighbours.room import at_stages
+from fesd_robot.fesd.ocp import Clock, OptimalControlProblem, RelaxedCost, initial_value_problem
 from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, StepEquilibration
+from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.refinement import with_stages
+from fesd_robot.fesd.refinement.between_stages import STRICTER
+from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
 from fesd_robot.fesd.simulation import Note, Phase, Sensitivity, Simulation, SimulationError, StepReport
@@ -14,6 +21,13 @@ from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 __all__ = [
+    "EQUILIBRATION",
+    "MAX_STAGES",
+    "PHASE",
+    "SHORTEST_PHASE",
+    "STRICTER",
+    "BoundBetween",
+    "Clock",
     "ControlGrid",
     "CrossComplementarity",
     "Element",
@@ -21,6 +35,7 @@ __all__ = [
     "Form",
     "Note",
     "OptimalControlProblem",
+    "PathBetween",
     "Phase",
     "RelaxedCost",
     "Scheme",
@@ -34,6 +49,7 @@ __all__ = [
     "Tableau",
     "TrajectoryConstraint",
     "Transcription",
+    "at_stages",
     "end_sensitivity",
     "initial_value_problem",
     "make_tableau",

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.dcs.model import OMITTED
+from fesd_robot.dcs import OMITTED, ComplementaritySystem
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.grid import Span

@@ -20,8 +20,7 @@ from fesd_robot.fesd.search import ACTIVE_G, ModeSearch
 from fesd_robot.fesd.simulation import Note
 from fesd_robot.fesd.trajectory import Element, interval_elements
 from fesd_robot.fesd.transcription import Transcription
-from fesd_robot.mpcc import HomotopyOptions, MpccSolution, solve
-from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, RelaxedNlp, Run, assemble, solve
 from fesd_robot.mpcc.relaxations import relaxation_named
 
 HOMOTOPY_STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1, 0.1, 1.0), (1e-4, 0.1, 1.0))
@@ -192,7 +191,7 @@ class Stepper:
         for trial, (sigma, factor, ratio) in enumerate(HOMOTOPY_STARTS, start=1):
             sigma = max(sigma, solver.tolerance)
             homotopy = replace(solver, sigma_start=sigma, sigma_factor=factor, velocity_level_ratio=ratio)
-            solution = solve(problem, homotopy, nlp=nlp)
+            solution = solve(problem, Run(homotopy), nlp=nlp)
             iterations += solution.iterations
             if solution.feasible:  # a step has no objective of its own that an NLP would have to converge in
                 return self._finished(step, solution, trial, iterations)

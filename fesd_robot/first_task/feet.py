@@ -12,9 +12,7 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.base import leaf_joints
 from fesd_robot.first_task.proposal import Contact
-from fesd_robot.robot import Robot
-from fesd_robot.robot.body_shapes import outline_points
-from fesd_robot.robot.outline import Outline, touching_outlines
+from fesd_robot.robot import Outline, Robot, outline_points, touching_outlines
 
 NEAR = 0.03
 """m; a frame at most this far above the lowest point of its body, as in the middle of a ball, is where it touches."""

@@ -22,11 +22,7 @@ from fesd_robot.first_task.proposal import Proposal, RobotSection, what_moves
 from fesd_robot.first_task.slide import slide
 from fesd_robot.first_task.text import task_text
 from fesd_robot.ocp import formulate
-from fesd_robot.robot import Robot, load_robot
-from fesd_robot.robot.library import PREFIX
-from fesd_robot.robot.paths import PACKAGE
-from fesd_robot.robot.root import SAGITTAL_NAMES
-from fesd_robot.robot.sagittal import propose_sagittal
+from fesd_robot.robot import PACKAGE, PREFIX, SAGITTAL_NAMES, Robot, load_robot, propose_sagittal
 from fesd_robot.task import Task, load_task
 
 RootChoice = Literal["fixed", "sagittal"]

@@ -4,19 +4,26 @@ The two sides of a pair are G and H, 0 <= G complementary to H >= 0. In this pac
 multiplier of a bound, a row or a side; Filippov multipliers are variables like all others here.
 """
 
+from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.conflict import Conflict, Demand, conflict_at
 from fesd_robot.mpcc.continuation import REGULARISED, TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
 from fesd_robot.mpcc.homotopy import solve
+from fesd_robot.mpcc.ipopt import Hopeless, Iterate
+from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, starting_at
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
-from fesd_robot.mpcc.polishing import BranchBounds, BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.polishing import EXACT_PRODUCT, BranchBounds, BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
-from fesd_robot.mpcc.solution import MpccSolution, NlpReport
+from fesd_robot.mpcc.report import NlpReport
+from fesd_robot.mpcc.run import Run
+from fesd_robot.mpcc.solution import MpccSolution
 from fesd_robot.mpcc.status import NlpStatus
 
 __all__ = [
+    "EXACT_PRODUCT",
     "REGULARISED",
+    "STANDS_STILL",
     "TRIALS",
     "Block",
     "BranchBounds",
@@ -27,6 +34,8 @@ __all__ = [
     "Conflict",
     "Demand",
     "HomotopyOptions",
+    "Hopeless",
+    "Iterate",
     "Mpcc",
     "MpccSolution",
     "NlpReport",
@@ -35,10 +44,14 @@ __all__ = [
     "Polisher",
     "PolishingLimits",
     "PolishingReport",
+    "RelaxedNlp",
     "Residuals",
+    "Run",
     "Trial",
+    "assemble",
     "certify",
     "conflict_at",
     "continue_on_branch",
     "solve",
+    "starting_at",
 ]

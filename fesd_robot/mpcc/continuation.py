@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -11,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.mpcc.ipopt_settings import linear_solver_options, starting_at
-from fesd_robot.mpcc.options import HomotopyOptions
+from fesd_robot.mpcc.ipopt_settings import starting_at
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
-from fesd_robot.mpcc.solution import MpccSolution, NlpReport
+from fesd_robot.mpcc.report import NlpReport
+from fesd_robot.mpcc.run import Run
+from fesd_robot.mpcc.solution import MpccSolution
 
 CONTINUATION_ITERATIONS = 120
 """IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
@@ -38,15 +38,6 @@ FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
 """IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
 
-PROMISING_ITERATIONS = 120
-"""IPOPT iterations of an exact solution after a trial before its branch is updated."""
-
-PROMISING_UPDATES = 1
-"""How often that happens."""
-
-PROMISING_START = starting_at(1e-4, 1e-5)
-"""IPOPT's options for an exact solution after a trial."""
-
 
 @dataclass(frozen=True)
 class Trial:
@@ -56,13 +47,11 @@ class Trial:
         settings: IPOPT's options for the start.
         iterations: of IPOPT, after which it ends, or goes on once.
         violation: largest constraint violation at the end of a trial that is worth an exact solution.
-        most_branches: up to how many branches are tried in this way; more would take most of the time.
     """
 
     settings: dict[str, Any]
     iterations: int
     violation: float
-    most_branches: float = np.inf
 
 
 REGULARISED = {"perturb_always_cd": "yes"}
@@ -71,8 +60,8 @@ each other nearly: without, an iteration factorises up to ten times to find by h
 
 TRIALS = (
     Trial({**starting_at(1e-3, 1e-4), **REGULARISED}, iterations=40, violation=1e-3),
-    Trial(starting_at(1e-4, 1e-5), iterations=40, violation=1e-3, most_branches=40),
-    Trial({**starting_at(1e-2, 1e-3), **REGULARISED}, iterations=80, violation=1e-2, most_branches=20),
+    Trial(starting_at(1e-4, 1e-5), iterations=40, violation=1e-3),
+    Trial({**starting_at(1e-2, 1e-3), **REGULARISED}, iterations=80, violation=1e-2),
 )
 """One after the other: what is not found from one start is sometimes found from another."""
 
@@ -112,11 +101,8 @@ class BranchSolver:
     Args:
         problem: with the same conditions as that of the earlier solution.
         polisher: of the problem.
-        options: of the homotopy.
-        seconds_left: of the time limit, None for none.
+        run: of all NLPs.
         few_evaluations: whether the functions are not worth compiling.
-        stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
-        progress: called after every NLP.
 
     Attributes:
         reports: of all NLPs so far.
@@ -124,16 +110,13 @@ class BranchSolver:
 
     problem: Mpcc
     polisher: Polisher
-    options: HomotopyOptions
-    seconds_left: Callable[[], float | None]
+    run: Run
     few_evaluations: bool = True
-    stop: Callable[[int, float], bool] | None = None
-    progress: Callable[[NlpReport], None] | None = None
     reports: list[NlpReport] = field(default_factory=list)
 
     @cached_property
     def _nlp(self) -> BranchNlp:
-        return BranchNlp.of(self.polisher, self.options.compile, few_evaluations=self.few_evaluations)
+        return BranchNlp.of(self.polisher, self.run.options.compile, few_evaluations=self.few_evaluations)
 
     @property
     def ended_early(self) -> bool:
@@ -143,8 +126,7 @@ class BranchSolver:
     @property
     def _over(self) -> bool:
         """Whether no time is left; then no functions are made, which may take minutes to compile."""
-        left = self.seconds_left()
-        return left is not None and left <= 0
+        return self.run.deadline.left <= 0
 
     def exact(
         self,
@@ -167,15 +149,7 @@ class BranchSolver:
             end = end or self._solve(start, starting, iterations, updates)
         return end
 
-    def exact_after(self, promising: BranchPoint) -> PolishingReport | None:
-        """Return the exact end on the branch of a trial's end, None if there is none nearby.
-
-        Args:
-            promising: the trial's end.
-        """
-        return self._solve(promising, PROMISING_START, PROMISING_ITERATIONS, PROMISING_UPDATES)
-
-    def tried(self, start: BranchPoint, trial: Trial, reach: float = np.inf) -> PolishingReport | None:
+    def tried(self, start: BranchPoint, trial: Trial) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
 
         A trial that goes on and leaves its constraints ends where it held them before, and so does one that goes on to
@@ -184,7 +158,6 @@ class BranchSolver:
         Args:
             start: where it begins.
             trial: how to try.
-            reach: objective above which a trial that violates little does not go on.
         """
         w, branch, found = start.w, start.branch, None
         held: PolishingReport | None = None
@@ -195,16 +168,17 @@ class BranchSolver:
                 branch,
                 self.problem,
                 w,
-                options={**self._linear_solver, **trial.settings, **TRIAL_TOLERANCES, **self.options.ipopt},
-                limits=self._limits(trial.iterations, 0),
+                self._own_run,
+                options={**trial.settings, **TRIAL_TOLERANCES},
+                limits=PolishingLimits(trial.iterations, updates=0),
             )
             if found is None or (held and _is_lost(found.residuals, held.residuals, trial)):
                 return held
             if found.status.converged or not np.isfinite(found.w).all():
                 break
-            violation, objective = found.residuals.constraint_violation, found.residuals.objective
+            violation = found.residuals.constraint_violation
             held = found if violation <= trial.violation else None
-            if violation > HOPELESS_VIOLATION or (held and objective > reach):
+            if violation > HOPELESS_VIOLATION:
                 break
             w, branch = found.w, self.polisher.updated_branch(branch, found.w) or branch
         return found
@@ -229,9 +203,10 @@ class BranchSolver:
             solve_seconds=earlier.solve_seconds + seconds,
         )
 
-    @cached_property
-    def _linear_solver(self) -> dict[str, Any]:
-        return linear_solver_options(self.options.linear_solver)
+    @property
+    def _own_run(self) -> Run:
+        """The run, of whose NLPs this solver takes note."""
+        return replace(self.run, report=self._report)
 
     def _solve(
         self, start: BranchPoint, starting: dict[str, Any], iterations: int, updates: int
@@ -241,8 +216,9 @@ class BranchSolver:
         return self._nlp.solve(
             self.problem,
             start.w,
-            options={**self._linear_solver, **starting, **self.options.ipopt},
-            limits=self._limits(iterations, updates),
+            self._own_run,
+            options=starting,
+            limits=PolishingLimits(iterations, updates),
             branches=[start.branch],
         )
 
@@ -256,32 +232,13 @@ class BranchSolver:
         before, after = self.problem.residuals(start.w).objective, end.residuals.objective
         return end if abs(after - before) <= FAR_OBJECTIVE * (1 + abs(before)) else None
 
-    def _limits(self, iterations: int, updates: int) -> PolishingLimits:
-        return PolishingLimits(
-            self.options.feasibility,
-            self.seconds_left,
-            self._report,
-            iterations=min(iterations, self.options.max_iterations),
-            updates=updates,
-            stop=self.stop,
-        )
-
-    def _report(self, one: PolishingReport) -> None:
-        self.reports.append(NlpReport.of_polishing(one))
-        if self.progress:
-            self.progress(self.reports[-1])
+    def _report(self, nlp: NlpReport) -> None:
+        self.reports.append(nlp)
+        self.run.told(nlp)
 
 
 def continue_on_branch(
-    problem: Mpcc,
-    polisher: Polisher,
-    start: BranchPoint,
-    earlier: MpccSolution,
-    options: HomotopyOptions,
-    *,
-    seconds_left: Callable[[], float | None],
-    progress: Callable[[NlpReport], None] | None = None,
-    stop: Callable[[int, float], bool] | None = None,
+    problem: Mpcc, polisher: Polisher, start: BranchPoint, earlier: MpccSolution, run: Run
 ) -> MpccSolution | None:
     """Return the exact solution of a problem on the branch of an earlier one, or None if there is none nearby.
 
@@ -290,13 +247,10 @@ def continue_on_branch(
         polisher: of the problem.
         start: a point of the problem.
         earlier: the solution it continues; its NLPs are listed first in the result.
-        options: of the homotopy.
-        seconds_left: of the time limit, None for none.
-        progress: called after every NLP.
-        stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
+        run: of all NLPs.
     """
     begin = time.perf_counter()
-    solver = BranchSolver(problem, polisher, options, seconds_left, stop=stop, progress=progress)
+    solver = BranchSolver(problem, polisher, run)
     end = solver.exact(start, near=True)
     return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)
 

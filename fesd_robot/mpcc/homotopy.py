@@ -11,13 +11,15 @@ import numpy as np
 
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import Trial, linear_solver_options, nlp_options
+from fesd_robot.mpcc.ipopt_settings import Trial, nlp_options
 from fesd_robot.mpcc.options import HomotopyOptions
-from fesd_robot.mpcc.polishing import POLISHING_ITERATIONS, BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
+from fesd_robot.mpcc.report import NlpReport
+from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.schedule import Sigmas, chosen_start
-from fesd_robot.mpcc.solution import MpccSolution, NlpReport
+from fesd_robot.mpcc.solution import MpccSolution
 from fesd_robot.mpcc.status import NlpStatus
 
 logger = logging.getLogger(__name__)
@@ -46,13 +48,11 @@ COST_LOSS = 0.2
 
 def solve(
     problem: Mpcc,
-    options: HomotopyOptions | None = None,
+    run: Run | None = None,
     *,
     relaxation: Relaxation | None = None,
     nlp: RelaxedNlp | None = None,
     polisher: Polisher | None = None,
-    progress: Callable[[NlpReport], None] | None = None,
-    stop: Callable[[int, float], bool] | None = None,
     otherwise: Callable[[np.ndarray], float | None] | None = None,
 ) -> MpccSolution:
     """Solve an MPCC by relaxed NLPs with sigma -> tolerance, IPOPT's tolerance tied to sigma.
@@ -69,13 +69,11 @@ def solve(
 
     Args:
         problem: the MPCC.
-        options: sigmas, tolerances and limits.
+        run: sigmas, tolerances and limits; default: the options' own, without a limit of time.
         relaxation: instead of the options' one.
         nlp: the relaxed problem, if it was assembled before (for a problem with the same blocks); its relaxation and
             steering are the ones it was assembled with.
         polisher: reads branches of this problem, see `polishing`.
-        progress: called after every NLP.
-        stop: called once an IPOPT iteration with (iteration, objective); True ends the solve.
         otherwise: called with the point, (n), at the end of the loose homotopy, and at the end of all, if no branch on
             which it may lie leads to an exact point; returns the cost of an exact point that was found in another way,
             None if there is none. A cost that is as near as that of a branch has to be ends the solve.
@@ -86,15 +84,17 @@ def solve(
 
     Source: Scholtes 2001; Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022 (comparison of homotopies).
     """
-    options = options or HomotopyOptions()
+    run = run or Run()
+    options = run.options
     if not any(block.velocity_level.any() for block in problem.blocks):
         options = replace(options, velocity_level_ratio=1.0)
+        run = replace(run, options=options)
     begin = time.perf_counter()
     nlp = nlp or assemble(
         problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
     )
     branch_nlp = BranchNlp.of(polisher, options.compile) if polisher and options.polish else None
-    return _Homotopy(problem, options, nlp, branch_nlp, progress, stop, otherwise).solution(time.perf_counter() - begin)
+    return _Homotopy(problem, run, nlp, branch_nlp, otherwise).solution(time.perf_counter() - begin)
 
 
 def _where_exploited(problem: Mpcc, nlp: RelaxedNlp, options: HomotopyOptions) -> RelaxedNlp | None:
@@ -119,15 +119,13 @@ class _Homotopy:
     def __init__(
         self,
         problem: Mpcc,
-        options: HomotopyOptions,
+        run: Run,
         nlp: RelaxedNlp,
         branch_nlp: BranchNlp | None,
-        progress: Callable[[NlpReport], None] | None,
-        stop: Callable[[int, float], bool] | None,
         otherwise: Callable[[np.ndarray], float | None] | None,
     ) -> None:
-        self._problem, self._options, self._nlp, self._branch_nlp = problem, options, nlp, branch_nlp
-        self._progress, self._stop, self._otherwise = progress, stop, otherwise
+        self._problem, self._run, self._nlp, self._branch_nlp = problem, run, nlp, branch_nlp
+        self._otherwise, self._options, options = otherwise, run.options, run.options
         self._elastic = nlp.slacks.count > 0
         sigma_start = options.sigma_start or max(chosen_start(problem, options.velocity_level_ratio), options.tolerance)
         last = options.tolerance if self._elastic else nlp.relaxation.last_sigma(options.tolerance)
@@ -146,7 +144,7 @@ class _Homotopy:
 
     def solution(self, build_seconds: float) -> MpccSolution:
         """Run to the end, and return where that is."""
-        completed, size = self._run(), self._problem.size
+        completed, size = self._follow(), self._problem.size
         exact = self._polished.exact
         if exact is None and not (completed and self._is_feasible(self._problem.residuals(self._best.x[:size]))):
             exact = self._polished.costlier
@@ -165,7 +163,7 @@ class _Homotopy:
             solve_seconds=time.perf_counter() - self._begin,
         )
 
-    def _run(self) -> bool:
+    def _follow(self) -> bool:
         """Follow the homotopy; return whether it came to its last sigma, or no slack was left."""
         sigmas = self._steps.start()
         if self._branch_nlp is None or self._elastic or self._steps.is_last(sigmas):
@@ -274,7 +272,7 @@ class _Homotopy:
     def _nlp_at(self, sigmas: Sigmas, loose: bool, near: bool = False) -> NlpResult | None:
         """Solve the NLP at these sigmas, near to those before or not, twice if it fails; None when the time is over."""
         for trial in Trial:
-            remaining = self._remaining()
+            remaining = self._run.deadline.remaining()
             if remaining is not None and remaining <= 0:
                 self._status = NlpStatus.TIME_LIMIT
                 return None
@@ -286,7 +284,7 @@ class _Homotopy:
                 lower=self._lower,
                 upper=self._upper,
                 options=nlp_options(self._options, sigmas, remaining, trial, last=last, loose=loose, near=near),
-                stop=self._stop,
+                stop=self._run.stop,
             )
             residuals = self._problem.residuals(result.point.x[: self._problem.size])
             self._report(NlpReport(*sigmas, result.status, result.iterations, result.seconds, residuals))
@@ -304,14 +302,7 @@ class _Homotopy:
         end = branch_nlp.solve(
             self._problem,
             w,
-            options={**linear_solver_options(self._options.linear_solver), **self._options.ipopt},
-            limits=PolishingLimits(
-                feasibility=self._options.feasibility,
-                remaining=self._remaining,
-                report=lambda one: self._report(NlpReport.of_polishing(one)),
-                iterations=min(POLISHING_ITERATIONS, self._options.max_iterations),
-                stop=self._stop,
-            ),
+            replace(self._run, report=self._report),
         )
         if end is None:
             logger.info("polishing at sigma = %.1e found no exact point", sigma)
@@ -327,12 +318,7 @@ class _Homotopy:
     def _report(self, report: NlpReport) -> None:
         self._reports.append(report)
         self._status = report.status
-        if self._progress:
-            self._progress(report)
-
-    def _remaining(self) -> float | None:
-        limit = self._options.time_limit
-        return None if limit is None else limit - (time.perf_counter() - self._begin)
+        self._run.told(report)
 
     def _is_feasible(self, residuals: Residuals) -> bool:
         product, violation = residuals.complementarity, residuals.constraint_violation

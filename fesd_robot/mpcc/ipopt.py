@@ -13,6 +13,7 @@ import numpy as np
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.assembly import RelaxedNlp
 from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.running import Stop
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,6 @@ class NlpResult:
     def converged(self) -> bool:
         """IPOPT met its tolerance or its acceptable level."""
         return self.status.converged
-
-
-Stop = Callable[[int, float], bool]
-"""(iteration, objective) -> whether the user wants the solve to end."""
 
 
 class Iterate(NamedTuple):

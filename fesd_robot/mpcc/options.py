@@ -22,7 +22,6 @@ class HomotopyOptions:
         velocity_level_ratio: how much larger sigma is for pairs at velocity level, if there are any, until those at
             position level have reached the tolerance.
         max_iterations: IPOPT iterations per NLP.
-        time_limit: seconds for the whole homotopy.
         linear_solver: ``fesd`` is our own (`native.kkt_library`), ``auto`` that or MUMPS where it cannot be compiled;
             else one of IPOPT's.
         compile: whether the NLP's functions become machine code: ``always``, ``never``, or ``auto``: large ones where
@@ -47,7 +46,6 @@ class HomotopyOptions:
     sigma_factor: float = 0.35
     velocity_level_ratio: float = 30.0
     max_iterations: int = 1000
-    time_limit: float | None = None
     linear_solver: str = "auto"
     compile: Compile = "auto"
     feasibility: float = 1e-8

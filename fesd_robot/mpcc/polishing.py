@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
@@ -12,11 +12,13 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
-from fesd_robot.mpcc.ipopt import Hopeless, NlpPoint, Stop, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, continued_at, starting_at
+from fesd_robot.mpcc.ipopt import Hopeless, NlpPoint, solve_nlp
+from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, continued_at, linear_solver_options, starting_at
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.reduced_nlp import ReducedNlp
 from fesd_robot.mpcc.relaxations import relaxation_named
+from fesd_robot.mpcc.report import NlpReport
+from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.status import NlpStatus
 
 POLISHING_ITERATIONS = 40
@@ -103,6 +105,11 @@ class PolishingReport:
     exact: bool
 
     @property
+    def as_nlp(self) -> NlpReport:
+        """What is shown of it."""
+        return NlpReport(0.0, 0.0, self.status, self.iterations, self.seconds, self.residuals)
+
+    @property
     def nearly_feasible(self) -> bool:
         """Whether only iterations were missing, or digits: the branch fits, for its constraints nearly hold.
 
@@ -116,24 +123,16 @@ class PolishingReport:
 
 @dataclass(frozen=True)
 class PolishingLimits:
-    """How long polishing may take, how accurate its end has to be, and what hears of it.
+    """How many iterations polishing may take.
 
     Attributes:
-        iterations: of IPOPT, for each NLP.
+        iterations: of IPOPT, for each NLP, or as many as the run's options allow if these are less.
         updates: how often a branch is updated, or continued.
-        feasibility: largest constraint violation of an exact end.
-        remaining: seconds left, None for no limit.
-        report: called after every NLP.
-        stop: called once an IPOPT iteration with (iteration, objective); True ends the polishing.
         hopeless: called with every iterate; True ends an NLP as if it had no iterations left.
     """
 
-    feasibility: float
-    remaining: Callable[[], float | None]
-    report: Callable[[PolishingReport], None]
     iterations: int = POLISHING_ITERATIONS
     updates: int = BRANCH_UPDATES
-    stop: Stop | None = None
     hopeless: Hopeless | None = None
 
 
@@ -159,9 +158,10 @@ class BranchNlp:
         self,
         problem: Mpcc,
         w: np.ndarray,
+        run: Run,
         *,
-        options: dict[str, Any],
-        limits: PolishingLimits,
+        options: dict[str, Any] | None = None,
+        limits: PolishingLimits | None = None,
         branches: Iterable[Branch] | None = None,
     ) -> PolishingReport | None:
         """Return the first exact end of a branch NLP, None if no branch on which w may lie leads to one.
@@ -172,14 +172,16 @@ class BranchNlp:
         Args:
             problem: the problem with pairs, which every end is checked against.
             w: a point with small products, (n).
-            options: of IPOPT, beside those set here: the linear solver.
-            limits: iterations, time and accuracy.
+            run: its options' feasibility is the largest constraint violation of an exact end.
+            options: of IPOPT, before those of the run.
+            limits: of iterations.
             branches: on which w may lie; default: those that the polisher reads from it.
         """
+        options, limits = options or {}, limits or PolishingLimits()
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
             start, settings = self._start(w), options
             for _ in range(1 + limits.updates):
-                ended = self._ended(branch, problem, start, options=settings, limits=limits)
+                ended = self._ended(branch, problem, start, run, options=settings, limits=limits)
                 if ended is None:
                     return None
                 end, start = ended
@@ -201,6 +203,7 @@ class BranchNlp:
         branch: Branch,
         problem: Mpcc,
         w: np.ndarray,
+        run: Run,
         *,
         options: dict[str, Any],
         limits: PolishingLimits,
@@ -212,7 +215,7 @@ class BranchNlp:
 
         The other args are those of `solve`.
         """
-        ended = self._ended(branch, problem, self._start(w), options=options, limits=limits)
+        ended = self._ended(branch, problem, self._start(w), run, options=options, limits=limits)
         return ended[0] if ended else None
 
     def _start(self, w: np.ndarray) -> NlpPoint:
@@ -223,12 +226,13 @@ class BranchNlp:
         branch: Branch,
         problem: Mpcc,
         start: NlpPoint,
+        run: Run,
         *,
         options: dict[str, Any],
         limits: PolishingLimits,
     ) -> tuple[PolishingReport, NlpPoint] | None:
         """Return the end of one NLP on a branch and its point with multipliers, None if no time is left."""
-        seconds = limits.remaining()
+        seconds = run.deadline.remaining()
         if seconds is not None and seconds <= 0:
             return None
         bounds = self.polisher.bounds(branch)
@@ -240,9 +244,11 @@ class BranchNlp:
             **WARM_START,
             "bound_relax_factor": 0.0,
             "honor_original_bounds": "no",
-            "max_iter": limits.iterations,
+            "max_iter": min(limits.iterations, run.options.max_iterations),
             **({} if seconds is None else {"max_wall_time": seconds}),
+            **linear_solver_options(run.options.linear_solver),
             **options,
+            **run.options.ipopt,
         }
         begin = time.perf_counter()
         start = replace(start, x=np.clip(start.x, bounds.lower, bounds.upper))
@@ -255,7 +261,7 @@ class BranchNlp:
             lower=bounds.lower[reduced.free],
             upper=bounds.upper[reduced.free],
             options=settings,
-            stop=limits.stop,
+            stop=run.stop,
             hopeless=limits.hopeless,
         )
         point = reduced.whole(result.point, start)
@@ -263,7 +269,7 @@ class BranchNlp:
         exact = (
             result.converged
             and min(residuals.complementarity, residuals.natural_residual) <= EXACT_PRODUCT
-            and residuals.constraint_violation <= limits.feasibility
+            and residuals.constraint_violation <= run.options.feasibility
         )
         end = PolishingReport(
             status=result.status,
@@ -274,7 +280,7 @@ class BranchNlp:
             branch=branch,
             exact=exact,
         )
-        limits.report(end)
+        run.told(end.as_nlp)
         return end, point
 
 

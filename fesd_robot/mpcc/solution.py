@@ -1,4 +1,4 @@
-"""The end of a homotopy, and what is known of every NLP on the way."""
+"""The end of a homotopy."""
 
 from __future__ import annotations
 
@@ -7,33 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.mpcc.polishing import PolishingReport
 from fesd_robot.mpcc.problem import Residuals
+from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.status import NlpStatus
-
-
-@dataclass(frozen=True)
-class NlpReport:
-    """One NLP as it is shown in the progress table.
-
-    Attributes:
-        sigma, velocity_level_sigma: of the two levels; both are zero in a branch NLP, in which nothing is relaxed.
-        status: how IPOPT ended.
-        iterations, seconds: of the NLP.
-        residuals: of the MPCC at its end.
-    """
-
-    sigma: float
-    velocity_level_sigma: float
-    status: NlpStatus
-    iterations: int
-    seconds: float
-    residuals: Residuals
-
-    @classmethod
-    def of_polishing(cls, report: PolishingReport) -> NlpReport:
-        """Return the report of a branch NLP."""
-        return cls(0.0, 0.0, report.status, report.iterations, report.seconds, report.residuals)
 
 
 @dataclass(frozen=True)

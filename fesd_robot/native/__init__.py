@@ -1,6 +1,6 @@
 """C and C++ that is compiled on first use: a linear solver for IPOPT and the functions of an NLP."""
 
-from fesd_robot.native.compiler import CompilationError, shared_library
+from fesd_robot.native.compiler import CompilationError, cache_folder, shared_library
 from fesd_robot.native.linear_solver import begin_building, ipopt_options, kkt_library
 from fesd_robot.native.nlp_compiler import NlpBlock, Output, compile_nlp
 
@@ -9,6 +9,7 @@ __all__ = [
     "NlpBlock",
     "Output",
     "begin_building",
+    "cache_folder",
     "compile_nlp",
     "ipopt_options",
     "kkt_library",

@@ -11,8 +11,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import nearest
-from fesd_robot.robot import Robot
-from fesd_robot.robot.units import velocity_units
+from fesd_robot.robot import Robot, velocity_units
 from fesd_robot.task import GeneralizedForceActuator, JointActuator, Task, evaluate_expression
 
 _CASADI_FUNCTIONS = {"sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "sqrt": ca.sqrt, "exp": ca.exp}

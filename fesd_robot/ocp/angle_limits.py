@@ -10,7 +10,7 @@ import numpy as np
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.orientations import angles_of, quaternion_entries
-from fesd_robot.robot.rotations import quaternion_matrix
+from fesd_robot.robot import quaternion_matrix
 
 _ROUNDED = 1e-6
 """Of a row; a start that is outside its limit by less is on it, rounded."""

@@ -15,8 +15,7 @@ from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.robot import Robot
-from fesd_robot.task import Task
-from fesd_robot.task.origins import KeyPath
+from fesd_robot.task import KeyPath, Task
 
 _SINGULAR = 1e-12
 """Smallest fraction of the largest eigenvalue of the mass matrix that counts as inertia."""

@@ -26,12 +26,12 @@ from fesd_robot.task import (
     BodyPoint,
     Clearance,
     ContactWindow,
+    DistanceConstraint,
     ForbiddenZone,
     FrameLimits,
     SwingClearance,
     Task,
 )
-from fesd_robot.task.distances import DistanceConstraint
 
 _ROUNDED = 1e-12
 """Keeps roots differentiable at zero: added to a sum of squares or higher powers, m2 or without unit."""

@@ -15,13 +15,18 @@ from fesd_robot.ocp.scene import surfaces_of
 from fesd_robot.ocp.standing import posture_of
 from fesd_robot.ocp.vectors import initial_configuration, with_values
 from fesd_robot.orientations import layered
-from fesd_robot.robot import Robot
-from fesd_robot.robot.load import with_frames
-from fesd_robot.robot.outline import Outline, touching_outlines
-from fesd_robot.task import GROUND, CircleContact, PointContact, SwingClearance, Task
-from fesd_robot.task.contacts import BodyContact, PlacedContact
-from fesd_robot.task.costs import COST_TERMS
-from fesd_robot.task.standing import Configured
+from fesd_robot.robot import Outline, Robot, touching_outlines, with_frames
+from fesd_robot.task import (
+    COST_TERMS,
+    GROUND,
+    BodyContact,
+    CircleContact,
+    Configured,
+    PlacedContact,
+    PointContact,
+    SwingClearance,
+    Task,
+)
 
 _IN_PLANE = 0.5
 """Least part of a direction that is in the x-z plane."""

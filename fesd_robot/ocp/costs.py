@@ -17,7 +17,7 @@ from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES
 from fesd_robot.ocp.vectors import vector
 from fesd_robot.orientations import deviation_names
-from fesd_robot.robot.orientations import deviation
+from fesd_robot.robot import deviation
 
 Terms = dict[str, ca.SX]
 """Name of a term -> expression."""

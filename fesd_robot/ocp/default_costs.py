@@ -10,10 +10,8 @@ import pinocchio as pin
 
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.orientations import deviation_names
-from fesd_robot.robot import Robot
-from fesd_robot.robot.units import deviation_units, velocity_units
-from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, Task
-from fesd_robot.task.contacts import SingleContact
+from fesd_robot.robot import Robot, deviation_units, velocity_units
+from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, SingleContact, Task
 
 CONFIGURATION, VELOCITY, CONTROL, SLIPPING = 10.0, 0.1, 1.0, 10.0
 """What a deviation of one unit of `RobotScales` costs, over the whole duration; for slipping: one such work."""

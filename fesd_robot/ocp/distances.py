@@ -11,26 +11,28 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError
 from fesd_robot.ocp.points import Points
-from fesd_robot.robot.distance import Placed, distance_rows, placed
-from fesd_robot.robot.kinematics import frame_placement
-from fesd_robot.robot.round_shapes import (
+from fesd_robot.robot import (
     BoxShape,
+    Placed,
     RoundShape,
     SimpleShape,
+    distance_rows,
     enclosing,
+    frame_placement,
     kind_of,
+    placed,
     shapes_of_body,
     simple_shape,
 )
-from fesd_robot.task.distances import (
+from fesd_robot.task import (
     BodyDistance,
     BoxObstacle,
     CapsuleObstacle,
     DistanceConstraint,
+    KeyPath,
     Obstacle,
     ObstacleDistance,
 )
-from fesd_robot.task.origins import KeyPath
 
 
 class _Part(NamedTuple):

@@ -8,13 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fesd_robot.errors import JointError, RobotError
-from fesd_robot.robot import Robot, load_robot, with_joint_properties
-from fesd_robot.robot.bodies import beside
-from fesd_robot.robot.body_names import name_on
-from fesd_robot.robot.simple_body import Solid, ball, box, cylinder, simple_body
-from fesd_robot.task import Task
-from fesd_robot.task.bodies import BallBody, BoxBody, CylinderBody, ModelBody
-from fesd_robot.task.fields import AXES
+from fesd_robot.robot import Robot, Solid, ball, beside, box, cylinder, load_robot, name_on, with_joint_properties
+from fesd_robot.robot.simple_body import simple_body
+from fesd_robot.task import AXES, BallBody, BoxBody, CylinderBody, ModelBody, Task
 
 
 def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool = False) -> Robot:

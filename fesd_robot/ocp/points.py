@@ -9,10 +9,7 @@ import casadi as ca
 
 from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, center_of_mass, configuration_derivative, frame_placement, frame_velocity
-from fesd_robot.task import BodyPoint, Task
-from fesd_robot.task.costs import COST_TERMS
-from fesd_robot.task.distances import DistanceConstraint
-from fesd_robot.task.fields import AXES
+from fesd_robot.task import AXES, COST_TERMS, BodyPoint, DistanceConstraint, Task
 
 __all__ = ["AXES", "Points", "points_of"]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from fesd_robot.fesd import OptimalControlProblem, TrajectoryConstraint
-from fesd_robot.fesd.ocp import Clock
+from fesd_robot.fesd import Clock, OptimalControlProblem, TrajectoryConstraint
 from fesd_robot.ocp.angle_limits import angle_limits
 from fesd_robot.ocp.constraints import path_constraints
 from fesd_robot.ocp.costs import relaxed_costs, running_costs, terminal_costs, trajectory_costs

@@ -6,8 +6,7 @@ import numpy as np
 
 from fesd_robot.ocp.points import Points
 from fesd_robot.robot import Robot
-from fesd_robot.task import PointTarget, Task
-from fesd_robot.task.words import along_axes
+from fesd_robot.task import PointTarget, Task, along_axes
 
 _SLACK = 1e-6
 """m."""

@@ -14,8 +14,7 @@ from fesd_robot.errors import MotionFileError, PlanFileError, nearest, nearest_f
 from fesd_robot.ocp.vectors import initial_configuration
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
 from fesd_robot.plans import read_plan
-from fesd_robot.robot import Robot
-from fesd_robot.robot.rotations import continuous_quaternions
+from fesd_robot.robot import Robot, continuous_quaternions
 from fesd_robot.task import Task
 
 _UNIT = re.compile(r"\s*\[[^\]]*\]$")

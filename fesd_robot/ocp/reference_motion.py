@@ -11,8 +11,7 @@ import pinocchio as pin
 
 from fesd_robot.ocp.vectors import with_values
 from fesd_robot.orientations import angles_of, quaternion_entries, quaternion_of
-from fesd_robot.robot import Robot
-from fesd_robot.robot.orientations import interpolated, with_turn
+from fesd_robot.robot import Robot, interpolated, with_turn
 
 _DIFFERENCE = 1e-6
 """Step of the difference quotient for the reference velocity, as a fraction of the duration."""

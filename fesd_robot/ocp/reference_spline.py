@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.orientations import quaternion_entries
-from fesd_robot.robot.rotations import continuous_quaternions
+from fesd_robot.robot import continuous_quaternions
 
 WINDOW = 16
 """Pieces of the spline that an interval knows. Where there are more, those around the time at which it is when a solve

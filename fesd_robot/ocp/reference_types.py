@@ -15,10 +15,7 @@ from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.orientations import quaternion_entries, quaternion_of
-from fesd_robot.robot import Robot
-from fesd_robot.robot.orientations import interpolated, slerp
-from fesd_robot.robot.root import root_height
-from fesd_robot.robot.rotations import continuous_quaternions
+from fesd_robot.robot import Robot, continuous_quaternions, interpolated, root_height, slerp
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 
 LONGEST_STANCE = 0.8

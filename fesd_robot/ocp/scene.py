@@ -18,9 +18,22 @@ from fesd_robot.contact import (
 from fesd_robot.contact import ground as surfaces
 from fesd_robot.contact.ground import profiles
 from fesd_robot.errors import GroundError, ModelError
-from fesd_robot.task import GROUND, CircleBoxContact, CircleCircleContact, PointContact, Task, TwoBodyContact
-from fesd_robot.task.ground import HeightMap, Plane, Shape, Steps, Wall
-from fesd_robot.task.surfaces import BoxSurface, CylinderSurface, SolidSurface
+from fesd_robot.task import (
+    GROUND,
+    BoxSurface,
+    CircleBoxContact,
+    CircleCircleContact,
+    CylinderSurface,
+    HeightMap,
+    Plane,
+    PointContact,
+    Shape,
+    SolidSurface,
+    Steps,
+    Task,
+    TwoBodyContact,
+    Wall,
+)
 
 
 def surfaces_of(task: Task) -> dict[str, Ground]:

@@ -13,11 +13,8 @@ from pydantic import ValidationError
 from fesd_robot.contact import Contact
 from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_quaternions, with_values
 from fesd_robot.orientations import layered
-from fesd_robot.robot import Robot
-from fesd_robot.robot.root import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, changes_alone
-from fesd_robot.task import Task
-from fesd_robot.task.origins import KeyPath
-from fesd_robot.task.standing import Configured
+from fesd_robot.robot import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, Robot, changes_alone
+from fesd_robot.task import Configured, KeyPath, Task
 
 GAP_TOLERANCE = 1e-9
 """m; a contact this close to what it touches stands on it."""

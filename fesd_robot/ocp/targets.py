@@ -13,7 +13,7 @@ from fesd_robot.ocp.points import AXES, Points
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.orientations import QUATERNION, angles_of, deviation_names
-from fesd_robot.robot.orientations import deviation
+from fesd_robot.robot import deviation
 from fesd_robot.task import Goal, PointTarget, Task, Waypoint
 
 CENTER_OF_MASS = "center of mass"

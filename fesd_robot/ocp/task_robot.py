@@ -12,10 +12,8 @@ from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
 from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
 from fesd_robot.ocp.two_bodies import with_two_bodies
-from fesd_robot.robot import Robot, load_robot, with_joint_properties
-from fesd_robot.robot.units import configuration_units
-from fesd_robot.task import Task, TwoBodyContact, check_names, check_values
-from fesd_robot.task.orientations import check_orientations
+from fesd_robot.robot import Robot, configuration_units, load_robot, with_joint_properties
+from fesd_robot.task import Task, TwoBodyContact, check_names, check_orientations, check_values
 
 _SAME_PLACE = 1e-9
 """m; contacts that stay closer than this in the x-z plane are one."""

@@ -13,8 +13,7 @@ from fesd_robot.ocp.scene import scene_of
 from fesd_robot.ocp.standing import posture_of
 from fesd_robot.ocp.vectors import initial_configuration, with_values
 from fesd_robot.robot import Robot
-from fesd_robot.task import CircleBoxContact, CircleCircleContact, Task, TwoBodyContact
-from fesd_robot.task.bodies import BallBody, BoxBody, CylinderBody
+from fesd_robot.task import BallBody, BoxBody, CircleBoxContact, CircleCircleContact, CylinderBody, Task, TwoBodyContact
 
 
 def with_two_bodies(task: Task, robot: Robot) -> Task:

@@ -11,9 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
-from fesd_robot.robot import Robot
-from fesd_robot.robot.orientations import turned
-from fesd_robot.robot.units import configuration_units
+from fesd_robot.robot import Robot, configuration_units, turned
 from fesd_robot.task import Task
 
 Values = TypeVar("Values", np.ndarray, ca.SX)

@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable
 
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem
-from fesd_robot.mpcc import NlpReport
+from fesd_robot.mpcc import NlpReport, Run
 from fesd_robot.optimal_control.end_time import EndTime, with_end_time
 from fesd_robot.optimal_control.search import Candidate, Search
 from fesd_robot.optimal_control.settings import OptimalControlSettings
 from fesd_robot.optimal_control.solution import OptimalControlSolution
+from fesd_robot.running import Deadline
 
 
 def optimize(
@@ -46,7 +47,8 @@ def optimize(
     """
     settings, begin = settings or OptimalControlSettings(), time.perf_counter()
     own = with_end_time(problem, end_time) if end_time else problem
-    search = Search(own, options or FesdOptions(), settings, progress, begin)
+    run = Run(settings.homotopy(polish=True), Deadline(settings.time_limit), report=progress)
+    search = Search(own, options or FesdOptions(), settings, run)
     candidates: list[Candidate] = []
     for number in range(settings.starts + settings.more_starts):
         enough = number >= settings.starts and any(one.solved for one in candidates)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -11,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription
-from fesd_robot.fesd.interval import EQUILIBRATION
+from fesd_robot.fesd import EQUILIBRATION, FesdOptions, OptimalControlProblem, Transcription
 from fesd_robot.fesd.neighbours import filled, mode_shifts, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
 from fesd_robot.mpcc import (
+    EXACT_PRODUCT,
     BranchPoint,
     BranchSolver,
     Certificate,
@@ -23,15 +21,16 @@ from fesd_robot.mpcc import (
     NlpReport,
     PolishingReport,
     Residuals,
+    Run,
+    assemble,
     certify,
     solve,
 )
-from fesd_robot.mpcc.assembly import assemble
-from fesd_robot.mpcc.polishing import EXACT_PRODUCT
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.optimal_control.settings import OptimalControlSettings
 from fesd_robot.optimal_control.solution import StartReport
 from fesd_robot.optimal_control.starts import start_of
+from fesd_robot.running import CERTIFICATE_SECONDS
 
 LEAST_GAIN = 1e-7
 """Of the cost, relative to the larger of it and one; less is no improvement."""
@@ -104,8 +103,7 @@ class Search:
 
     Attributes:
         problem, options, settings: what is solved, and how.
-        progress: called after every NLP.
-        begin: `time.perf_counter` when the time limit began.
+        run: of all NLPs.
         starts: what became of every start.
         iterations: of IPOPT.
     """
@@ -113,22 +111,20 @@ class Search:
     problem: OptimalControlProblem
     options: FesdOptions
     settings: OptimalControlSettings
-    progress: Callable[[NlpReport], None] | None
-    begin: float
+    run: Run
     starts: list[StartReport] = field(default_factory=list)
     iterations: int = 0
 
     def __post_init__(self) -> None:
         self._base = Transcription(self.problem, self.options)
-        homotopy = self.settings.homotopy(None, polish=True)
+        homotopy = self.run.options
         self._relaxed = assemble(self._base.problem, relaxation_named(homotopy.relaxation), homotopy.compile)
         self._polisher = BranchTranscription(self._base)
 
     @property
     def is_over(self) -> bool:
         """Whether no time is left."""
-        left = self._seconds_left()
-        return left is not None and left <= 0
+        return self.run.deadline.left <= 0
 
     def candidates(self, number: int) -> list[Candidate]:
         """Return the ends of the two homotopies from a start, exact where they can be made so.
@@ -141,13 +137,12 @@ class Search:
         for way in ("loose", "converging"):
             if found and self.is_over:
                 break
-            options = self.settings.homotopy(self._seconds_left(), polish=way == "loose")
+            options = self.settings.homotopy(polish=way == "loose")
             solution = solve(
                 replace(self._base.problem, start=start),
-                options,
+                replace(self._own_run, options=options),
                 nlp=self._relaxed,
                 polisher=self._polisher if way == "loose" else None,
-                progress=self._report,
             )
             own = self._of_solution(solution)
             found += [own, *self._exact_ends(own)]
@@ -235,13 +230,12 @@ class Search:
         return None
 
     def _certificate(self, candidate: Candidate) -> Certificate | None:
-        left = self._seconds_left()
         if not candidate.solved or self.is_over:
             return None
         polisher = BranchTranscription(candidate.transcription)
         problem = problem_around(polisher, candidate.branch) if candidate.exact else candidate.transcription.problem
         product = EXACT_PRODUCT if candidate.exact else self.settings.tolerance
-        seconds = 45.0 if left is None else min(45.0, 0.75 * left)
+        seconds = min(CERTIFICATE_SECONDS, 0.75 * self.run.deadline.left)
         return certify(problem, candidate.w, tolerance=product, time_limit=seconds)
 
     def _descended(self, candidate: Candidate, certificate: Certificate | None) -> Candidate | None:
@@ -266,8 +260,7 @@ class Search:
         if not candidate.exact or candidate.transcription is self._base:
             return candidate
         fewer, w, branch = without_room(candidate.transcription, candidate.w, candidate.branch, self._base.elements)
-        polisher, options = BranchTranscription(fewer), self.settings.homotopy(None, polish=True)
-        solver = BranchSolver(fewer.problem, polisher, options, self._seconds_left, progress=self._report)
+        solver = BranchSolver(fewer.problem, BranchTranscription(fewer), self._own_run)
         end = solver.exact(BranchPoint(w, branch))
         if end is None or end.residuals.objective > _above(candidate.cost):
             return candidate
@@ -292,20 +285,17 @@ class Search:
         return BranchSolver(
             self._room.transcription.problem,
             self._room,
-            self.settings.homotopy(None, polish=True),
-            self._seconds_left,
+            self._own_run,
             few_evaluations=False,
-            progress=self._report,
         )
 
-    def _seconds_left(self) -> float | None:
-        limit = self.settings.time_limit
-        return None if limit is None else limit - (time.perf_counter() - self.begin)
+    @cached_property
+    def _own_run(self) -> Run:
+        return replace(self.run, report=self._report)
 
     def _report(self, report: NlpReport) -> None:
         self.iterations += report.iterations
-        if self.progress:
-            self.progress(report)
+        self.run.told(report)
 
 
 def _costs(transcription: Transcription, w: np.ndarray) -> dict[str, float]:

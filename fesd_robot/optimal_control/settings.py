@@ -47,17 +47,15 @@ class OptimalControlSettings:
         if not self.velocity_level_ratio >= 1:
             raise OptionError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
 
-    def homotopy(self, seconds: float | None, *, polish: bool) -> HomotopyOptions:
+    def homotopy(self, *, polish: bool) -> HomotopyOptions:
         """Return the options of one homotopy.
 
         Args:
-            seconds: left of the time limit, None for none.
             polish: whether it is loose, and its end exact.
         """
         return HomotopyOptions(
             tolerance=self.tolerance,
             sigma_start=1.0,
-            time_limit=seconds,
             linear_solver=self.linear_solver,
             velocity_level_ratio=self.velocity_level_ratio,
             polish=polish,

@@ -10,8 +10,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.contact import ContactMode, factors_of
-from fesd_robot.fesd import ControlGrid, Transcription
-from fesd_robot.fesd.grid_rows import PHASE, SHORTEST_PHASE
+from fesd_robot.fesd import PHASE, SHORTEST_PHASE, ControlGrid, Transcription
 from fesd_robot.fesd.polishing import BranchTranscription, ElementConditions
 from fesd_robot.mpcc import BranchBounds, Mpcc
 from fesd_robot.ocp import MotionProblem

@@ -10,10 +10,9 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode
-from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.formulate import gap_function
+from fesd_robot.ocp import MotionProblem, gap_function
 from fesd_robot.phases.sequence import SIDES, Modes, Phase, Sequence, flying, hits, joined, landings, stuck
-from fesd_robot.stepping import steppings
+from fesd_robot.phases.stepping import steppings
 
 SAMPLES = 4
 """Of the guess, in the time of a control interval."""

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.formulate import gap_function
+from fesd_robot.ocp import MotionProblem, gap_function
 from fesd_robot.phases.start import Along
 
 SLOW = 0.02

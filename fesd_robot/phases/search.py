@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -15,9 +15,7 @@ from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import Profile
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
-from fesd_robot.strategies.attempts import stop_requested
-from fesd_robot.strategies.lookahead import Lookahead
-from fesd_robot.strategies.processes import Cores
+from fesd_robot.running import Cores, Lookahead
 
 GAIN = 1e-3
 """Part of the cost by which a neighbour has to be cheaper to take the motion's place."""
@@ -109,7 +107,7 @@ class SequenceSearch:
     _reference: float = np.inf
 
     def __post_init__(self) -> None:
-        self._ahead = Lookahead(self._found, self.cores, self.solver.stop, self._alone)
+        self._ahead = Lookahead(self._found, self.cores, self.solver.run.stop, self._alone)
 
     def close(self) -> None:
         """End the processes that try sequences."""
@@ -195,7 +193,7 @@ class SequenceSearch:
     @property
     def _over(self) -> bool:
         """Whether the search ends: without time, by the user, or because it has not paid for long."""
-        ended = self.solver.deadline.left <= 0 or stop_requested(self.solver.stop)
+        ended = self.solver.run.over
         if ended or self._patience == np.inf:
             return ended
         return self._work - self._since > self._patience or self._work - self._found_at > MOST_WORK
@@ -231,8 +229,8 @@ class SequenceSearch:
 
     def _found(self, trial: _Trial) -> _Found:
         """Return the motion of a trial."""
-        before, progress = len(self.solver.reports), self.solver.progress
-        self.solver.progress = None  # they are counted where the result is taken
+        before, run = len(self.solver.reports), self.solver.run
+        self.solver.run = replace(run, report=None)  # they are counted where the result is taken
         if trial.from_sequence is None or trial.from_w is None:
             motion = self.solver.from_guess(trial.sequence, trial.below)
         else:
@@ -240,14 +238,14 @@ class SequenceSearch:
             motion = self.solver.from_motion(trial.sequence, along, trial.below)
         iterations = sum(report.iterations for report in self.solver.reports[before:])
         del self.solver.reports[before:]
-        self.solver.progress = progress
+        self.solver.run = run
         if motion is None:
             return _Found(None, None, iterations)
         return _Found(motion.own.sequence, motion.report, iterations)
 
     def _alone(self) -> None:
         """In another process nobody looks, and nothing stops but the process."""
-        self.solver.progress = self.solver.stop = None
+        self.solver.run = self.solver.run.unseen
 
     def _key(self, sequence: Sequence) -> tuple[object, ...]:
         return sequence.key_with(self.solver.motion.ocp.knots)

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from fesd_robot.fesd.grid_rows import SHORTEST_PHASE
-from fesd_robot.mpcc import REGULARISED, HomotopyOptions, MpccSolution, NlpReport, NlpStatus, PolishingReport
-from fesd_robot.mpcc.ipopt import Hopeless, Iterate
-from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, linear_solver_options, starting_at
-from fesd_robot.mpcc.polishing import BranchNlp, PolishingLimits
-from fesd_robot.ocp import MotionProblem
-from fesd_robot.ocp.formulate import AUTOMATIC_AUXILIARY_FORCE
+from fesd_robot.fesd import SHORTEST_PHASE
+from fesd_robot.mpcc import (
+    REGULARISED,
+    STANDS_STILL,
+    BranchNlp,
+    Hopeless,
+    Iterate,
+    MpccSolution,
+    NlpReport,
+    NlpStatus,
+    PolishingLimits,
+    PolishingReport,
+    Run,
+    starting_at,
+)
+from fesd_robot.ocp import AUTOMATIC_AUXILIARY_FORCE, MotionProblem
 from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.start import Along
-from fesd_robot.strategies.attempts import Stop
-from fesd_robot.strategies.deadline import Deadline
 
 FIXED_START = starting_at(1e-1, 1e-2)
 """IPOPT's options where durations are those of the guess, from a point that is no motion."""
@@ -201,19 +207,13 @@ class PhaseSolver:
 
     Attributes:
         motion: the formulated task, on a moving grid.
-        options: of the homotopy.
-        deadline: of all NLPs.
-        stop: called once an IPOPT iteration with (iteration, objective); True ends an NLP.
-        progress: called after every NLP.
+        run: of all NLPs.
         reports: of all NLPs so far.
         parts: elements of every interval, beside impacts.
     """
 
     motion: MotionProblem
-    options: HomotopyOptions
-    deadline: Deadline
-    stop: Stop | None = None
-    progress: Callable[[NlpReport], None] | None = None
+    run: Run
     reports: list[NlpReport] = field(default_factory=list)
     parts: int = 1
     _grids: dict[tuple[Sequence, int], Discretised] = field(default_factory=dict)
@@ -221,7 +221,7 @@ class PhaseSolver:
     @property
     def over(self) -> bool:
         """Whether the user or the time limit ended the last NLP, or no time is left."""
-        return self.deadline.left <= 0 or bool(self.reports and self.reports[-1].status.ended_early)
+        return self.run.deadline.left <= 0 or bool(self.reports and self.reports[-1].status.ended_early)
 
     def from_guess(self, sequence: Sequence, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from the initial guess of the task; None if none is found.
@@ -289,7 +289,7 @@ class PhaseSolver:
 
     def nonzeros(self, motion: PhaseMotion) -> int:
         """Return how many numbers the derivatives of the NLP of a motion are."""
-        nlp = BranchNlp.of(motion.own.polisher, self.options.compile).nlp
+        nlp = BranchNlp.of(motion.own.polisher, self.run.options.compile).nlp
         return int(nlp.jacobian.nnz_out("jac_g_x") + nlp.hessian.nnz_out(0))
 
     def settled(self, motion: PhaseMotion) -> PhaseMotion:
@@ -395,25 +395,16 @@ class PhaseSolver:
         """Return the end of the branch NLP with durations between bounds, s, (P); None if no time is left."""
         if self.over:
             return None
-        nlp = BranchNlp(own.within(lower, upper), BranchNlp.of(own.polisher, self.options.compile).nlp)
-        settings = {**linear_solver_options(self.options.linear_solver), **start, **self.options.ipopt}
+        nlp = BranchNlp(own.within(lower, upper), BranchNlp.of(own.polisher, self.run.options.compile).nlp)
         return nlp.solve_once(
             own.branch,
             own.transcription.problem,
             w,
-            options={**settings, **tolerances},
-            limits=PolishingLimits(
-                self.options.feasibility,
-                self.deadline.remaining,
-                self._report,
-                iterations=min(iterations, self.options.max_iterations),
-                updates=0,
-                stop=self.stop,
-                hopeless=hopeless,
-            ),
+            replace(self.run, report=self._report),
+            options={**start, **tolerances},
+            limits=PolishingLimits(iterations, updates=0, hopeless=hopeless),
         )
 
-    def _report(self, one: PolishingReport) -> None:
-        self.reports.append(NlpReport.of_polishing(one))
-        if self.progress:
-            self.progress(self.reports[-1])
+    def _report(self, nlp: NlpReport) -> None:
+        self.reports.append(nlp)
+        self.run.told(nlp)

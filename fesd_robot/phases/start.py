@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd import Element, Tableau, Transcription
-from fesd_robot.fesd.neighbours.room import at_stages
+from fesd_robot.fesd import Element, Tableau, Transcription, at_stages
 from fesd_robot.phases.discretised import Discretised
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence

@@ -13,8 +13,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, PhysicalMotion
 
 PACKAGES = ("fesd-robot", "casadi", "pin", "numpy", "example-robot-data")
 

@@ -14,10 +14,8 @@ from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
 from fesd_robot.plans.mode_forces import ModeForces
 from fesd_robot.plans.stage_forces import StageForces
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows
-from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
-from fesd_robot.replay.impacts import impact, rebounds
+from fesd_robot.recovery import NumericPhysics, PhysicalMotion, normal_rows, split_contact_force, stacked_rows
+from fesd_robot.replay import impact, rebounds
 
 STANDARD_GRAVITY = 9.81
 """m/s^2; used for the tolerance of a force even where the robot moves on a level table."""

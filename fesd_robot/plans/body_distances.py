@@ -6,9 +6,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.robot import Robot
-from fesd_robot.robot.round_shapes import shapes_of_body
-from fesd_robot.task.distances import BoxObstacle, CapsuleObstacle, DistanceConstraint, Obstacle, ObstacleDistance
+from fesd_robot.robot import Robot, shapes_of_body
+from fesd_robot.task import BoxObstacle, CapsuleObstacle, DistanceConstraint, Obstacle, ObstacleDistance
 
 
 class BodyDistances:

@@ -9,10 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, Slide
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
-from fesd_robot.recovery.elements import SLIP_VELOCITY
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import SLIP_VELOCITY, NumericPhysics, PhysicalMotion, normal_rows, tangential_rows
 
 _SAME_TIME = 1e-6
 """s; a switch this near to an impact is that impact's."""

@@ -16,8 +16,8 @@ from fesd_robot.errors import PlanFileError
 from fesd_robot.plans.exports import EXPORTS, export
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.renamed_keys import rename_plan_keys
-from fesd_robot.plans.report import report
-from fesd_robot.task.renamed_keys import TwoNamesError
+from fesd_robot.plans.report_text import report
+from fesd_robot.task import TwoNamesError
 
 logger = logging.getLogger(__name__)
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
 from fesd_robot.plans.measured import Measured
-from fesd_robot.replay.contacts import Note
-from fesd_robot.replay.intervals import MotionReplay
+from fesd_robot.replay import MotionReplay, Note
 
 REPLAY = "replay"
 """Entry of a finding that is a note of the replay."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from fesd_robot.plans.record import Array, Record
-from fesd_robot.recovery.full_model import FullMotion
+from fesd_robot.recovery import FullMotion
 
 BASE_UNITS = {"x": "m", "y": "m", "z": "m", "qx": "1", "qy": "1", "qz": "1", "qw": "1"}
 """Entry of the pose of the base in the world -> its unit; position and quaternion."""

@@ -13,11 +13,8 @@ from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.outcome import GoalEntry
 from fesd_robot.plans.points import point_motion
 from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.robot import Robot
-from fesd_robot.robot.orientations import measured_deviation
-from fesd_robot.robot.units import configuration_units, deviation_units, velocity_units
-from fesd_robot.task import Periodic, Task
-from fesd_robot.task.fields import AXES
+from fesd_robot.robot import Robot, configuration_units, deviation_units, measured_deviation, velocity_units
+from fesd_robot.task import AXES, Periodic, Task
 
 CENTER_OF_MASS = "center of mass"
 

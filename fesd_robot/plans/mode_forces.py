@@ -11,14 +11,24 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.contact_rows import stacked_rows, tangential_rows
-from fesd_robot.recovery.elements import SLIP_VELOCITY
-from fesd_robot.recovery.physics import NumericPhysics, split_contact_force
-from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
-from fesd_robot.replay.headings import slip_headings
-from fesd_robot.replay.mode import JointModes, Mode, Modes
-from fesd_robot.replay.modes import is_proper, motion_in_modes
+from fesd_robot.recovery import (
+    SLIP_VELOCITY,
+    NumericPhysics,
+    PhysicalMotion,
+    split_contact_force,
+    stacked_rows,
+    tangential_rows,
+)
+from fesd_robot.replay import (
+    ContactDynamics,
+    JointModes,
+    Mode,
+    Modes,
+    contact_dynamics,
+    is_proper,
+    motion_in_modes,
+    slip_headings,
+)
 
 EVERY = 2
 """Of the points of an element every second one is looked at: the left end, the middle, the right end among them."""

@@ -10,10 +10,7 @@ from pydantic import ValidationError
 
 from fesd_robot.plans.files import read_plan
 from fesd_robot.plans.plan import Plan
-from fesd_robot.task import Task
-from fesd_robot.task.document import override_keys
-from fesd_robot.task.messages import validation_error
-from fesd_robot.task.origins import KeyPath, Origin, Origins
+from fesd_robot.task import KeyPath, Origin, Origins, Task, override_keys, validation_error
 
 GONE = ("starts", "coarse_to_fine", "local_search")
 """Keys of `solver` in plans of version 0.1.0 that tasks do not have any more."""

@@ -10,8 +10,7 @@ import pinocchio as pin
 from fesd_robot.contact import Ground
 from fesd_robot.errors import RobotError
 from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.robot import Robot
-from fesd_robot.robot.body_shapes import BodyShapes, Depth
+from fesd_robot.robot import BodyShapes, Depth, Robot
 from fesd_robot.task import CircleContact, PointContact, Task, TwoBodyContact
 
 LEAST_DEPTH = 1e-3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fesd_robot.task.renamed_keys import Renaming, rename_keys, today
+from fesd_robot.task import Renaming, rename_keys, today
 
 EACH = "*"
 """In a path, every entry of a list."""

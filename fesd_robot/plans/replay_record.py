@@ -9,7 +9,7 @@ import numpy as np
 from fesd_robot.plans.measured import Measured, Names, largest
 from fesd_robot.plans.record import Record
 from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.replay.intervals import IntervalReplay, MotionReplay
+from fesd_robot.replay import IntervalReplay, MotionReplay
 
 
 class ReplayError(Record):

@@ -16,11 +16,8 @@ from fesd_robot.plans.body_distances import BodyDistances
 from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.measured import Measured, largest
 from fesd_robot.plans.points import point_motion
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.contact_rows import tangential_rows
-from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.robot import Robot
-from fesd_robot.robot.orientations import measured_deviation
+from fesd_robot.recovery import NumericPhysics, PhysicalMotion, tangential_rows
+from fesd_robot.robot import Robot, measured_deviation
 from fesd_robot.task import (
     GROUND,
     AvoidBox,
@@ -29,6 +26,7 @@ from fesd_robot.task import (
     BodyPoint,
     Clearance,
     ContactWindow,
+    DistanceConstraint,
     ForbiddenZone,
     FrameLimits,
     FreeDuration,
@@ -38,7 +36,6 @@ from fesd_robot.task import (
     Task,
     Waypoint,
 )
-from fesd_robot.task.distances import DistanceConstraint
 
 _SAME_TIME = 1e-6
 """s; samples this near to the end of a control interval belong to it."""

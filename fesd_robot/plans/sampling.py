@@ -14,7 +14,7 @@ from fesd_robot.orientations import with_unit_quaternions
 
 if TYPE_CHECKING:
     from fesd_robot.plans.plan import Plan
-    from fesd_robot.recovery.polynomials import ElementPolynomials
+    from fesd_robot.recovery import ElementPolynomials
 
 Side = Literal["before", "after"]
 
@@ -190,7 +190,7 @@ class PlannedMotion:
         return np.array(running), np.array(first)
 
     def _polynomials(self, scheme: str, stages: int, nodes: np.ndarray, rows: np.ndarray) -> ElementPolynomials:
-        from fesd_robot.recovery.polynomials import ElementPolynomials  # takes long to import
+        from fesd_robot.recovery import ElementPolynomials  # takes long to import
 
         forces = [each for one in self._plan.contacts.values() for each in one.force.T]
         columns = [*forces, *(joint.force for joint in self._plan.joint_friction.values())]

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.contact_rows import tangential_rows
-from fesd_robot.recovery.physics import NumericPhysics, split_forces
+from fesd_robot.recovery import NumericPhysics, PhysicalMotion, split_forces, tangential_rows
 
 
 class StageForces:

@@ -7,8 +7,7 @@ from typing import Any
 
 from fesd_robot.orientations import deviation_names, value_names
 from fesd_robot.plans.plan import Plan
-from fesd_robot.task.costs import COST_TERMS
-from fesd_robot.task.fields import NameKind
+from fesd_robot.task import COST_TERMS, NameKind
 
 
 def weights_of(plan: Plan) -> dict[str, str]:

@@ -12,12 +12,7 @@ from fesd_robot.contact import ContactGeometry, Scene, TwoBodies
 from fesd_robot.errors import RobotError
 from fesd_robot.recovery.contact_rows import stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.robot import Robot
-from fesd_robot.robot.couple import coupling_signs
-from fesd_robot.robot.joints import Prismatic
-from fesd_robot.robot.lock import lock_joints
-from fesd_robot.robot.rotations import continuous_quaternions
-from fesd_robot.robot.tree import Link
+from fesd_robot.robot import Link, Prismatic, Robot, continuous_quaternions, coupling_signs, lock_joints
 
 _SAME_PLACE = 1e-9
 """m; feet that stay closer than this in the x-z plane share a contact."""

@@ -10,8 +10,7 @@ import pinocchio as pin
 
 from fesd_robot.recovery.full_model import FullModel, acceleration_under
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.robot import Robot
-from fesd_robot.robot.rotations import continuous_quaternions
+from fesd_robot.robot import Robot, continuous_quaternions
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact.model import Contact, ContactSystem, MultibodyDynamics
+from fesd_robot.contact import Contact, ContactSystem, MultibodyDynamics
 from fesd_robot.fesd import Element, Tableau
 from fesd_robot.recovery.between import DenseSamples, stacked_elements
 from fesd_robot.recovery.elements import ElementReader

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import KroghInterpolator
 
+from fesd_robot.fesd import make_tableau
 from fesd_robot.fesd.schemes import Scheme
-from fesd_robot.fesd.tableau import make_tableau
 
 SAME_TIME = 1e-9
 """s; a time this close to the end of an element is its end."""

@@ -15,14 +15,25 @@ __all__ = [
     "SolidVisual",
     "WallVisual",
     "build_figures",
+    "inline_html",
     "render_page",
+    "write_atomically",
+    "write_drawings",
     "write_figures",
+    "write_optional_files",
+    "write_page",
+    "write_robot_page",
+    "write_task_page",
 ]
 
 if TYPE_CHECKING:
     from fesd_robot.render.circles import BoxVisual, CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
+    from fesd_robot.render.files import write_atomically
+    from fesd_robot.render.inline import inline_html
+    from fesd_robot.render.outputs import write_drawings, write_optional_files, write_page
     from fesd_robot.render.page import PageContent, render_page
+    from fesd_robot.render.still import write_robot_page, write_task_page
     from fesd_robot.render.terrain import FacingWallVisual, GroundVisual, SolidVisual, WallVisual
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -30,7 +41,11 @@ else:
         {
             "fesd_robot.render.circles": ["BoxVisual", "CircleVisual"],
             "fesd_robot.render.figures": ["build_figures", "write_figures"],
+            "fesd_robot.render.files": ["write_atomically"],
+            "fesd_robot.render.inline": ["inline_html"],
+            "fesd_robot.render.outputs": ["write_drawings", "write_optional_files", "write_page"],
             "fesd_robot.render.page": ["PageContent", "render_page"],
+            "fesd_robot.render.still": ["write_robot_page", "write_task_page"],
             "fesd_robot.render.terrain": ["FacingWallVisual", "GroundVisual", "SolidVisual", "WallVisual"],
         },
     )

@@ -9,7 +9,7 @@ import pinocchio as pin
 import umsgpack
 
 from fesd_robot.render.geometry import box_corners, file_unit
-from fesd_robot.robot.rotations import continuous_quaternions
+from fesd_robot.robot import continuous_quaternions
 
 STILL = 1e-9
 """A joint coordinate that changes less than this (m or quaternion entry) stands still."""

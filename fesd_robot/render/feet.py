@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface
 from fesd_robot.contact.ground import LATERAL
-from fesd_robot.recovery.between_bodies import closest, tangents_between
+from fesd_robot.recovery import closest, tangents_between
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -52,7 +52,7 @@ def feet_of(plan: Plan, task: Task, robot: Robot, configuration: np.ndarray) -> 
         task, robot: with frames at the contacts, from `load_task_robot`.
         configuration: samples, (n, n_q).
     """
-    from fesd_robot.ocp.scene import friction_of, scene_of
+    from fesd_robot.ocp import friction_of, scene_of
 
     scene = scene_of(task)
     twins = {} if plan.full_model is None else plan.full_model.feet

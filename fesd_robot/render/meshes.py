@@ -19,7 +19,7 @@ import trimesh
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from fesd_robot.native.compiler import cache_folder
+from fesd_robot.native import cache_folder
 from fesd_robot.render.files import write_atomically
 
 logger = logging.getLogger(__name__)

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fesd_robot.plans.files import FIGURES_FOLDER, PAGE_FILE
+from fesd_robot.plans import FIGURES_FOLDER, PAGE_FILE
 
 if TYPE_CHECKING:
-    from fesd_robot.contact.ground import Ground, Solid
+    from fesd_robot.contact import Ground
+    from fesd_robot.contact.ground import Solid
     from fesd_robot.plans import Plan
     from fesd_robot.render import BoxVisual, CircleVisual, FacingWallVisual, GroundVisual, SolidVisual, WallVisual
     from fesd_robot.robot import Robot
@@ -68,8 +69,7 @@ def write_page(plan: Plan, task: Task, path: Path, ghost: tuple[Plan, Task] | No
         RobotError: its shapes cannot be read.
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
-    from fesd_robot.ocp import load_task_robot
-    from fesd_robot.ocp.actuation import build_actuation
+    from fesd_robot.ocp import build_actuation, load_task_robot
     from fesd_robot.render import PageContent, render_page
     from fesd_robot.render.feet import feet_of
     from fesd_robot.render.page import Ghost
@@ -115,7 +115,7 @@ def _samples(plan: Plan, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 def outcome_facts(plan: Plan) -> list[tuple[str, str]]:
     """Return warnings, by how much the goal is missed, and what each contact did, as far as the plan says it."""
-    from fesd_robot.plans.outcome_words import contact_words, goal_words
+    from fesd_robot.plans import contact_words, goal_words
 
     warnings = [("warning", warning) for warning in plan.warnings]
     if plan.outcome is None:
@@ -130,8 +130,9 @@ def ground_visual(task: Task) -> GroundVisual:
     Raises:
         TaskError: the file of its height map cannot be used any more.
     """
-    from fesd_robot.contact.ground import HeightField, Solid, Terrain
-    from fesd_robot.ocp.scene import surfaces_of
+    from fesd_robot.contact import Terrain
+    from fesd_robot.contact.ground import HeightField, Solid
+    from fesd_robot.ocp import surfaces_of
     from fesd_robot.render import GroundVisual
     from fesd_robot.task import GROUND
 

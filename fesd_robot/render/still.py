@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.ocp import MotionProblem
-from fesd_robot.plans.body_distances import obstacle_geometry
+from fesd_robot.plans import obstacle_geometry
 from fesd_robot.render.animation import local_corners
 from fesd_robot.render.marks import Mark, dot
 from fesd_robot.render.outputs import circle_visuals, ground_visual
@@ -20,8 +20,15 @@ from fesd_robot.render.page import PageContent, render_page
 from fesd_robot.render.palette import GREEN, ORANGE, PURPLE, VERMILION, series_color
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.robot import Robot
-from fesd_robot.task import AvoidBox, AvoidEllipse, AvoidSphere, CircleContact, Constraint, ForbiddenZone
-from fesd_robot.task.distances import ObstacleDistance
+from fesd_robot.task import (
+    AvoidBox,
+    AvoidEllipse,
+    AvoidSphere,
+    CircleContact,
+    Constraint,
+    ForbiddenZone,
+    ObstacleDistance,
+)
 
 ENDLESS = 2.0
 """Length of what has no end, over the size of the robot."""

@@ -12,7 +12,7 @@ from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
 
 if TYPE_CHECKING:
-    from fesd_robot.ocp.actuation import Actuation
+    from fesd_robot.ocp import Actuation
     from fesd_robot.plans import Plan
     from fesd_robot.render.feet import Foot
 

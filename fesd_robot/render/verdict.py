@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fesd_robot.plans.outcome_words import goal_words
+from fesd_robot.plans import goal_words
 
 if TYPE_CHECKING:
-    from fesd_robot.ocp.actuation import Actuation
+    from fesd_robot.ocp import Actuation
     from fesd_robot.plans import Plan
 
 

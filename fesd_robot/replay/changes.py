@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fesd_robot.recovery.switches import Kind
+from fesd_robot.recovery import Kind
 from fesd_robot.replay.mode import Mode
 
 

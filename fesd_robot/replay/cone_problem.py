@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import by_contact, normal_rows, tangential_rows
+from fesd_robot.recovery import by_contact, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import ContactDynamics
 
 _SWEEPS = 1000

@@ -7,8 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact, impact, levelled

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import tangential_rows
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, tangential_rows
 from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.mode import JointModes, Mode
 

@@ -7,8 +7,7 @@ from itertools import islice, product
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import normal_rows
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, normal_rows
 from fesd_robot.replay.impacts import impact
 
 MOST_ORDERS = 74

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from fesd_robot.recovery.contact_rows import cone_facets, normal_rows, tangential_rows
+from fesd_robot.recovery import cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.headings import beginning_headings, slip_headings
 from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.mode import Mode

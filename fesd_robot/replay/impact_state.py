@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import normal_rows
+from fesd_robot.recovery import normal_rows
 
 
 @dataclass(frozen=True)

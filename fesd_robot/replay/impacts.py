@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import by_contact, normal_rows
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, by_contact, normal_rows
 from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess
 from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.impulse_cone import impact_at_once

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics
 
 _ZERO = 1e-9
 """Velocity or impulse, relative to the largest, that counts as zero."""

@@ -9,9 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import DOP853
 
-from fesd_robot.recovery import SwitchRecord
-from fesd_robot.recovery.contact_rows import normal_rows, stacked_rows, tangential_rows
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, SwitchRecord, normal_rows, stacked_rows, tangential_rows
 from fesd_robot.replay.budget import Budget
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics

@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fesd_robot.recovery import PhysicalMotion, SwitchRecord
-from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.recovery import NumericPhysics, PhysicalMotion, SwitchRecord
 from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
 from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact

@@ -8,7 +8,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import by_contact, cone_facets, normal_rows, tangential_rows
+from fesd_robot.recovery import by_contact, cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import beginning_headings
 from fesd_robot.replay.joints import joints_in_motion

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fesd_robot.recovery.contact_rows import normal_rows, tangential_rows
+from fesd_robot.recovery import normal_rows, tangential_rows
 from fesd_robot.replay.cone_problem import forces_by_projection
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import slip_headings

@@ -9,7 +9,7 @@ from fesd_robot.errors import OptionError
 from fesd_robot.fesd import Simulation
 from fesd_robot.fesd import simulate as simulate_system
 from fesd_robot.plans import Plan
-from fesd_robot.simulation.simulate import Controls, simulate_robot
+from fesd_robot.simulation.of_robot import Controls, simulate_robot
 from fesd_robot.task import Task
 
 

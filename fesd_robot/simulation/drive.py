@@ -8,12 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.recovery import SwitchRecord
-from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
-from fesd_robot.replay.event import Event
-from fesd_robot.replay.impacts import Impact
-from fesd_robot.replay.integrator import Segments, States, events_along
+from fesd_robot.recovery import NumericPhysics, SwitchRecord
+from fesd_robot.replay import ContactLaw, Contacts, Event, Impact, Note, Segments, States, events_along
 from fesd_robot.simulation.schedule import Schedule
 
 _FATAL = {

@@ -6,16 +6,17 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Tableau, make_tableau
-from fesd_robot.recovery import PhysicalMotion
-from fesd_robot.recovery.between import FRACTIONS, DenseElement, stacked_elements
-from fesd_robot.recovery.contact_rows import stacked_rows
-from fesd_robot.recovery.motion import JointFriction
-from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.recovery.samples import ImpactRecord
-from fesd_robot.replay.contacts import Contacts
-from fesd_robot.replay.dynamics import contact_dynamics
-from fesd_robot.replay.mode import Mode
-from fesd_robot.replay.modes import motion_in_modes
+from fesd_robot.recovery import (
+    FRACTIONS,
+    DenseElement,
+    ImpactRecord,
+    JointFriction,
+    NumericPhysics,
+    PhysicalMotion,
+    stacked_elements,
+    stacked_rows,
+)
+from fesd_robot.replay import Contacts, Mode, contact_dynamics, motion_in_modes
 from fesd_robot.simulation.drive import Drive, Hit, Piece
 from fesd_robot.simulation.schedule import Schedule
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fesd_robot.errors import DimensionError, MotionFileError, nearest, nearest_file
-from fesd_robot.ocp.reference_file import columns_of_csv, is_plan
+from fesd_robot.ocp import columns_of_csv, is_plan
 from fesd_robot.plans import Plan, read_plan
 
 

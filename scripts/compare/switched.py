@@ -16,7 +16,7 @@ from compare.samples import Samples
 from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 
 TABLEAU = make_tableau("radau_iia", 2)
 SIGNS = np.array([[1], [-1]])
@@ -140,7 +140,7 @@ def solved(transcription: Transcription, settings: Settings, begin: tuple[float,
     """
     options = HomotopyOptions(tolerance=settings.tolerance, sigma_start=1.0, linear_solver=settings.linear_solver)
     polisher = BranchTranscription(transcription)
-    solution = solve(transcription.problem, options, polisher=polisher, progress=show_nlp)
+    solution = solve(transcription.problem, Run(options, report=show_nlp), polisher=polisher)
     wall, cpu = time.perf_counter() - begin[0], time.process_time() - begin[1]
     cost, further = judge(Samples.of(transcription.unpack(solution.w), transcription.options.tableau))
     residuals = solution.residuals

@@ -13,7 +13,7 @@ from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simul
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.transcription import Transcription
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import scholtes
 
@@ -168,7 +168,7 @@ class Optimizer:
     def run(self, optima: Optima, solver: HomotopyOptions, starts: dict[float, np.ndarray]) -> Optima:
         """Optimise from every start."""
         for x0, start in starts.items():
-            solution = solve(replace(self.transcription.problem, start=start), solver, nlp=self.nlp)
+            solution = solve(replace(self.transcription.problem, start=start), Run(solver), nlp=self.nlp)
             optima.iterations += solution.iterations
             if solution.solved:
                 optima.by_start[x0] = float(solution.w[0])

@@ -12,7 +12,7 @@ from _filippov import CURVATURES, replay
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import scholtes
 
@@ -108,7 +108,7 @@ def problem_of(variant: Variant, start: int = 0) -> OptimalControlProblem:
 
 
 @dataclass(frozen=True)
-class Run:
+class OptimisedRun:
     """An optimisation and what its controls really do.
 
     Attributes:
@@ -147,7 +147,9 @@ class Run:
         return f"{TITLES[self.scheme]} {self.stages}, {self.elements} elements, {how}"
 
 
-def optimise(variant: Variant, scheme: str, stages: int, elements: int, detection: bool = True, start: int = 0) -> Run:
+def optimise(
+    variant: Variant, scheme: str, stages: int, elements: int, detection: bool = True, start: int = 0
+) -> OptimisedRun:
     """Optimise by a homotopy to 1e-10 and an NLP at the tolerance, and replay the controls."""
     tableau = make_tableau(scheme, stages)
     options = FesdOptions(
@@ -157,8 +159,8 @@ def optimise(variant: Variant, scheme: str, stages: int, elements: int, detectio
     problem = transcription.problem
     nlp = assemble(problem, scholtes, "never")
     begin = time.process_time()
-    first = solve(problem, HOMOTOPY, nlp=nlp)
-    solution = solve(replace(problem, start=first.w), LAST, nlp=nlp)
+    first = solve(problem, Run(HOMOTOPY), nlp=nlp)
+    solution = solve(replace(problem, start=first.w), Run(LAST), nlp=nlp)
     seconds = time.process_time() - begin
     controls = transcription.controls(solution.w)
     try:
@@ -167,7 +169,7 @@ def optimise(variant: Variant, scheme: str, stages: int, elements: int, detectio
     except ArithmeticError:  # an optimisation that failed may leave anything
         error, times = math.nan, []
     path = [e.at(tableau, np.linspace(e.start, e.end, 9))[:, :2] for e in transcription.unpack(solution.w)]
-    return Run(
+    return OptimisedRun(
         scheme=scheme,
         stages=stages,
         elements=elements,

@@ -27,7 +27,7 @@ import numpy as np
 from fesd_robot import load_task
 from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.fesd import OptimalControlProblem, Transcription
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import MotionProblem, formulate
@@ -94,7 +94,7 @@ class Form:
                 linear_solver="mumps",
                 ipopt=ipopt,
             )
-            solve(self.problem, options, nlp=self.nlp)
+            solve(self.problem, Run(options), nlp=self.nlp)
             text = file.read_text(encoding="utf-8")
         values = {part: float(re.findall(pattern, text)[0]) for part, pattern in PARTS.items()}
         self.runs.append({part: 1e3 * values[part] / values["iterations"] for part in ("total", "linear solver")})
@@ -209,7 +209,7 @@ def whole_table(counts: Sequence[int]) -> str:
                 compile="never",
             )
             begin = time.process_time()
-            solution = solve(problem, options)
+            solution = solve(problem, Run(options))
             seconds, iterations = time.process_time() - begin, max(solution.iterations, 1)
             rows.append(
                 [

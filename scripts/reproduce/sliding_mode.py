@@ -19,7 +19,19 @@ from collections.abc import Sequence
 
 import numpy as np
 from _filippov import CURVATURES, replay
-from _sliding import DURATION, INTERVALS, START, TARGET, TITLES, TOLERANCE, VARIANTS, Run, Variant, optimise, system_of
+from _sliding import (
+    DURATION,
+    INTERVALS,
+    START,
+    TARGET,
+    TITLES,
+    TOLERANCE,
+    VARIANTS,
+    OptimisedRun,
+    Variant,
+    optimise,
+    system_of,
+)
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -37,13 +49,13 @@ def distances(times: Sequence[float], exact: Sequence[float]) -> float:
     return float(np.abs(np.subtract(times, exact)).max()) if len(times) == len(exact) else math.nan
 
 
-def variants(report: Report, quick: bool) -> dict[str, Run]:
+def variants(report: Report, quick: bool) -> dict[str, OptimisedRun]:
     """Optimise the three variants from several starts; return the best run of each."""
     exact, starts = reference("sliding_mode")["exact"], range(3 if quick else 6)
     schemes = [("radau_iia", 3, 3)] if quick else [("radau_iia", 2, 6), ("radau_iia", 3, 3), ("radau_iia", 4, 3)]
-    rows, best, failed = [], dict[str, Run](), list[str]()
+    rows, best, failed = [], dict[str, OptimisedRun](), list[str]()
     for variant in VARIANTS:
-        known, all_runs = exact[variant.name], list[Run]()
+        known, all_runs = exact[variant.name], list[OptimisedRun]()
         for scheme in schemes:
             runs = [optimise(variant, *scheme, start=start) for start in starts]
             failed += [f"{variant.name}, {run.label}: {run.status}" for run in runs if not run.solved]
@@ -118,10 +130,10 @@ def check_replay(report: Report) -> None:
     )
 
 
-def sweep_table(runs: Sequence[Run]) -> str:
+def sweep_table(runs: Sequence[OptimisedRun]) -> str:
     """One row per scheme and number of elements, with switch detection on the left."""
     published = reference("sliding_mode")["published"]
-    pairs: dict[tuple[str, int, int], dict[bool, Run]] = {}
+    pairs: dict[tuple[str, int, int], dict[bool, OptimisedRun]] = {}
     for run in runs:
         pairs.setdefault((run.scheme, run.stages, run.elements), {})[run.detection] = run
     rows = []
@@ -142,16 +154,16 @@ def sweep_table(runs: Sequence[Run]) -> str:
     return markdown_table(["scheme, stages", "elements", *header, *(f"fixed: {name}" for name in header)], rows)
 
 
-def front(runs: Sequence[Run]) -> list[Run]:
+def front(runs: Sequence[OptimisedRun]) -> list[OptimisedRun]:
     """Return the runs that are more accurate than all faster ones."""
-    best = list[Run]()
+    best = list[OptimisedRun]()
     for run in sorted(runs, key=lambda run: run.seconds):
         if not best or run.error < best[-1].error:
             best.append(run)
     return best
 
 
-def compare(report: Report, runs: Sequence[Run]) -> None:
+def compare(report: Report, runs: Sequence[OptimisedRun]) -> None:
     """Compare errors at equal processor time."""
     with_detection, fixed = ([run for run in runs if run.solved and run.detection is way] for way in (True, False))
     rows, gains = [], []
@@ -196,7 +208,7 @@ def compare(report: Report, runs: Sequence[Run]) -> None:
     report.check(f"E at most 1e-8 with Radau IIA, found {least:.1e}", least <= 1e-8)
 
 
-def sweep(report: Report, quick: bool) -> list[Run]:
+def sweep(report: Report, quick: bool) -> list[OptimisedRun]:
     """Run all schemes on variant V3 with and without switch detection."""
     variant, elements = VARIANTS[2], (2, 3, 7) if quick else range(2, 8)
     cases = [(*scheme, n) for scheme in SCHEMES for n in elements]
@@ -261,7 +273,7 @@ def _remarks(variant: Variant) -> str:
     )
 
 
-def draw(runs: Sequence[Run], best: dict[str, Run]) -> Figure:
+def draw(runs: Sequence[OptimisedRun], best: dict[str, OptimisedRun]) -> Figure:
     """Errors over processor time for both families, and the optimal paths."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 4.2))
     figure.subplots_adjust(wspace=0.3)
@@ -282,7 +294,7 @@ def draw(runs: Sequence[Run], best: dict[str, Run]) -> Figure:
     return figure
 
 
-def _draw_paths(axis: Axes, best: dict[str, Run]) -> None:
+def _draw_paths(axis: Axes, best: dict[str, OptimisedRun]) -> None:
     """The optimal paths over the surfaces that they slide along."""
     q = np.linspace(-1, 2.2, 200)
     axis.plot(-CURVATURES[0] * q**2, q, color="0.6", linewidth=0.8, label="φ₁ = 0")

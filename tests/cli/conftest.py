@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import pytest
 
-from fesd_robot.strategies.stations import Station
+from fesd_robot.running.stations import Station
 
 ROOT = Path(__file__).parents[2]
 ONE_JUMP = ROOT / "tasks" / "published_hopper_one_jump.yaml"

@@ -16,7 +16,7 @@ from fesd_robot.cli.plan import EARLY
 from fesd_robot.phases import SequenceSearch
 from fesd_robot.plans import Plan, read_plan
 from fesd_robot.render.verdict import verdict_of
-from fesd_robot.strategies.stations import Station
+from fesd_robot.running.stations import Station
 
 from .conftest import settings
 

@@ -20,8 +20,8 @@ from fesd_robot.cli.progress import (
 )
 from fesd_robot.mpcc import NlpStatus
 from fesd_robot.plans import Plan
-from fesd_robot.strategies.deadline import CERTIFICATE_SECONDS
-from fesd_robot.strategies.stations import Station
+from fesd_robot.running.deadline import CERTIFICATE_SECONDS
+from fesd_robot.running.stations import Station
 
 
 class Residuals(NamedTuple):

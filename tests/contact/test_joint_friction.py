@@ -25,7 +25,7 @@ from fesd_robot.errors import OptionError
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.fesd.neighbours import Pivots, moves
 from fesd_robot.fesd.polishing import BranchTranscription, conditions_of, read_branch
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.recovery import PhysicalMotion, recover
 
 MASS, LIMIT = 2.0, 3.0
@@ -94,7 +94,7 @@ def driven(
     )
     transcription = _transcription(ocp, elements)
     polisher = BranchTranscription(transcription)
-    solution = solve(transcription.problem, HomotopyOptions(compile=False), polisher=polisher)
+    solution = solve(transcription.problem, Run(HomotopyOptions(compile=False)), polisher=polisher)
     assert solution.exact and solution.branch is not None
     found = transcription.unpack(solution.w)
     motion = recover(found, solution.branch, RADAU, dynamics, contacts, system, AUXILIARY_FORCE)

@@ -9,7 +9,7 @@ import pytest
 
 from fesd_robot.contact import ContactOptions, contact_system
 from fesd_robot.fesd import FesdOptions, SimulationSettings, simulate
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 
 from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, RADAU, Motion, landing, point_mass
 
@@ -106,7 +106,7 @@ def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float
     beside = exact + 1e-2 * np.random.default_rng(0).normal(size=exact.size)
     moved = Mpcc(problem.lower, problem.upper, np.clip(beside, problem.lower, problem.upper), problem.blocks)
     solution = solve(
-        moved, HomotopyOptions(tolerance=1e-10, sigma_start=sigma, sigma_factor=0.1, velocity_level_ratio=1.0)
+        moved, Run(HomotopyOptions(tolerance=1e-10, sigma_start=sigma, sigma_factor=0.1, velocity_level_ratio=1.0))
     )
     assert solution.solved
     flight, impact, stance = transcription.unpack(solution.w)

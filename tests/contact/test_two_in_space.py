@@ -8,9 +8,9 @@ import pinocchio as pin
 import pytest
 
 from fesd_robot import load_task
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.contact.two_in_space import Facing, axes_about, tangents_at
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp.judged import numeric_physics
 from tests.bodies_in_space import BALL, written
 
 FACINGS: list[Facing] = ["x", "-x", "y", "-y", "z", "-z"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.planner import attempt
+from fesd_robot.planning.planner import attempt
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "block_slope.yaml"

@@ -13,7 +13,7 @@ from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import FesdOptions, StepEquilibration, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.equilibration import indicator
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 
 from .systems import scalar
 
@@ -25,7 +25,7 @@ def _solved(kind: str, mode: StepEquilibration, stages: int = 2) -> tuple[Transc
     problem = initial_value_problem(scalar(kind), [-1.0 if kind == "crossing" else -0.5], 2.0)
     options = FesdOptions(tableau=make_tableau("radau_iia", stages), elements=4, step_equilibration=mode)
     transcription = Transcription(problem, options)
-    solution = solve(transcription.problem, HomotopyOptions(tolerance=1e-9, sigma_start=1.0, sigma_factor=0.1))
+    solution = solve(transcription.problem, Run(HomotopyOptions(tolerance=1e-9, sigma_start=1.0, sigma_factor=0.1)))
     assert solution.solved
     return transcription, solution.w
 

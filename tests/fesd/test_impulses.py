@@ -19,7 +19,7 @@ from fesd_robot.fesd import (
     simulate,
 )
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 
 BALLS = [
     (0.8, 1.0, 3.0, (0.53862635070246415, 2.26454211690082138), 4),
@@ -141,7 +141,7 @@ def test_throw_that_ends_at_a_distance() -> None:
     )  # fmt: skip
     transcription = Transcription(problem, FesdOptions(elements=3))
     branches = BranchTranscription(transcription)
-    solution = solve(transcription.problem, HomotopyOptions(sigma_start=1.0), polisher=branches)
+    solution = solve(transcription.problem, Run(HomotopyOptions(sigma_start=1.0)), polisher=branches)
     elements = transcription.unpack(solution.w)
     assert solution.branch is not None
     assert solution.residuals.complementarity < 1e-12

@@ -10,7 +10,7 @@ from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import FesdOptions, Scheme, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import local_errors, multiplier_errors, with_parts
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, continue_on_branch, solve
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, Run, continue_on_branch, solve
 
 from .systems import OMEGA, leaving, oscillator, pressed
 
@@ -24,7 +24,7 @@ def solved(
     options = FesdOptions(tableau=make_tableau(scheme, stages), elements=3)
     transcription = Transcription(initial_value_problem(system, initial, duration), options)
     polisher = BranchTranscription(transcription)
-    solution = solve(transcription.problem, OPTIONS, polisher=polisher)
+    solution = solve(transcription.problem, Run(OPTIONS), polisher=polisher)
     assert solution.exact and solution.branch is not None
     return transcription, polisher, solution
 
@@ -63,9 +63,7 @@ def test_parts_reduce_it_by_the_order_of_the_scheme() -> None:
     before = local_errors(transcription, polisher.conditions, solution.w, solution.branch)
     finer, w, branch = with_parts(transcription, solution.w, solution.branch, [2, 2, 2])
     polisher = BranchTranscription(finer)
-    again = continue_on_branch(
-        finer.problem, polisher, BranchPoint(w, branch), solution, OPTIONS, seconds_left=lambda: None
-    )
+    again = continue_on_branch(finer.problem, polisher, BranchPoint(w, branch), solution, Run(OPTIONS))
     assert again is not None and again.exact
     after = local_errors(finer, polisher.conditions, again.w, again.branch)
     assert 1 / 24 <= after.max() / before.max() <= 1 / 10

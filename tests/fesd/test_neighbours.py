@@ -13,7 +13,7 @@ from fesd_robot.fesd.neighbours import Pivots, filled, moves, with_room, without
 from fesd_robot.fesd.neighbours.contact_modes import ContactModes
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, Run, continue_on_branch, solve
 
 from .branches import branch_of, flight_and_stick, patterns, polisher
 from .systems import scalar
@@ -195,7 +195,7 @@ def test_room_keeps_the_motion() -> None:
     """With an element more, and without it again, a point is the same motion, exact, and elements of one mode equal."""
     options = FesdOptions(tableau=make_tableau("radau_iia", 2), elements=3)
     transcription = Transcription(initial_value_problem(scalar("crossing"), [-1.0], 0.9), options)
-    solution = solve(transcription.problem, OPTIONS, polisher=BranchTranscription(transcription))
+    solution = solve(transcription.problem, Run(OPTIONS), polisher=BranchTranscription(transcription))
     assert solution.exact and solution.branch is not None
     roomier, w, branch = with_room(transcription, solution.w, solution.branch)
     assert roomier.elements == (4,) and not any(branch.without_length)
@@ -252,13 +252,13 @@ def test_a_branch_keeps_elements_of_one_mode_equal() -> None:
     branches = BranchTranscription(transcription)
     coarse = solve(
         replace(transcription, options=replace(options, step_equilibration="mean")).problem,
-        OPTIONS,
+        Run(OPTIONS),
         polisher=BranchTranscription(replace(transcription, options=replace(options, step_equilibration="mean"))),
     )
     assert coarse.exact and coarse.branch is not None
     moved = coarse.w + 1e-3 * np.random.default_rng(0).standard_normal(len(coarse.w))
     start = BranchPoint(moved, coarse.branch)
-    fine = continue_on_branch(transcription.problem, branches, start, coarse, OPTIONS, seconds_left=lambda: None)
+    fine = continue_on_branch(transcription.problem, branches, start, coarse, Run(OPTIONS))
     assert fine is not None and fine.branch is not None
     steps = [element.step for element in transcription.unpack(fine.w)]
     same = [n for n in range(4) if fine.branch.factors[n] == fine.branch.factors[n + 1]]

@@ -21,7 +21,7 @@ from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages, with_bounds_between, with_parts, with_stages
 from fesd_robot.fesd.refinement.between_stages import _Product, _products
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, continue_on_branch, solve
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, Run, continue_on_branch, solve
 
 from .systems import scalar
 
@@ -33,7 +33,7 @@ def test_parts_are_equal_and_the_switch_stays_free() -> None:
     """The parts of an element have one length, their point is the old trajectory, and the switch is found as before."""
     options = FesdOptions(tableau=make_tableau("radau_iia", 2), elements=3)
     transcription = Transcription(initial_value_problem(scalar("crossing"), [-1.0], 0.9), options)
-    coarse = solve(transcription.problem, OPTIONS, polisher=BranchTranscription(transcription))
+    coarse = solve(transcription.problem, Run(OPTIONS), polisher=BranchTranscription(transcription))
     assert coarse.exact and coarse.branch is not None
     parts = [2, 1, 3]
     finer, w, branch = with_parts(transcription, coarse.w, coarse.branch, parts)
@@ -42,12 +42,7 @@ def test_parts_are_equal_and_the_switch_stays_free() -> None:
     assert residuals.constraint_violation <= 1e-9 and residuals.complementarity <= 1e-12
     moved = w + 1e-3 * np.random.default_rng(0).standard_normal(len(w))
     fine = continue_on_branch(
-        finer.problem,
-        BranchTranscription(finer),
-        BranchPoint(moved, branch),
-        coarse,
-        OPTIONS,
-        seconds_left=lambda: None,
+        finer.problem, BranchTranscription(finer), BranchPoint(moved, branch), coarse, Run(OPTIONS)
     )
     assert fine is not None and fine.exact
     steps = np.array([element.step for element in finer.unpack(fine.w)])
@@ -125,7 +120,7 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     """Held at the stages, the ball is millimetres above its ceiling; between them, too, it is below, and costs more."""
     transcription = Transcription(ball(path=path), FesdOptions(tableau=make_tableau("radau_iia", 2), elements=1))
     polisher = BranchTranscription(transcription)
-    coarse = solve(transcription.problem, OPTIONS, polisher=polisher)
+    coarse = solve(transcription.problem, Run(OPTIONS), polisher=polisher)
     assert coarse.exact and coarse.branch is not None
     assert _highest(transcription, coarse.w) > 0.2 + 1e-3
     violated = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
@@ -133,9 +128,7 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     assert bounds == [PathBetween(0, 0) if path else BoundBetween(0, 0, 1, 0.2)]
     held = with_bounds_between(transcription, bounds)
     start = BranchPoint(coarse.w, coarse.branch, freer=True)
-    fine = continue_on_branch(
-        held.problem, BranchTranscription(held), start, coarse, OPTIONS, seconds_left=lambda: None
-    )
+    fine = continue_on_branch(held.problem, BranchTranscription(held), start, coarse, Run(OPTIONS))
     assert fine is not None and fine.exact
     assert 0.2 - 5e-3 <= _highest(held, fine.w) <= 0.2 + (2e-3 if path else 2 * SLACK)
     assert fine.residuals.objective > coarse.residuals.objective
@@ -157,7 +150,7 @@ def test_what_a_path_constraint_spares_is_left(part: float, held: list[PathBetwe
     """A violation between stages is held where it is larger than the constraint spares, and left where it is not."""
     transcription = Transcription(ball(path=True), FesdOptions(tableau=make_tableau("radau_iia", 2), elements=1))
     polisher = BranchTranscription(transcription)
-    coarse = solve(transcription.problem, OPTIONS, polisher=polisher)
+    coarse = solve(transcription.problem, Run(OPTIONS), polisher=polisher)
     assert coarse.branch is not None
     spare = part * (_highest(transcription, coarse.w) - 0.2)
     sparing = Transcription(ball(path=True, spare=spare), transcription.options)

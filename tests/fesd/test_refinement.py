@@ -15,7 +15,8 @@ from fesd_robot.fesd import (
     with_stages,
 )
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, continue_on_branch, solve
+from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, Run, continue_on_branch, solve
+from fesd_robot.running.deadline import Deadline
 
 from .systems import leaving, scalar
 
@@ -31,7 +32,7 @@ def solved(
     """Solve an initial value problem over 0.9 s exactly with three elements."""
     options = FesdOptions(tableau=make_tableau(scheme, stages), elements=3)
     transcription = Transcription(initial_value_problem(system, initial, 0.9), options)
-    solution = solve(transcription.problem, OPTIONS, polisher=BranchTranscription(transcription))
+    solution = solve(transcription.problem, Run(OPTIONS), polisher=BranchTranscription(transcription))
     assert solution.exact
     return transcription, solution
 
@@ -82,12 +83,7 @@ def test_a_coarse_solution_is_continued_on_its_branch() -> None:
     assert min(abs(element.end - SWITCH) for element in transcription.unpack(coarse.w)) > 1e-3
     refined, w = with_stages(transcription, coarse.w, 2)
     fine = continue_on_branch(
-        refined.problem,
-        BranchTranscription(refined),
-        BranchPoint(w, coarse.branch),
-        coarse,
-        OPTIONS,
-        seconds_left=lambda: None,
+        refined.problem, BranchTranscription(refined), BranchPoint(w, coarse.branch), coarse, Run(OPTIONS)
     )
     assert fine is not None and fine.exact and fine.residuals.complementarity <= 1e-12
     assert min(abs(element.end - SWITCH) for element in refined.unpack(fine.w)) <= 1e-9
@@ -102,4 +98,4 @@ def test_no_time_is_no_refinement() -> None:
     assert coarse.branch is not None
     start = BranchPoint(w, coarse.branch)
     polisher = BranchTranscription(refined)
-    assert continue_on_branch(refined.problem, polisher, start, coarse, OPTIONS, seconds_left=lambda: 0.0) is None
+    assert continue_on_branch(refined.problem, polisher, start, coarse, Run(OPTIONS, Deadline(0.0))) is None

@@ -21,7 +21,7 @@ from fesd_robot.fesd import (
     simulate,
 )
 from fesd_robot.fesd.tableau import Scheme
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 
 from .systems import leaving, oscillator, scalar
 
@@ -128,7 +128,7 @@ def test_sensitivity_of_an_optimal_solution(form: Any) -> None:
     )  # fmt: skip
     options = FesdOptions(elements=2, form=form)
     transcription = Transcription(problem, options)
-    solution = solve(transcription.problem, HomotopyOptions(tolerance=1e-10, sigma_factor=0.1))
+    solution = solve(transcription.problem, Run(HomotopyOptions(tolerance=1e-10, sigma_factor=0.1)))
     assert solution.solved
     sensitivity = end_sensitivity(transcription, solution.w)
     replay = simulate(

@@ -8,7 +8,7 @@ import pytest
 
 from fesd_robot.dcs import Model, Subsystem
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem, Transcription, make_tableau
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 
 from .systems import by_regions
 
@@ -52,7 +52,8 @@ def test_optimum_with_sliding_modes(form: str) -> None:
     options = FesdOptions(tableau=make_tableau("radau_iia", 3), elements=3, step_equilibration="difference_tanh")
     transcription = Transcription(problem(form), options)
     solution = solve(
-        transcription.problem, HomotopyOptions(tolerance=1e-9, sigma_factor=0.1, linear_solver="auto", compile="never")
+        transcription.problem,
+        Run(HomotopyOptions(tolerance=1e-9, sigma_factor=0.1, linear_solver="auto", compile="never")),
     )
     assert solution.solved
     assert transcription.cost_terms(solution.w)["cost"] == pytest.approx(OPTIMUM, rel=1e-6)

@@ -8,11 +8,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task import propose_first_task
 from fesd_robot.ocp import formulate
-from fesd_robot.ocp.formulate import MotionProblem
+from fesd_robot.ocp.formulation import MotionProblem
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]

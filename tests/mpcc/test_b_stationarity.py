@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import linprog
 
 from fesd_robot.complementarity import ActiveFactor, Place
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.b_stationarity import BCertificate, b_stationary
 from fesd_robot.mpcc.derivatives import active_set, linearise
 from fesd_robot.mpcc.lpcc import Lpcc, lpcc_at
@@ -217,7 +217,7 @@ def test_both_searches_agree() -> None:
 def test_descent_is_followed_to_a_certified_point() -> None:
     """From a point with descent, the homotopy's solution of the same problem is certified."""
     problem, _, _ = KNOWN["kth3, C-stationary origin"]
-    solution = solve(problem, HomotopyOptions(tolerance=1e-8, sigma_factor=0.1))
+    solution = solve(problem, Run(HomotopyOptions(tolerance=1e-8, sigma_factor=0.1)))
     certificate = b_stationary(problem, solution.w, activity=1e-4)
     assert solution.solved and certificate.verdict == "certified"
 

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.mpcc import TRIALS, BranchNlp, BranchPoint, BranchSolver, HomotopyOptions, PairPolisher, PolishingReport
+from fesd_robot.mpcc import (
+    TRIALS,
+    BranchNlp,
+    BranchPoint,
+    BranchSolver,
+    HomotopyOptions,
+    PairPolisher,
+    PolishingReport,
+    Run,
+)
 from fesd_robot.mpcc.status import NlpStatus
 
 from .known import X, Y, mpcc
@@ -36,7 +45,7 @@ def test_a_trial_keeps_what_held_its_constraints_and_cost_less(
 ) -> None:
     """A trial that goes on and leaves its constraints, or to where it costs more, ends where it was before; one that
     was not near its constraints ends where it ends."""
-    solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), HomotopyOptions(), lambda: None)
+    solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), Run(HomotopyOptions()))
     branch = Branch.of_pairs(PROBLEM.pair_labels, [ActiveFactor.G])
     ends = [
         _end(violation, cost, branch, at) for at, (violation, cost) in enumerate(zip(violations, costs, strict=True))
@@ -50,7 +59,7 @@ def test_a_trial_keeps_what_held_its_constraints_and_cost_less(
 def test_whole_steps_come_first_and_count_where_they_stay_near(start: tuple[float, float], nlps: int) -> None:
     """With x = 0 the minimum is (0, 1) at a cost of 4: one NLP from a point of that cost; where the cost was another
     one, the line search solves it again, and ends there as well."""
-    solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), HomotopyOptions(), lambda: None)
+    solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), Run(HomotopyOptions()))
     branch = Branch.of_pairs(PROBLEM.pair_labels, [ActiveFactor.G])
     end = solver.exact(BranchPoint(np.array(start), branch), near=True)
     assert end is not None and end.exact and len(solver.reports) == nlps

@@ -12,9 +12,10 @@ import pytest
 
 from fesd_robot.complementarity import Level
 from fesd_robot.errors import SolverError
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, NlpReport, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, NlpReport, Run, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import Relaxation, scholtes
+from fesd_robot.running.deadline import Deadline
 
 from .known import KNOWN, X, Y, mpcc, vanishing
 
@@ -41,7 +42,7 @@ REACHED = {
 def test_known_solutions_are_found(name: str) -> None:
     """The returned point is the known solution as far as the tolerance determines it, and its residuals say so."""
     problem, (expected, distance) = BY_NAME[name], REACHED[name]
-    solution = solve(problem, OPTIONS)
+    solution = solve(problem, Run(OPTIONS))
     assert solution.solved and solution.feasible and solution.status == "converged"
     assert np.abs(solution.w - expected).max() <= distance
     assert solution.residuals == problem.residuals(solution.w)
@@ -57,7 +58,7 @@ def test_distance_shrinks_with_the_tolerance() -> None:
     """On min (x-1)² + (y-2)² the error of x is tolerance / 2, at every tolerance asked for."""
     problem = NEAR_MISS
     for tolerance in (1e-3, 1e-5, 1e-7):
-        solution = solve(problem, HomotopyOptions(tolerance=tolerance, sigma_factor=0.1))
+        solution = solve(problem, Run(HomotopyOptions(tolerance=tolerance, sigma_factor=0.1)))
         assert solution.solved
         assert solution.w[0] == pytest.approx(tolerance / 2, rel=0.1)
 
@@ -74,7 +75,7 @@ def test_distance_shrinks_with_the_tolerance() -> None:
 )
 def test_vanishing_constraints(f: ca.SX, solution: list[float], level: Level) -> None:
     """A vanishing constraint leaves G < 0 < H alone and still excludes G H > 0, whatever its level."""
-    end = solve(vanishing(mpcc(f, X, Y, [0.5, 0.5]), level), OPTIONS)
+    end = solve(vanishing(mpcc(f, X, Y, [0.5, 0.5]), level), Run(OPTIONS))
     assert end.solved
     assert end.w == pytest.approx(solution, abs=2e-8)
 
@@ -82,7 +83,7 @@ def test_vanishing_constraints(f: ca.SX, solution: list[float], level: Level) ->
 def test_an_infeasible_problem_is_not_solved() -> None:
     """x, y >= 1 excludes x ⊥ y: the status says infeasible, and the returned point is one that was seen."""
     problem = BY_NAME["infeasible"]
-    solution = solve(problem, OPTIONS)
+    solution = solve(problem, Run(OPTIONS))
     assert not solution.solved
     assert solution.status == "infeasible"
     assert solution.reports[-1].status == "infeasible" and len(solution.reports) < len(OPTIONS.sigmas())
@@ -98,7 +99,7 @@ def _contradiction(start: list[float]) -> Mpcc:
 
 def test_contradicting_equalities_are_not_solved() -> None:
     """What no point satisfies is tried at the first sigma only, and ends with the violation and the row it is in."""
-    solution = solve(_contradiction([1, 1]), OPTIONS)
+    solution = solve(_contradiction([1, 1]), Run(OPTIONS))
     assert (solution.solved, solution.feasible, solution.status) == (False, False, "infeasible")
     assert {report.sigma for report in solution.reports} == {1.0}
     assert solution.residuals.constraint_violation >= 1 - 1e-6
@@ -109,7 +110,7 @@ def test_contradicting_equalities_are_not_solved() -> None:
 def test_a_failed_first_nlp_returns_the_better_point() -> None:
     """The point that is returned is no worse than the start if an NLP came nearer before it failed."""
     problem = _contradiction([5, 5])
-    solution = solve(problem, OPTIONS)
+    solution = solve(problem, Run(OPTIONS))
     best = min(report.residuals.constraint_violation for report in solution.reports)
     assert best < 1.5 < problem.residuals(problem.start).constraint_violation
     assert solution.residuals.constraint_violation <= 1.5
@@ -117,7 +118,7 @@ def test_a_failed_first_nlp_returns_the_better_point() -> None:
 
 def test_the_iteration_limit_is_a_status() -> None:
     """An NLP that runs out of iterations ends the homotopy with its point and status."""
-    solution = solve(NEAR_MISS, HomotopyOptions(max_iterations=2))
+    solution = solve(NEAR_MISS, Run(HomotopyOptions(max_iterations=2)))
     assert (solution.solved, solution.status, len(solution.reports)) == (False, "iteration limit", 1)
     assert solution.iterations == 2
     assert np.isfinite(solution.w).all()
@@ -130,7 +131,7 @@ def test_the_time_limit_is_obeyed() -> None:
         time.sleep(0.05)
         return False
 
-    solution = solve(NEAR_MISS, HomotopyOptions(time_limit=0.3), stop=slow)
+    solution = solve(NEAR_MISS, Run(deadline=Deadline(0.3), stop=slow))
     assert (solution.solved, solution.status) == (False, "time limit")
     assert 0.25 <= solution.solve_seconds <= 1.0
     assert np.isfinite(solution.w).all()
@@ -139,7 +140,7 @@ def test_the_time_limit_is_obeyed() -> None:
 def test_no_time_at_all_returns_the_start() -> None:
     """With no time left not even the first NLP runs."""
     problem = BY_NAME["equality"]
-    solution = solve(problem, HomotopyOptions(time_limit=1e-9))
+    solution = solve(problem, Run(deadline=Deadline(1e-9)))
     assert (solution.solved, solution.status, solution.reports) == (False, "time limit", [])
     assert solution.w.tolist() == problem.start.tolist()
 
@@ -153,7 +154,7 @@ def test_stop_ends_with_a_point(calls: int) -> None:
         seen.append((iteration, objective))
         return len(seen) >= calls
 
-    solution = solve(NEAR_MISS, OPTIONS, stop=stop)
+    solution = solve(NEAR_MISS, Run(OPTIONS, stop=stop))
     assert len(seen) == calls
     assert (solution.solved, solution.status) == (False, "interrupted")
     assert solution.reports[-1].status == "interrupted"
@@ -167,7 +168,7 @@ def test_stop_ends_with_a_point(calls: int) -> None:
 def test_progress_sees_every_nlp() -> None:
     """`progress` gets the reports that the solution keeps, in order, each with residuals of its own point."""
     reported: list[NlpReport] = []
-    solution = solve(NEAR_MISS, OPTIONS, progress=reported.append)
+    solution = solve(NEAR_MISS, Run(OPTIONS, report=reported.append))
     assert reported == solution.reports
     products = [report.residuals.complementarity for report in reported]
     assert products == sorted(products, reverse=True)
@@ -179,8 +180,8 @@ def test_an_assembled_problem_can_be_reused() -> None:
     problem = NEAR_MISS
     nlp = assemble(problem, scholtes)
     moved = Mpcc(lower=np.array([0.5, -np.inf]), upper=problem.upper, start=np.array([2.0, 0.0]), blocks=problem.blocks)
-    assert solve(problem, OPTIONS, nlp=nlp).w == pytest.approx([0, 2], abs=1e-7)
-    assert solve(moved, OPTIONS, nlp=nlp).w == pytest.approx([1, 0], abs=1e-7)
+    assert solve(problem, Run(OPTIONS), nlp=nlp).w == pytest.approx([0, 2], abs=1e-7)
+    assert solve(moved, Run(OPTIONS), nlp=nlp).w == pytest.approx([1, 0], abs=1e-7)
 
 
 def test_another_relaxation_can_be_given() -> None:
@@ -189,7 +190,7 @@ def test_another_relaxation_can_be_given() -> None:
     def smoothed_minimum(G: ca.SX, H: ca.SX, sigma: ca.SX) -> ca.SX:
         return G + H - ca.sqrt((G - H) ** 2 + 4 * sigma)
 
-    solution = solve(NEAR_MISS, OPTIONS, relaxation=Relaxation("smoothed minimum", smoothed_minimum))
+    solution = solve(NEAR_MISS, Run(OPTIONS), relaxation=Relaxation("smoothed minimum", smoothed_minimum))
     assert solution.solved
     assert solution.w == pytest.approx([0, 2], abs=1e-7)
 
@@ -198,7 +199,7 @@ def test_another_relaxation_can_be_given() -> None:
 def test_a_solver_that_cannot_run_is_an_error(options: dict[str, Any]) -> None:
     """What IPOPT cannot start with is an exception, not a status."""
     with pytest.raises(SolverError, match="IPOPT could not be run"):
-        solve(NEAR_MISS, HomotopyOptions(**options))
+        solve(NEAR_MISS, Run(HomotopyOptions(**options)))
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-8, 1.0])

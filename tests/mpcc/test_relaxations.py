@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import ModelError, OptionError
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, Relaxation
 from fesd_robot.mpcc.steering import STEERINGS, Steering
@@ -127,7 +127,7 @@ def test_a_relaxation_that_cannot_hold_vanishing_constraints_is_refused(name: st
     """The error names the pair and every relaxation that can."""
     problem = vanishing(mpcc(X + Y, X, Y, [0, 0]))
     with pytest.raises(ModelError) as caught:
-        solve(problem, HomotopyOptions(relaxation=name, steering=steering))
+        solve(problem, Run(HomotopyOptions(relaxation=name, steering=steering)))
     message = str(caught.value)
     assert f"relaxation '{name}'" in message and "'pair 0' of block 'problem'" in message
     valid = message.split("valid: ")[1].rstrip(")").split(", ")
@@ -177,9 +177,9 @@ def test_known_solutions(name: str, steering: Steering, known: Known) -> None:
     )
     if known.problem.blocks[0].vanishing.any() and name in WITHOUT_VANISHING:
         with pytest.raises(ModelError, match="is a vanishing constraint"):
-            solve(known.problem, options)
+            solve(known.problem, Run(options))
         return
-    solution = solve(known.problem, options)
+    solution = solve(known.problem, Run(options))
     case = (name, steering, known.name)
     assert solution.w.shape == known.problem.start.shape and np.isfinite(solution.w).all()
     assert solution.residuals == known.problem.residuals(solution.w)

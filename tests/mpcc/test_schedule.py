@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import OptionError
-from fesd_robot.mpcc import HomotopyOptions, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.mpcc.schedule import ACTIVE_SET_SETTLED_SIGMA, RULES, USUAL_ITERATIONS, Rule, Schedule, chosen_start
 
 from .known import KNOWN, X, Y, mpcc, vanishing
@@ -70,7 +70,7 @@ def test_all_end_at_the_last_sigma(rule: Rule, iterations: int, last: float) -> 
 
 def test_the_adaptive_schedule_sees_the_iterations() -> None:
     """In a homotopy every sigma follows from the iterations of the NLP before."""
-    solution = solve(NEAR_MISS.problem, HomotopyOptions(schedule="adaptive", sigma_factor=0.2))
+    solution = solve(NEAR_MISS.problem, Run(HomotopyOptions(schedule="adaptive", sigma_factor=0.2)))
     schedule = _schedule("adaptive")
     assert solution.solved
     for before, after in zip(solution.reports, solution.reports[1:], strict=False):
@@ -83,7 +83,7 @@ def test_the_adaptive_schedule_sees_the_iterations() -> None:
 def test_every_schedule_solves_the_known_problems(rule: Rule, known: Any) -> None:
     """Whatever the schedule and with a first sigma of the problem's own, the solution is found."""
     options = HomotopyOptions(schedule=rule, sigma_start=None, sigma_factor=0.2, velocity_level_ratio=10.0)
-    solution = solve(known.problem, options)
+    solution = solve(known.problem, Run(options))
     assert solution.solved
     assert known.error(solution.w) <= known.distance
 
@@ -95,21 +95,21 @@ def test_the_first_sigma_is_the_largest_product(start: list[float], expected: fl
     """Within 0.1 and 10; a negative side counts as zero."""
     problem = mpcc(X + Y, ca.vertcat(X, 0), ca.vertcat(Y, 1), start)
     assert chosen_start(problem, 1.0) == pytest.approx(expected)
-    assert solve(problem, HomotopyOptions(sigma_start=None)).reports[0].sigma == pytest.approx(expected)
+    assert solve(problem, Run(HomotopyOptions(sigma_start=None))).reports[0].sigma == pytest.approx(expected)
 
 
 def test_products_of_the_velocity_level_count_less() -> None:
     """By the ratio of both sigmas."""
     problem = vanishing(mpcc(X + Y, X, Y, [20, 4]), "velocity")
     assert chosen_start(problem, 40.0) == pytest.approx(2.0)
-    assert solve(problem, HomotopyOptions(sigma_start=None, velocity_level_ratio=40.0)).reports[
+    assert solve(problem, Run(HomotopyOptions(sigma_start=None, velocity_level_ratio=40.0))).reports[
         0
     ].sigma == pytest.approx(2.0)
 
 
 def test_the_first_sigma_is_not_below_the_tolerance() -> None:
     """A tolerance above what the problem would choose is the first and the last sigma."""
-    solution = solve(mpcc(X + Y, X, Y, [0, 0]), HomotopyOptions(sigma_start=None, tolerance=0.5))
+    solution = solve(mpcc(X + Y, X, Y, [0, 0]), Run(HomotopyOptions(sigma_start=None, tolerance=0.5)))
     assert [report.sigma for report in solution.reports] == [0.5]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import OptionError
-from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, solve
+from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.mpcc.steering import Steering
@@ -113,14 +113,14 @@ def test_slacks_and_their_bounds() -> None:
     smooth = replace(_chain(), blocks=_chain().blocks[1:])
     for steering in ("l1", "linf"):
         assert assemble(smooth, RELAXATIONS["scholtes"], steering=steering).slacks.count == 0
-        assert solve(smooth, HomotopyOptions(steering=steering)).solved
+        assert solve(smooth, Run(HomotopyOptions(steering=steering))).solved
 
 
 @pytest.mark.parametrize("steering", ["l1", "linf"])
 def test_an_exact_penalty_ends_the_homotopy(steering: Steering) -> None:
     """Where a finite rho makes the products zero no further NLP is solved; without multipliers rho has to grow."""
     options = HomotopyOptions(steering=steering, sigma_factor=0.1)
-    exact, inexact = (solve(BY_NAME[name].problem, options) for name in ("near_miss", "no_multipliers"))
+    exact, inexact = (solve(BY_NAME[name].problem, Run(options)) for name in ("near_miss", "no_multipliers"))
     assert exact.solved and inexact.solved
     assert len(exact.reports) < len(inexact.reports) < len(options.sigmas()) + 1
     assert exact.reports[-1].sigma >= 0.01
@@ -131,7 +131,7 @@ def test_an_exact_penalty_ends_the_homotopy(steering: Steering) -> None:
 def test_slack_that_stays_is_not_solved(steering: Steering) -> None:
     """x = y = 1 is feasible with a slack of 1 however dear it is: every NLP converges, and the MPCC is not solved."""
     solution = solve(
-        BY_NAME["infeasible"].problem, HomotopyOptions(steering=steering, sigma_start=1.0, sigma_factor=0.1)
+        BY_NAME["infeasible"].problem, Run(HomotopyOptions(steering=steering, sigma_start=1.0, sigma_factor=0.1))
     )
     assert (solution.solved, solution.feasible, solution.status) == (False, False, "slack left")
     assert solution.reports[-1].status == "converged" and solution.reports[-1].sigma == 1e-8
@@ -142,7 +142,7 @@ def test_slack_that_stays_is_not_solved(steering: Steering) -> None:
 def test_a_small_bound_on_the_slack_makes_the_nlp_infeasible(steering: Steering) -> None:
     """The slack is at most sigma_start."""
     options = HomotopyOptions(steering=steering, sigma_start=0.5)
-    assert solve(BY_NAME["infeasible"].problem, options).status == "infeasible"
+    assert solve(BY_NAME["infeasible"].problem, Run(options)).status == "infeasible"
 
 
 def test_an_assembled_nlp_keeps_its_steering() -> None:
@@ -150,7 +150,7 @@ def test_an_assembled_nlp_keeps_its_steering() -> None:
     problem = BY_NAME["near_miss"].problem
     nlp = assemble(problem, RELAXATIONS["natural_residual"], steering="linf")
     given, own = (
-        solve(problem, options, nlp=assembled)
+        solve(problem, Run(options), nlp=assembled)
         for options, assembled in (
             (HomotopyOptions(), nlp),
             (HomotopyOptions(relaxation="natural_residual", steering="linf"), None),

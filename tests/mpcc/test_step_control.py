@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, homotopy, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, Run, homotopy, solve
 from fesd_robot.mpcc.homotopy import LOST_IN_A_ROW, LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
 from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
 from fesd_robot.mpcc.ipopt_settings import NEAR_BARRIER
@@ -54,7 +54,7 @@ def _solved(
 ) -> MpccSolution:
     monkeypatch.setattr(homotopy, "solve_nlp", solver)
     monkeypatch.setattr(homotopy, "READABLE", readable)
-    return solve(problem, OPTIONS, polisher=PairPolisher(problem))
+    return solve(problem, Run(OPTIONS), polisher=PairPolisher(problem))
 
 
 def test_a_lost_nlp_is_repeated_with_a_shorter_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,7 +168,7 @@ def test_a_cost_that_is_exploited_gives_way(gain: float) -> None:
     problem = mpcc(distance - gain * X * Y, X, Y, [0.5, 0.5])
     (block,) = problem.blocks
     problem = replace(problem, blocks=[replace(block, if_exploited=gain * X * Y)])
-    end = solve(problem, OPTIONS, polisher=PairPolisher(problem))
+    end = solve(problem, Run(OPTIONS), polisher=PairPolisher(problem))
     exploited = end.reports[0].residuals.objective < 0
     assert exploited is (gain > 1)
     assert (end.reports[1].sigma == end.reports[0].sigma) is exploited

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.errors import SolverError
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.native import CompilationError, kkt_library, linear_solver
 from fesd_robot.native.linear_solver import KktSystem, self_test
 
@@ -197,7 +197,7 @@ def _problem() -> Mpcc:
 @pytest.mark.parametrize("solver", ["auto", "fesd", "mumps"])
 def test_ipopt_takes_the_solver(solver: str) -> None:
     """IPOPT reaches the same solution with ours as with MUMPS."""
-    solution = solve(_problem(), HomotopyOptions(linear_solver=solver))
+    solution = solve(_problem(), Run(HomotopyOptions(linear_solver=solver)))
     assert solution.solved
     assert solution.w == pytest.approx([0, 2], abs=1e-4)
 
@@ -209,13 +209,13 @@ def test_without_a_compiler(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogC
     kkt_library.cache_clear()
     try:
         with caplog.at_level(logging.WARNING):
-            assert solve(_problem(), HomotopyOptions(linear_solver="auto")).solved
+            assert solve(_problem(), Run(HomotopyOptions(linear_solver="auto"))).solved
             assert [record.message for record in caplog.records] == [
                 "IPOPT uses MUMPS, for our own linear solver is not available: no C++ compiler found (set CXX, or "
                 "install one)"
             ]
             with pytest.raises(SolverError, match="'fesd' needs a C\\+\\+ compiler"):
-                solve(_problem(), HomotopyOptions(linear_solver="fesd"))
+                solve(_problem(), Run(HomotopyOptions(linear_solver="fesd")))
     finally:
         kkt_library.cache_clear()
 

@@ -18,7 +18,7 @@ import pytest
 
 from fesd_robot import load_task
 from fesd_robot.fesd import Transcription
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, solve
+from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS, scholtes
 from fesd_robot.mpcc.steering import Steering
@@ -220,7 +220,7 @@ def test_errors_carry_the_words_of_the_compiler(empty_cache: Path, tmp_path: Pat
 
 def test_a_compiled_problem_takes_the_same_way() -> None:
     """IPOPT's iterates do not depend on whether the functions are compiled."""
-    plain, compiled = (solve(_problem(), HomotopyOptions(compile=how)) for how in ("never", "always"))  # type: ignore[arg-type]
+    plain, compiled = (solve(_problem(), Run(HomotopyOptions(compile=how))) for how in ("never", "always"))  # type: ignore[arg-type]
     assert compiled.solved and compiled.w.tolist() == plain.w.tolist()
     assert [r.iterations for r in compiled.reports] == [r.iterations for r in plain.reports]
 
@@ -231,7 +231,7 @@ def test_without_a_compiler(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogC
     with pytest.raises(CompilationError, match="no C compiler found"):
         assemble(_problem(), scholtes, "always")
     with caplog.at_level(logging.WARNING):
-        assert solve(_problem(), HomotopyOptions(compile="auto")).solved
+        assert solve(_problem(), Run(HomotopyOptions(compile="auto"))).solved
     assert not caplog.records
 
 
@@ -242,7 +242,7 @@ def test_a_large_problem_says_that_it_is_not_compiled(
     monkeypatch.setenv("CC", "no-such-compiler")
     monkeypatch.setattr("fesd_robot.mpcc.assembly.COMPILE_THRESHOLD", 1)
     with caplog.at_level(logging.WARNING):
-        assert solve(_problem(), HomotopyOptions(compile="auto")).solved
+        assert solve(_problem(), Run(HomotopyOptions(compile="auto"))).solved
     assert [r.message for r in caplog.records] == [
         "the functions of the NLP are not compiled: no C compiler found (set CC, or install one)"
     ]

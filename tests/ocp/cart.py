@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fesd_robot.adapters import homotopy_options, physical_motion
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import MpccSolution, solve
+from fesd_robot.mpcc import MpccSolution, Run, solve
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp.judged import physical_motion
+from fesd_robot.ocp.solver_options import homotopy_options
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.task import Task, load_task
 
@@ -89,7 +90,7 @@ def solved(task: Task) -> tuple[MotionProblem, Transcription, MpccSolution, Phys
     """Solve a task and return its motion in physical time."""
     motion = formulate(task)
     transcription = Transcription(motion.ocp, motion.fesd)
-    solution = solve(transcription.problem, homotopy_options(task))
+    solution = solve(transcription.problem, Run(homotopy_options(task)))
     branch = BranchTranscription(transcription).branch(solution.w)
     physical = physical_motion(motion, transcription.unpack(solution.w), branch)
     return motion, transcription, solution, physical

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fesd_robot.planner import attempt
+from fesd_robot.planning.planner import attempt
 from fesd_robot.task import load_task
 
 TASKS = Path(__file__).parents[2] / "tasks"

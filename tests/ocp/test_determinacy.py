@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from fesd_robot import load_task
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.determinacy import HALF, in_deciding_postures
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.fesd.refinement.between_stages import STRICTER
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.determinacy import DETERMINACY, MARGIN
+from fesd_robot.ocp.judged import numeric_physics
+from fesd_robot.refinement.determinacy import HALF, in_deciding_postures
 
 TASKS = Path(__file__).parents[2] / "tasks"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans import read_plan, report, write_plan
 
 from .cart import FORCE, WHEEL, cart

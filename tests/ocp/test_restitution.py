@@ -9,7 +9,7 @@ import pytest
 
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import attempt
+from fesd_robot.planning.planner import attempt
 from fesd_robot.plans import Plan
 from fesd_robot.task import load_task
 from tests.bodies_in_space import MASS as MASS_IN_SPACE

@@ -13,7 +13,7 @@ from fesd_robot.contact.kinds import SLIPPING
 from fesd_robot.contact.slip_distance import SLIP_SPEED
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.task import Task, load_task
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.plans.requirements import requirements
 
 from .cart import FORCE, MASS, cart, puck, solved

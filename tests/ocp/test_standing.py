@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.planner import plan
+from fesd_robot.ocp.judged import numeric_physics
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans import task_of
 from fesd_robot.task import Task, load_task
 

@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.errors import ModelError, OptionError
 from fesd_robot.fesd import FesdOptions, TrajectoryConstraint, Transcription, make_tableau, simulate
-from fesd_robot.mpcc import solve
+from fesd_robot.mpcc import Run, solve
 from fesd_robot.optimal_control import EndTime, OptimalControlSettings, OptimalControlSolution, optimize
 from fesd_robot.optimal_control.end_time import with_end_time
 from tests.fesd.test_sliding_optimum import OPTIMUM
@@ -82,7 +82,7 @@ def test_a_homotopy_is_never_better(race: OptimalControlSolution) -> None:
     costs = [start.cost for start in race.starts if start.solved]
     assert race.cost <= min(costs) + 1e-6 and max(costs) > 1.12 * race.cost
     transcription = Transcription(with_end_time(car(20), RACE), FesdOptions())
-    plain = solve(transcription.problem, OptimalControlSettings().homotopy(None, polish=False))
+    plain = solve(transcription.problem, Run(OptimalControlSettings().homotopy(polish=False)))
     assert plain.solved and race.cost <= transcription.cost_terms(plain.w)["end time"] + 1e-6
 
 

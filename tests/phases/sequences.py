@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fesd_robot.adapters import homotopy_options
 from fesd_robot.contact import ContactMode
+from fesd_robot.mpcc import Run
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.solver_options import homotopy_options
 from fesd_robot.phases import Phase, PhaseSolver, Sequence
-from fesd_robot.strategies.deadline import Deadline
 from fesd_robot.task import load_task
 
 TASKS = Path(__file__).parents[2] / "tasks"
@@ -39,4 +39,4 @@ def sequence(words: str, *durations: float) -> Sequence:
 def solver_of(task: str, *overrides: str) -> PhaseSolver:
     """What finds the motions of sequences of a shipped task."""
     loaded = load_task(TASKS / f"{task}.yaml", list(overrides))
-    return PhaseSolver(formulate(loaded), homotopy_options(loaded), Deadline())
+    return PhaseSolver(formulate(loaded), Run(homotopy_options(loaded)))

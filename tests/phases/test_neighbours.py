@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import Profile
-from fesd_robot.strategies.processes import Cores
+from fesd_robot.running.processes import Cores
 
 from .sequences import sequence, solver_of
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import motion_outcome, names_of, numeric_physics, with_full_model
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp.assembled import with_full_model
+from fesd_robot.ocp.judged import motion_outcome, names_of, numeric_physics
 from fesd_robot.plans import Plan, assemble
 from fesd_robot.plans.audit import MotionLimits, audit
 from fesd_robot.plans.plan import HomotopyStep, Provenance, Statistics, Status, Units

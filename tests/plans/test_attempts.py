@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from fesd_robot import planner
 from fesd_robot.cli.summary import summary
+from fesd_robot.planning import planner
 from fesd_robot.plans import Plan, read_plan, report, write_plan
 from fesd_robot.plans.plan import Attempt
 from fesd_robot.task import Task, load_task

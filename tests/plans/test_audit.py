@@ -12,9 +12,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.contact import Plane
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.plans import Plan
 from fesd_robot.plans.audit import MotionLimits, _Energies, audit
 from fesd_robot.plans.audit_record import ENTRIES, Audit

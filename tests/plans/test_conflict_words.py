@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fesd_robot.adapters import conflict_of
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import Conflict, Demand
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import conflict_of
 from fesd_robot.plans.conflict_words import conflict_words
 from fesd_robot.plans.measured import Names
 from fesd_robot.task import load_task

@@ -10,10 +10,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot import planner, solved_motion
+from fesd_robot.planning import planner
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.columns import control_interval
 from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.refinement import solved_motion
 from fesd_robot.robot.paths import locate_robot
 from fesd_robot.task import load_task
 

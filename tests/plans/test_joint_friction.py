@@ -10,20 +10,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import homotopy_options, names_of
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import solve
+from fesd_robot.mpcc import Run, solve
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import plan
+from fesd_robot.ocp.judged import names_of
+from fesd_robot.ocp.solver_options import homotopy_options
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans import Plan
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.exports import export
-from fesd_robot.plans.report import report
+from fesd_robot.plans.report_text import report
 from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.refinement.solved_motion import SolvedMotion
 from fesd_robot.render.figures.contacts import timeline_figure
 from fesd_robot.render.figures.look import Look
-from fesd_robot.solved_motion import SolvedMotion
 from fesd_robot.task import Task, load_task
 
 from .test_planted import audited
@@ -75,7 +76,7 @@ def solved(task: Task) -> SolvedMotion:
     motion = formulate(task)
     polisher = BranchTranscription(Transcription(motion.ocp, motion.fesd))
     return SolvedMotion.of(
-        motion, polisher, solve(polisher.transcription.problem, homotopy_options(task), polisher=polisher)
+        motion, polisher, solve(polisher.transcription.problem, Run(homotopy_options(task)), polisher=polisher)
     )
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import names_of, numeric_physics
 from fesd_robot.contact import ContactMode
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import names_of, numeric_physics
 from fesd_robot.plans.audit import MotionLimits, audit
 from fesd_robot.plans.audit_record import Audit, Finding
 from fesd_robot.plans.findings import findings_of_notes

@@ -13,8 +13,8 @@ import pytest
 
 from fesd_robot import FesdRobotError, Plan, PlanFileError, load_task, read_plan, simulate
 from fesd_robot.actions import exported
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.plans import task_of
 from fesd_robot.recovery.contact_rows import stacked_rows
 from fesd_robot.robot import load_robot

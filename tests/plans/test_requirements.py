@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.task import load_task

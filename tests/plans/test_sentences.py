@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fesd_robot.planner import plan as planned
+from fesd_robot.planning.planner import plan as planned
 from fesd_robot.plans import Plan, report
 from fesd_robot.plans.glossary import GLOSSARY
 from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome, Slide

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.ocp import formulate
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.task import load_task
 
 TASK = Path(__file__).parents[2] / "tasks" / "wheel_hills.yaml"

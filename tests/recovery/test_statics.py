@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.recovery.statics import holding_effort
 from fesd_robot.task import load_task
 

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.plans import Plan
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.between import stacked_elements

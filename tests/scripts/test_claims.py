@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from claims import CLAIMS, Claim, ContactClaim
 
-from fesd_robot.planner import attempt
+from fesd_robot.planning.planner import attempt
 from fesd_robot.plans import Plan
 from fesd_robot.task import load_task
 

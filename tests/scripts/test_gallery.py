@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fesd_robot.planner import plan
+from fesd_robot.planning.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.render.outputs import write_optional_files

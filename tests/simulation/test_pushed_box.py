@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fesd_robot import Plan, load_task, simulate
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.mode import Mode

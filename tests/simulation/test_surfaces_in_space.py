@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fesd_robot import Plan, Task, load_task, simulate
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.recovery.physics import NumericPhysics
 from tests.bodies_in_space import BALL, MASS, written
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fesd_robot import Plan, load_task, simulate
-from fesd_robot.adapters import numeric_physics
 from fesd_robot.ocp import formulate
+from fesd_robot.ocp.judged import numeric_physics
 from tests.bodies_in_space import BALL, MASS, written
 
 GRAVITY = 9.81

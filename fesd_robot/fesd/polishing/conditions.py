@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Complementarity, Label
-from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.dcs.jump import ABOVE_LAW, IMPACT_LAW
+from fesd_robot.dcs import ABOVE_LAW, IMPACT_LAW, ComplementaritySystem
 
 
 @dataclass(frozen=True)

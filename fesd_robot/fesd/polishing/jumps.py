@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.dcs.lagrangian import SLIPPING
+from fesd_robot.dcs import SLIPPING
 from fesd_robot.fesd.polishing.conditions import ElementConditions, JumpFactors
 from fesd_robot.fesd.trajectory import Element
 

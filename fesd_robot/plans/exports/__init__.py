@@ -17,7 +17,7 @@ from fesd_robot.plans.exports.npz_arrays import NPZ
 from fesd_robot.plans.exports.parquet_table import PARQUET
 from fesd_robot.plans.exports.pinocchio_arrays import PINOCCHIO
 from fesd_robot.plans.plan import Plan
-from fesd_robot.recovery.model_motion import ModelMotion
+from fesd_robot.recovery import ModelMotion
 
 EXPORTS: dict[str, ExportFormat] = {
     each.name: each for each in (CSV, NPZ, JSON, JOINT_TRAJECTORY, PARQUET, MCAP, MUJOCO, DRAKE, PINOCCHIO)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.recovery.model_motion import ModelMotion
+from fesd_robot.recovery import ModelMotion
 
 
 @dataclass(frozen=True)

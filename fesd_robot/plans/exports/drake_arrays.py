@@ -13,7 +13,7 @@ from fesd_robot.plans.exports.base_state import floating_bodies
 from fesd_robot.plans.exports.facts import facts
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
-from fesd_robot.recovery.model_motion import ModelMotion
+from fesd_robot.recovery import ModelMotion
 
 
 def segments_of(time: np.ndarray) -> list[np.ndarray]:

@@ -16,7 +16,7 @@ from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.exports.joint_trajectory import NANOSECONDS, joint_trajectory
 from fesd_robot.plans.exports.ros_definitions import DEFINITIONS
 from fesd_robot.plans.plan import Plan
-from fesd_robot.recovery.model_motion import ModelMotion
+from fesd_robot.recovery import ModelMotion
 
 WORLD = "world"
 

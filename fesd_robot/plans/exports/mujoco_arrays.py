@@ -11,7 +11,7 @@ from fesd_robot.errors import FesdRobotError
 from fesd_robot.plans.exports.base_state import floating_bodies
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
-from fesd_robot.recovery.model_motion import ModelMotion
+from fesd_robot.recovery import ModelMotion
 
 
 def mujoco_arrays(plan: Plan, motion: ModelMotion) -> bytes:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
-from fesd_robot.recovery.model_motion import ModelMotion
+from fesd_robot.recovery import ModelMotion
 
 
 def pinocchio_arrays(plan: Plan, motion: ModelMotion) -> bytes:

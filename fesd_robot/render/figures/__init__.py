@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.plans.plan import Plan
+from fesd_robot.plans import Plan
 from fesd_robot.render.figures.animation import animation
 from fesd_robot.render.figures.background import phases_of
 from fesd_robot.render.figures.contacts import cones_figure, contacts_figure, timeline_figure

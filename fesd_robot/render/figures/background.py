@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fesd_robot.plans.plan import Plan
+from fesd_robot.plans import Plan
 from fesd_robot.render.figures.lines import SAME_TIME
 from fesd_robot.render.palette import GREY, MODES
 from fesd_robot.render.timeline import ModeSpan, mode_spans

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fesd_robot.plans.plan import ContactHistory, Plan
+from fesd_robot.plans import ContactHistory, Plan
 from fesd_robot.render.figures.background import Phases, legend_of, shade
 from fesd_robot.render.figures.lines import LINE, draw_series, edges_of, with_steps
 from fesd_robot.render.figures.look import FLOORS, TEXT, Look, add_legend, name_panel, new_figure, note_panel, set_range

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fesd_robot.orientations import columns_with_angles, with_angles
-from fesd_robot.plans.plan import Plan
+from fesd_robot.plans import Plan
 from fesd_robot.render.figures.background import Phases, legend_of, shade
 from fesd_robot.render.figures.lines import draw_series, draw_steps
 from fesd_robot.render.figures.look import Look, add_legend, name_panel, note_panel, set_range, small_multiples

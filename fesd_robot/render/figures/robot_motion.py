@@ -11,15 +11,19 @@ import pinocchio as pin
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, Scene, TwoBodies
 from fesd_robot.contact.ground import LATERAL, Axes
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.ocp import load_task_robot
-from fesd_robot.ocp.actuation import Actuation, build_actuation
-from fesd_robot.ocp.reference_types import reference_of
-from fesd_robot.ocp.scene import scene_of
-from fesd_robot.ocp.timing import time_grid
-from fesd_robot.ocp.vectors import StateLimits, endpoints_of, limits_of
-from fesd_robot.plans.columns import control_interval
-from fesd_robot.plans.plan import Plan
-from fesd_robot.recovery.between_bodies import closest, tangents_between
+from fesd_robot.ocp import (
+    Actuation,
+    StateLimits,
+    build_actuation,
+    endpoints_of,
+    limits_of,
+    load_task_robot,
+    reference_of,
+    scene_of,
+    time_grid,
+)
+from fesd_robot.plans import Plan, control_interval
+from fesd_robot.recovery import closest, tangents_between
 from fesd_robot.render.figures.silhouettes import Silhouettes
 from fesd_robot.render.outputs import ground_visual
 from fesd_robot.render.terrain import GroundVisual

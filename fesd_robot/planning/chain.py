@@ -1,0 +1,293 @@
+"""From a formulated task to its motion: found, searched from, and refined."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fesd_robot.complementarity import Branch
+from fesd_robot.fesd import Transcription
+from fesd_robot.fesd.neighbours import KnownElements
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.refinement import local_errors
+from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, solve
+from fesd_robot.ocp import MotionProblem, formulate, with_promised_goal
+from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops
+from fesd_robot.planning.fallbacks import Overrides, with_overrides
+from fesd_robot.planning.search_steps import SearchSteps
+from fesd_robot.plans import LocalSearch, Plan, TriedSequence
+from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
+from fesd_robot.running import Counted, InBackground, Reached, Station, cores_for
+from fesd_robot.starts import known_elements, known_plan, known_start, needs_simulated_start, simulated_start
+from fesd_robot.task import coarser_intervals
+
+EARLY_AFTER = 2.0
+"""s of search after which another process refines the cheapest motion so far, for those who wait; a search that is over
+by then has all cores for itself."""
+
+SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
+"""How sequences of a homotopy that lead to no motion are simplified: without phases that are shorter than this part of
+the duration, and with contacts that stick wherever they touch."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """From a formulated task to its motion, and who is told about it.
+
+    Attributes:
+        run: of all NLPs; those are reported of homotopies, of refinement, and of ever cheaper motions of the search.
+        reached, counted: as in `planner.plan`; `reached` is its `station`.
+        reports: all NLPs so far.
+        early: called with the plan of a motion while cheaper ones are looked for; None if nobody waits for it. It is
+            refined in another process, and `as_early` there makes it a plan, which can be pickled.
+        earlier: a plan whose sequence is one of the first that are tried, if its contacts are those of the task.
+    """
+
+    run: Run
+    reached: Reached
+    counted: Counted
+    reports: list[NlpReport]
+    early: Callable[[Plan], None] | None = None
+    as_early: Callable[[SolvedMotion], Plan] | None = None
+    earlier: Plan | None = None
+
+    @property
+    def noted(self) -> Run:
+        """The run, with all NLPs noted."""
+        return replace(self.run, report=self._note)
+
+    def _note(self, nlp: NlpReport) -> None:
+        self.reports.append(nlp)
+        self.run.told(nlp)
+
+    def on_uniform_grid(self, motion: MotionProblem, *, promised: bool = False) -> SolvedMotion:
+        """Return the motion of a task whose control grid stands still: the first one, refined.
+
+        Args:
+            motion: the formulated task.
+            promised: as in `planner.attempt`.
+        """
+        found = self._first(motion, Transcription(motion.ocp, motion.fesd))
+        if promised and motion.task.goal.soft:
+            motion = with_promised_goal(motion)
+        return self._refined(SolvedMotion.of(motion, *found))
+
+    def on_phases(self, motion: MotionProblem, *, promised: bool = False) -> SolvedMotion | None:
+        """Return the motion of a task whose control grid moves with its contacts, searched and refined.
+
+        Sequences of phases are those that the guess shows; where none of them leads to a motion, that of a motion on a
+        grid that stands still.
+
+        Args:
+            motion: the formulated task.
+            promised: as in `planner.attempt`.
+
+        Returns:
+            None where no sequence leads to a motion.
+        """
+        task = motion.task
+        self.reached(Station.SEARCHING)
+        solver = PhaseSolver(motion, replace(self.run, report=self.reports.append))
+        search = SequenceSearch(solver, cores_for(task.solver.processes), self.counted, self._cheaper)
+        own = with_promised_goal(motion) if promised and task.goal.soft else motion
+        try:
+            self._find(search, motion)
+            first = search.cost
+            if search.best and task.solver.effort != "quick":
+                self.reached(Station.IMPROVING)
+                self._improve(search, own)
+        finally:
+            search.close()
+        return self._refined(self._best(search, own, first)) if search.best else None
+
+    def _best(self, search: SequenceSearch, motion: MotionProblem, first: float) -> SolvedMotion:
+        """Return the cheapest motion of a search, of which the first one had a cost."""
+        assert search.best is not None
+        best = search.solver.settled(search.best)
+        solution = best.solution(list(self.reports), search.seconds)
+        return replace(SolvedMotion.of(motion, best.own.polisher, solution), search=_summary(search, first))
+
+    def _improve(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Look for cheaper motions, while another process refines the cheapest so far for whoever waits for it."""
+        patient, early, as_early = motion.task.solver.effort == "best", self.early, self.as_early
+        if early is None or as_early is None:
+            search.improve(patient=patient)
+            return
+
+        def so_far() -> Plan:
+            search.solver.run = search.solver.run.unseen
+            alone = replace(self, run=self.run.unseen, reached=lambda _: None, counted=lambda *_: None)
+            return as_early(alone._refined(alone._best(search, motion, search.cost)))
+
+        begin = time.monotonic()
+        background: InBackground[Plan] | None = None
+
+        def counted(done: int, of: int | None) -> None:
+            nonlocal background
+            self.counted(done, of)
+            if background is None and time.monotonic() - begin > EARLY_AFTER:
+                background = InBackground(so_far, early)
+            if background:
+                background.look()
+
+        search.counted = counted
+        try:
+            search.improve(patient=patient)
+        finally:
+            if background:
+                background.end()
+
+    def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Find a motion to search from."""
+        solver = search.solver
+        _note_known(search, "earlier plan", known_plan(motion))
+        if search.best is None:
+            if self.earlier:
+                _note_known(search, "plan that was there", known_elements(self.earlier, motion.ocp.system))
+            search.guesses(guessed_sequences(motion))
+        if search.best is None:
+            search.guesses(hops(motion), "hops")
+        if search.best is None and not solver.over:
+            self._from_uniform(search, motion)
+        if search.best and _is_gross(search.best):
+            search.divide()
+
+    def _cheaper(self, found: PhaseMotion) -> None:
+        """Show the NLP of a motion that is cheaper than all before."""
+        self.run.told(found.report.as_nlp)
+
+    def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
+        """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
+
+        First a loose homotopy on a coarse grid, then one on the task's own, then the exact motion there; that alone
+        where contacts bounce, for it begins with the robot that is let go. What is tried is the sequence as it is read,
+        from the motion that shows it and from the guess, and simpler ones.
+        """
+        task, intervals = with_overrides(motion.task, {"method.grid": "uniform"}), coarser_intervals(motion.task)
+        loose: list[Overrides] = [{}] if intervals is None else [{"horizon.intervals": intervals}, {}]
+        for changes in [] if needs_simulated_start(motion) else loose:
+            uniform = formulate(with_overrides(task, changes))
+            polisher = BranchTranscription(Transcription(uniform.ocp, uniform.fesd))
+            found = self._loose(polisher)
+            self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
+            if search.best is not None or search.solver.over:
+                return
+        uniform = formulate(task)
+        first = self._first(uniform, Transcription(uniform.ocp, uniform.fesd))
+        self._from_branches(search, "motion on a uniform grid", *first)
+
+    def _loose(self, polisher: BranchTranscription) -> MpccSolution:
+        """Return the end of a loose homotopy, from which no branch NLP is solved."""
+        problem = polisher.transcription.problem
+        return solve(
+            problem,
+            replace(self.noted, options=replace(self.run.options, polish=True)),
+            polisher=_Unpolished(polisher),
+            otherwise=lambda w: problem.residuals(w).objective,
+        )
+
+    def _from_branches(
+        self, search: SequenceSearch, what: str, polisher: BranchTranscription, solution: MpccSolution
+    ) -> None:
+        """Solve the sequences of the branches on which a point may lie, and simpler ones if these lead to nothing."""
+        transcription, w = polisher.transcription, solution.w
+        branches = [solution.branch] if solution.branch else list(polisher.candidate_branches(w))
+        for branch in branches:
+            along = Along.of(transcription, w, branch)
+            sequence = along.sequence
+            search.note(what, sequence, search.solver.from_known(sequence, along))
+            search.guesses([sequence], f"{what}, from the guess")
+            for shortest, sticking in SIMPLER if search.best is None else ():
+                search.guesses([sequence.simplified(shortest, sticking=sticking)], f"{what}, simplified")
+
+    def _refined(self, motion: SolvedMotion) -> SolvedMotion:
+        """Return a motion as accurate as its task asks for."""
+        accuracy = motion.motion.task.method.accuracy
+        if accuracy == "none":
+            return motion
+        self.reached(Station.REFINING)
+        return refined(motion, accuracy, self.noted)
+
+    def _first(self, motion: MotionProblem, transcription: Transcription) -> tuple[BranchTranscription, MpccSolution]:
+        """Return the motion of an earlier plan, of the robot that is let go, or of a homotopy."""
+        steps, stop = SearchSteps(self.run.options, self.reached, self.counted), self.run.stop
+
+        def searching(nlp: NlpReport) -> None:
+            self._note(nlp)
+            steps.nlp(nlp)
+
+        def iterating(iteration: int, objective: float) -> bool:
+            steps.iteration()
+            return stop is not None and stop(iteration, objective)
+
+        run = replace(self.run, report=searching, stop=iterating)
+        if found := known_start(motion, transcription, run):
+            return found
+        if needs_simulated_start(motion) and (found := simulated_start(motion, transcription, run)):
+            return found
+        repair, polisher = Repair(transcription, run), BranchTranscription(transcription)
+        solution = solve(transcription.problem, run, polisher=polisher, otherwise=repair)
+        return repair.repaired(polisher, solution)
+
+
+@dataclass(frozen=True)
+class _Unpolished:
+    """A polisher of a homotopy whose end is read, and not polished."""
+
+    own: BranchTranscription
+
+    @property
+    def problem(self) -> Mpcc:
+        """The problem without pairs."""
+        return self.own.problem
+
+    def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
+        """None."""
+        return iter(())
+
+    def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
+        """Nothing."""
+        return None
+
+    def bounds(self, branch: Branch) -> BranchBounds:
+        """Those of the branch."""
+        return self.own.bounds(branch)
+
+
+def _note_known(search: SequenceSearch, what: str, known: KnownElements | None) -> None:
+    """Solve the sequence of known elements from them, if there are any, and take note of it."""
+    if known is not None:
+        along = Along(known.elements, known.branch, known.tableau, known.clock)
+        search.note(what, along.sequence, search.solver.from_known(along.sequence, along))
+
+
+def _is_gross(motion: PhaseMotion) -> bool:
+    """Whether a local error of a motion is so large that it is none, and its cost means nothing."""
+    own = motion.own
+    errors = local_errors(own.transcription, own.polisher.conditions, motion.w, own.branch)
+    return not bool((errors <= NO_MOTION).all())
+
+
+def _summary(search: SequenceSearch, first: float) -> LocalSearch:
+    """Return what a search over sequences did, of which the first motion had a cost."""
+    tried = [
+        TriedSequence(
+            what=one.what,
+            sequence=one.sequence,
+            cost=one.cost if np.isfinite(one.cost) else None,
+            seconds=one.seconds,
+            kept=one.kept,
+        )
+        for one in search.tried
+    ]
+    return LocalSearch(
+        seconds=search.seconds,
+        iterations=search.iterations,
+        trials=len(tried),
+        cost_before=first,
+        moves=[f"{one.what}: {one.sequence}, {one.cost:.6g}" for one in search.tried if one.kept],
+        sequences=tried,
+    )

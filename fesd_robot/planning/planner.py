@@ -1,0 +1,275 @@
+"""The chain from a task to a plan, in the order in which it runs."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from fesd_robot.mpcc import Certificate, NlpReport, Run
+from fesd_robot.native import begin_building
+from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
+from fesd_robot.planning.attempts import AttemptedPlan, NoSequence, best_plan
+from fesd_robot.planning.chain import Chain
+from fesd_robot.planning.fallbacks import (
+    FALLBACKS,
+    SOFT_GOAL,
+    Overrides,
+    promises_goal,
+    time_left,
+    with_overrides,
+)
+from fesd_robot.planning.suggestions import suggestions
+from fesd_robot.plans import (
+    Effort,
+    Plan,
+    Status,
+    controls_of,
+    overlaps_of_motion,
+    replay_summary,
+    settings_line,
+    statistics_of,
+    status_of,
+)
+from fesd_robot.refinement import SolvedMotion, descended
+from fesd_robot.running import Counted, Deadline, Reached, Station, Stop, stop_requested
+from fesd_robot.starts import finite_elements_of
+from fesd_robot.task import Jumps, Task
+
+logger = logging.getLogger(__name__)
+
+
+def plan(
+    task: Task,
+    *,
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Stop | None = None,
+    retrying: Callable[[Overrides, Plan], None] | None = None,
+    station: Reached | None = None,
+    counted: Counted | None = None,
+    early: Callable[[Plan], None] | None = None,
+    earlier: Plan | None = None,
+) -> Plan:
+    """Plan the motion that a task describes, and with fallback settings if its own do not solve it.
+
+    Args:
+        task: from `load_task`. Where no sequence of phases leads to a motion on a control grid that moves, it is
+            planned on one that stands still. `task.solver.retries` is the number of fallback settings
+            (`planning.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
+        progress: called after every NLP of the homotopy, and with the NLPs of ever cheaper motions of the search.
+        stop: called once an IPOPT iteration with (iteration, objective), and while other processes are waited for with
+            (0, NaN); True ends the solve, and the best motion by then is returned, or the best iterate as not solved.
+        retrying: called before fallback settings or changes of the task are tried, with these and the plan that was not
+            solved.
+        station: called with what is done next.
+        counted: called with the steps of the station that are done, and of how many, None if that is not known.
+        early: called with the plan of the cheapest motion after some seconds of search, refined and audited but without
+            a certificate, if it is there while cheaper ones are looked for.
+        earlier: a plan of this task or of one like it, as one that was made before: what happens in it, and in which
+            order, is one of the first things that are tried.
+
+    Returns:
+        The cheapest solved plan of the attempts, else one that only misses the goal, else the first of all;
+        `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was tried. The
+        message of a plan that is not solved names what stands against each other, and a change of the task with which
+        it is solved, if one of `planning.suggestions` helps.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    run, attempts = Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, progress), list[AttemptedPlan]()
+    deadline = run.deadline
+    tried = partial(
+        attempt,
+        promised=not task.goal.soft,
+        progress=progress,
+        stop=stop,
+        station=station,
+        counted=counted,
+        early=early,
+        earlier=earlier,
+    )
+    if task.method.grid == "phases":
+        if on_phases := _on_phases(task, tried, deadline):
+            return on_phases
+        task = with_overrides(task, {"method.grid": "uniform"})
+    for overrides in _settings(task):
+        if attempts and deadline.left <= 0:
+            break
+        if attempts and retrying:
+            retrying(overrides, attempts[-1].plan)
+        begin = deadline.spent
+        changed = with_overrides(task, {**overrides, **time_left(deadline)})
+        attempts.append(AttemptedPlan(overrides, tried(changed), deadline.spent - begin))
+        if attempts[-1].final or stop_requested(stop):
+            break
+    best = best_plan(attempts)
+    if any(one.final for one in attempts) or stop_requested(stop) or not task.solver.retries:
+        return best
+    return _with_what_helps(best, task, run, retrying, station)
+
+
+def _on_phases(task: Task, attempted: Callable[[Task], Plan], deadline: Deadline) -> Plan | None:
+    """Return the plan on a control grid that moves, None where a grid that stands still is to be tried."""
+    begin = deadline.spent
+    try:
+        found = AttemptedPlan({}, attempted(task), deadline.spent - begin)
+    except NoSequence as error:
+        logger.warning("%s, which is planned on a control grid that stands still", error)
+        return None
+    if found.final or deadline.left <= 0:
+        return best_plan([found])
+    logger.warning("the motion on a control grid that moves is not solved: %s", found.plan.status.message)
+    return None
+
+
+def attempt(
+    task: Task,
+    *,
+    promised: bool = False,
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Stop | None = None,
+    station: Reached | None = None,
+    counted: Counted | None = None,
+    early: Callable[[Plan], None] | None = None,
+    earlier: Plan | None = None,
+) -> Plan:
+    """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
+
+    Args:
+        promised: whether the motion is held against the task's goal as if that were not soft.
+
+    The other args and raises are those of `plan`.
+
+    Raises:
+        NoSequence: no sequence of phases leads to a motion on a control grid that moves.
+    """
+    before: list[Plan] = []
+
+    def known(plan: Plan) -> None:
+        if plan.status.solved and early:
+            before.append(plan)
+            early(plan)
+
+    run = Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, progress)
+    chain = Chain(
+        run,
+        station or _unseen,
+        counted or _uncounted,
+        list[NlpReport](),
+        known if early else None,
+        earlier=earlier,
+    )
+    deadline, reached = run.deadline, chain.reached
+    reached(Station.BUILDING)
+    if task.solver.linear_solver in ("auto", "fesd"):
+        begin_building()
+    motion = formulate(task)
+    build_seconds = deadline.spent
+    chain = replace(chain, as_early=lambda solved: _plan_of(solved, None, chain, build_seconds))
+    if motion.grid.moving:
+        found = chain.on_phases(motion, promised=promised)
+        if found is None:
+            raise NoSequence("no sequence of phases leads to a motion of the task")
+        solved = found
+    else:
+        solved = chain.on_uniform_grid(motion, promised=promised)
+    solved, certificate = descended(solved, task, chain.noted, reached)
+    plan = _plan_of(solved, certificate, chain, build_seconds)
+    return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
+
+
+def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, build_seconds: float) -> Plan:
+    """Return the plan of a motion, with its certificate if there is one."""
+    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.solution.w
+    deadline = chain.run.deadline
+    effort = Effort(chain.reports, build_seconds, deadline.spent - build_seconds)
+    statistics = statistics_of(
+        transcription.problem,
+        solution,
+        effort,
+        transcription.cost_terms(w),
+        solved.stages,
+        solved.search,
+        solved.refinement,
+    )
+    names, controls = motion.actuation.names, transcription.controls(w)
+    plan = assembled_plan(
+        motion,
+        solved.physical,
+        solved.physics,
+        controls_of(controls[: len(names)], names, _interval_starts(solved)),
+        status=_status(solved, certificate, deadline),
+        audit=solved.audit,
+        outcome=solved.outcome,
+        statistics=statistics,
+    )
+    summary = replay_summary(solved.replay, motion.robot.velocity_names)
+    elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
+    warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+    return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+def _interval_starts(solved: SolvedMotion) -> np.ndarray:
+    """Return when control intervals begin, (N), s."""
+    ends, grid = solved.physical.clock, solved.motion.grid
+    if grid.moving:
+        return np.append(0.0, ends[:-1])
+    return grid.duration(ends) * np.arange(len(ends)) / len(ends)
+
+
+def _status(solved: SolvedMotion, certificate: Certificate | None, deadline: Deadline) -> Status:
+    """Return the status of a motion, with its certificate if there is one."""
+    motion, solution, w, known = solved.motion, solved.solution, solved.solution.w, solved.solution.solved
+    return status_of(
+        solution,
+        solved.audit,
+        solved.outcome,
+        motion.task.solver.tolerance,
+        certificate,
+        [] if known else solved.polisher.out_of_elements(w),
+        isinstance(motion.task.reference, Jumps),
+        "" if known else conflict_of(motion, solved.polisher, w, deadline.left),
+    )
+
+
+def _settings(task: Task) -> list[Overrides]:
+    """Return the settings to try one after the other, the task's own first."""
+    fallbacks = [fallback(task) for fallback in FALLBACKS[: task.solver.retries]]
+    return [{}, *fallbacks, *([SOFT_GOAL] if fallbacks and promises_goal(task) else [])]
+
+
+def _with_what_helps(
+    plan: Plan,
+    task: Task,
+    run: Run,
+    retrying: Callable[[Overrides, Plan], None] | None,
+    station: Reached | None,
+) -> Plan:
+    """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
+    last = plan
+    for changes, changed in suggestions(task):
+        if run.deadline.left <= 0:
+            break
+        if retrying:
+            retrying(changes, last)
+        settings: Overrides = {"solver.effort": "quick", **time_left(run.deadline)}
+        last = attempt(with_overrides(changed, settings), progress=run.report, stop=run.stop, station=station)
+        tried = AttemptedPlan(changes, last, 0.0)
+        if tried.solved:
+            message = f"{plan.status.message} Tried, and solved: the same task with {settings_line(changes)}."
+            return plan.model_copy(update={"status": plan.status.model_copy(update={"message": message})})
+        if tried.final:
+            break
+    return plan
+
+
+def _unseen(station: Station) -> None:
+    """Take note of nothing."""
+
+
+def _uncounted(done: int, of: int | None) -> None:
+    """Take note of nothing."""

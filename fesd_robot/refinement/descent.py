@@ -1,0 +1,151 @@
+"""Descent: from a motion that a branch descends from to one that none descends from, with its certificate."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from fesd_robot.fesd.neighbours import Pivots
+from fesd_robot.fesd.polishing import problem_around
+from fesd_robot.mpcc import (
+    BranchPoint,
+    BranchSolver,
+    Certificate,
+    Mpcc,
+    MpccSolution,
+    Run,
+    certify,
+)
+from fesd_robot.refinement.refine import refined
+from fesd_robot.refinement.solved_motion import SolvedMotion
+from fesd_robot.running import CERTIFICATE_SECONDS, Reached, Station
+from fesd_robot.task import Task
+
+MOST_DESCENTS = 3
+"""Descents of a motion, one after the other."""
+
+MOST_PIVOTS = 3
+"""Branches that are tried for one direction of descent."""
+
+PIVOT_ITERATIONS = 50
+"""IPOPT iterations on each; those that descend need about 30."""
+
+PIVOT_SECONDS = 10.0
+"""Most seconds on each; where its equations are singular, IPOPT's corrections of them take minutes and lead nowhere."""
+
+EXACT_PRODUCT = 1e-14
+"""Product of a pair that counts as zero in an exact solution: sides up to 1e-8 are zero, the root of it over ten."""
+
+LEAST_GAIN = 1e-4
+"""Of the cost, relative to the larger of it and one; less is no descent: where a foot grazes the ground without force,
+linearised constraints allow a little that the real ones do not."""
+
+
+def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> tuple[SolvedMotion, Certificate | None]:
+    """Return the motion from which no branch is found that descends, and the certificate of that.
+
+    Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
+    (`fesd.neighbours.Pivots`), and the branch NLP is solved there from the same point. What costs less and is as true
+    takes its place. With `solver.effort` quick the contacts stay as they are, and there is the certificate alone.
+
+    Args:
+        solved: the motion; it stays as it is if it is not exact.
+        task: its solver's tolerance, whether contacts may change, and its accuracy: what descends is refined again.
+        run: of all NLPs.
+        reached: called with what is done next, a certificate or a descent.
+
+    Returns:
+        motion and certificate; no certificate if the motion is not solved, or no time is left.
+
+    Source: phase II of MPECopt, Nurkanovic, Leyffer, arXiv 2501.13835.
+    """
+    reached(Station.CERTIFYING)
+    certificate = _certificate(solved, task, run)
+    for _ in range(0 if task.solver.effort == "quick" else MOST_DESCENTS):
+        if certificate and certificate.direction is not None:
+            reached(Station.IMPROVING)
+        better, followed = _better(solved, certificate, task, run)
+        if better is None:
+            return solved, certificate and replace(certificate, followed=followed)
+        reached(Station.CERTIFYING)
+        solved, certificate = better, _certificate(better, task, run)
+    return solved, certificate
+
+
+def _certificate(solved: SolvedMotion, task: Task, run: Run) -> Certificate | None:
+    """Return the certificate of a motion, on the grid of its branch if it is exact.
+
+    There elements of one mode are equally long. A direction that gives elements without length one, in the mode of a
+    neighbour, is asked for again without that: the answer is for motions in which these elements keep none.
+    """
+    solution, tolerance = solved.solution, task.solver.tolerance
+    if not solution.exact:
+        return _certified(solved.transcription.problem, solution, tolerance, run)
+    held: frozenset[int] = frozenset()
+
+    def without(direction: np.ndarray) -> Mpcc | None:
+        nonlocal held
+        growing = _pivots(solved, direction).growing_for_nothing
+        held |= growing
+        return problem_around(solved.polisher, solved.branch, held) if growing else None
+
+    return _certified(problem_around(solved.polisher, solved.branch), solution, tolerance, run, without)
+
+
+def _pivots(solved: SolvedMotion, direction: np.ndarray) -> Pivots:
+    return Pivots(solved.transcription, solved.polisher.conditions, solved.solution.w, solved.branch, direction)
+
+
+def _better(
+    solved: SolvedMotion, certificate: Certificate | None, task: Task, run: Run
+) -> tuple[SolvedMotion | None, int]:
+    """Return a motion that costs less on one of the branches that the direction points to, and how many were tried."""
+    if not solved.solution.exact or certificate is None or certificate.direction is None:
+        return None, 0
+    begin, solution, w = time.perf_counter(), solved.solution, solved.solution.w
+    objective = solution.residuals.objective
+    below = objective - LEAST_GAIN * max(1.0, abs(objective))
+    pivots = _pivots(solved, certificate.direction)
+    problem = solved.transcription.problem
+    solver = BranchSolver(problem, solved.polisher, run)
+    branches = list(islice(pivots.branches(), MOST_PIVOTS))
+    for branch in branches:
+        solver.run = run.within(PIVOT_SECONDS)
+        found = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)
+        if found and found.residuals.objective < below:
+            continued = solver.solution(found, solution, time.perf_counter() - begin)
+            better = solved.continued(solved.polisher, continued)
+            if better.audit.violations and task.method.accuracy != "none":
+                better = refined(better, task.method.accuracy, run)
+            cheaper = better.solution.residuals.objective < below
+            if cheaper and (solved.audit.violations or not better.audit.violations):
+                return better, len(branches)
+        if solver.ended_early:
+            break
+    return None, len(branches)
+
+
+def _certified(
+    problem: Mpcc,
+    solution: MpccSolution,
+    tolerance: float,
+    run: Run,
+    without: Callable[[np.ndarray], Mpcc | None] | None = None,
+) -> Certificate | None:
+    """Return what kind of point a solution is, or None if it is not solved or no time is left.
+
+    Args:
+        problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.
+        tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
+        run: of whose time the certificate may take three quarters.
+        without: as in `certify`.
+    """
+    seconds = min(CERTIFICATE_SECONDS, 0.75 * run.deadline.left)
+    if not solution.solved or seconds <= 0:
+        return None
+    product = EXACT_PRODUCT if solution.exact else tolerance
+    return certify(problem, solution.w, tolerance=product, time_limit=seconds, without=without)

@@ -1,0 +1,41 @@
+"""What every long call needs: its time, its end, its stations, and the cores and processes that it may use."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fesd_robot.lazy import lazy_exports
+
+__all__ = [
+    "CERTIFICATE_SECONDS",
+    "Cores",
+    "Counted",
+    "Deadline",
+    "InBackground",
+    "Lookahead",
+    "Reached",
+    "Station",
+    "Stop",
+    "cores_for",
+    "stop_requested",
+]
+
+if TYPE_CHECKING:
+    from fesd_robot.running.background import InBackground
+    from fesd_robot.running.deadline import CERTIFICATE_SECONDS, Deadline
+    from fesd_robot.running.lookahead import Lookahead
+    from fesd_robot.running.processes import Cores, cores_for
+    from fesd_robot.running.stations import Counted, Reached, Station
+    from fesd_robot.running.stop import Stop, stop_requested
+else:
+    __getattr__, __dir__ = lazy_exports(
+        __name__,
+        {
+            "fesd_robot.running.background": ["InBackground"],
+            "fesd_robot.running.deadline": ["CERTIFICATE_SECONDS", "Deadline"],
+            "fesd_robot.running.lookahead": ["Lookahead"],
+            "fesd_robot.running.processes": ["Cores", "cores_for"],
+            "fesd_robot.running.stations": ["Counted", "Reached", "Station"],
+            "fesd_robot.running.stop": ["Stop", "stop_requested"],
+        },
+    )

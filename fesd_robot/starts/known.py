@@ -1,0 +1,189 @@
+"""A start from an earlier plan that keeps its contact sequence, whatever the grid, the scheme and the costs are now."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch, Label
+from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.fesd import Element, Transcription, make_tableau
+from fesd_robot.fesd.neighbours import KnownElements, on_grid
+from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
+from fesd_robot.mpcc import BranchPoint, MpccSolution, NlpStatus, PolishingReport, Run
+from fesd_robot.ocp import MotionProblem, is_plan
+from fesd_robot.plans import FiniteElements, Plan, read_plan
+from fesd_robot.refinement import Neighbourhood, exact_end
+
+CLOCK = "clock"
+"""Name of the state that is the physical time."""
+
+_LETTERS = {ActiveFactor.G: "G", ActiveFactor.H: "H", ActiveFactor.COMPLEMENT: "C"}
+_FACTORS = {letter: factor for factor, letter in _LETTERS.items()}
+
+logger = logging.getLogger(__name__)
+
+
+def finite_elements_of(transcription: Transcription, w: np.ndarray, branch: Branch) -> FiniteElements:
+    """Return an exact solution in numbers.
+
+    Args:
+        transcription: of the solution.
+        w, branch: the point, (n), and its branch.
+    """
+    elements, system = transcription.unpack(w), transcription.ocp.system
+    letters = ("".join(_LETTERS[factor] for factor in factors) for factors in branch.factors)
+    return FiniteElements(
+        scheme=cast(Any, transcription.options.tableau.scheme),  # one of those that a task may ask for
+        stages=transcription.options.tableau.stages,
+        states=list(system.state_names),
+        conditions=_names(branch.conditions),
+        interval=np.array([element.interval for element in elements]),
+        step=np.array([element.step for element in elements]),
+        left=np.concatenate([elements[0].x_before, elements[0].z_left]),
+        states_at=np.concatenate([element.x.ravel() for element in elements]),
+        algebraic_at=np.concatenate([element.z.ravel() for element in elements]),
+        slopes=np.concatenate([element.slopes.ravel() for element in elements]),
+        controls=np.concatenate([element.u for element in elements]),
+        active=[one.lower() if without else one for one, without in zip(letters, branch.without_length, strict=True)],
+        lefts=None if system.jump is None else np.concatenate([element.x_left for element in elements]),
+    )
+
+
+def known_start(
+    motion: MotionProblem,
+    transcription: Transcription,
+    run: Run,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion with the contact sequence of the plan that `solver.warm_start` names.
+
+    The plan's elements are cut at the new ends of control intervals, and the branch NLP is solved from there; where it
+    does not converge its neighbours are tried, as in `repair`. So a motion on a control grid that contains the plan's
+    costs no more than the plan.
+
+    Args:
+        motion, transcription: the task.
+        run: of all NLPs.
+
+    Returns:
+        None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit, or lead to no
+        motion: then its configurations are the initial guess, as those of any file.
+    """
+    known = known_plan(motion)
+    if known is None:
+        return None
+    fitted, w, branch = on_grid(known, transcription)
+    return exact_start(fitted, w, branch, run)
+
+
+def known_plan(motion: MotionProblem) -> KnownElements | None:
+    """Return the elements of the plan that `solver.warm_start` names.
+
+    Args:
+        motion: the task.
+
+    Returns:
+        None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit: then its
+        configurations are the initial guess, as those of any file.
+    """
+    task = motion.task
+    name = task.solver.warm_start
+    if name is None or task.solver.seed or not is_plan(task.folder / name):
+        return None
+    known = known_elements(read_plan(task.folder / name), motion.ocp.system)
+    if known is None:
+        logger.warning(
+            "%s: only the configurations are taken, its contacts and states are not those of this task", name
+        )
+    return known
+
+
+def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownElements | None:
+    """Return the elements of a plan, None if its contacts or states are not those of a system.
+
+    Args:
+        plan: whatever task it is of.
+        system: of the task, whose state does not jump; there are none if it does.
+    """
+    record = plan.finite_elements
+    return _known(record, system) if record and system.jump is None else None
+
+
+def exact_start(
+    transcription: Transcription,
+    w: np.ndarray,
+    branch: Branch,
+    run: Run,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion on a branch, or on one near by, from a point that need not satisfy anything.
+
+    Args:
+        transcription, w, branch: the point.
+        run: of all NLPs.
+
+    Returns:
+        None if none is found.
+    """
+    begin = time.perf_counter()
+    around = Neighbourhood.of(transcription, w, branch, run)
+    end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True)) or exact_end(around)
+    return _with_own_elements(around, end, begin, run) if end else None
+
+
+def _with_own_elements(
+    around: Neighbourhood,
+    end: PolishingReport,
+    begin: float,
+    run: Run,
+) -> tuple[BranchTranscription, MpccSolution]:
+    """Return an exact end as a solution with no more elements than it needs.
+
+    Args:
+        around, end: the motion.
+        begin: when it was begun to look for it, s.
+        run: as of `exact_start`.
+    """
+    nothing = MpccSolution(
+        w=end.w,
+        residuals=end.residuals,
+        feasible=False,
+        solved=False,
+        branch=None,
+        status=NlpStatus.CONVERGED,
+        reports=[],
+        build_seconds=0.0,
+        solve_seconds=time.perf_counter() - begin,
+    )
+    return around.without_room(end, nothing, run)
+
+
+def _names(conditions: Sequence[Label]) -> list[str]:
+    """Return the names of conditions."""
+    return [str(label) for label in conditions]
+
+
+def _known(record: FiniteElements, system: ComplementaritySystem) -> KnownElements | None:
+    """Return the elements of a plan; None if they are not those of a system."""
+    labels = conditions_of(system).labels
+    n_x, n_z, n_u = system.state.numel(), system.algebraic.numel(), system.control.numel()
+    count, tableau = len(record.step), make_tableau(record.scheme, record.stages)
+    fits = record.states == list(system.state_names) and record.conditions == _names(labels)
+    if not fits or len(record.left) != n_x + n_z or len(record.controls) != count * n_u:
+        return None
+    elements: list[Element] = []
+    x_left, z_left = record.left[:n_x], record.left[n_x:]
+    x, z = record.states_at.reshape(count, -1, n_x), record.algebraic_at.reshape(count, -1, n_z)
+    slopes, u = record.slopes.reshape(count, -1, n_x), record.controls.reshape(count, n_u)
+    ends = np.append(0.0, np.cumsum(record.step))
+    for e, (start, end) in enumerate(pairwise(ends)):
+        interval = int(record.interval[e])
+        elements.append(Element(interval, start, end - start, x_left, z_left, x[e], z[e], u[e], slopes[e]))
+        x_left, z_left = x[e, -1], z[e, -1]
+    factors = tuple(tuple(_FACTORS[letter.upper()] for letter in one) for one in record.active)
+    branch = Branch(tuple(labels), factors, tuple(one.islower() for one in record.active))
+    return KnownElements(elements, branch, tableau, record.states.index(CLOCK))

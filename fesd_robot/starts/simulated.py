@@ -1,0 +1,208 @@
+"""A start on the contact sequence of the robot that is let go, for contacts that bounce."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity, Label
+from fesd_robot.contact import BACKWARDS, FORWARDS, FRICTION_AFTER_IMPACT, FRICTION_ALONG_SLIDING, SLIDING_INSIDE_CONE
+from fesd_robot.errors import SolverError
+from fesd_robot.fesd import Element, Transcription
+from fesd_robot.fesd.neighbours import KnownElements, on_grid
+from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.mpcc import MpccSolution, Run
+from fesd_robot.ocp import MotionProblem, numeric_physics
+from fesd_robot.recovery import NumericPhysics
+from fesd_robot.replay import Mode, contact_dynamics, motion_in_modes
+from fesd_robot.simulation import Drive, Hit, Piece, Schedule
+from fesd_robot.simulation.drive import drive
+from fesd_robot.starts.force_variables import ForceVariables
+from fesd_robot.starts.known import exact_start
+
+TAKES_PART = 1e-9
+"""Of the largest normal impulse of an impact: a contact with more takes part."""
+
+_Factors = tuple[ActiveFactor, ...]
+
+
+def needs_simulated_start(motion: MotionProblem) -> bool:
+    """Return whether a motion is first looked for on the contact sequence of the robot that is let go.
+
+    If a contact bounces and nothing but contacts switches.
+    """
+    labels = [one.label for one in motion.ocp.system.complementarities]
+    bounces = any(contact.restitution > 0 for contact in motion.contacts)
+    return bounces and all(label.contact is not None for label in labels)
+
+
+def simulated_start(
+    motion: MotionProblem,
+    transcription: Transcription,
+    run: Run,
+) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return the exact motion with the contact sequence of the robot that is let go, without controls.
+
+    It falls and bounces as it does by itself; the elements of that motion are cut at the ends of control intervals, and
+    the branch NLP is solved from there. A homotopy has to find every bounce, and where it is, from a guess without any.
+    Other starts (`solver.seed`) are simulated with constant controls, drawn at random within a tenth of their limits.
+
+    Args:
+        motion, transcription: the task.
+        run: of all NLPs.
+
+    Returns:
+        None where that motion does not go on, or no exact motion is found from it.
+    """
+    physics, names = numeric_physics(motion), motion.actuation.names
+    controls, seed = np.zeros(len(names)), motion.task.solver.seed
+    if seed:
+        share = 0.1 * np.random.default_rng(seed).uniform(-1.0, 1.0, len(names))
+        limit = np.minimum(np.abs(motion.actuation.lower), np.abs(motion.actuation.upper))
+        controls = share * np.where(np.isfinite(limit), limit, 0.0)
+    schedule = Schedule(np.array([0.0, motion.grid.nominal]), controls[None])
+    ends = motion.endpoints
+    try:
+        driven = drive(physics, ends.initial_configuration, ends.initial_velocity, schedule)
+    except SolverError:
+        return None
+    known = _Known(motion, transcription, physics, driven).elements()
+    fitted, w, branch = on_grid(known, transcription)
+    return exact_start(fitted, w, branch, run)
+
+
+@dataclass(frozen=True)
+class _Known:
+    """The finite elements of a simulated motion: one for every step of the integrator, one for every impact."""
+
+    motion: MotionProblem
+    transcription: Transcription
+    physics: NumericPhysics
+    driven: Drive
+
+    def elements(self) -> KnownElements:
+        """Return them with their branch."""
+        elements: list[Element] = []
+        factors: list[_Factors] = []
+        hits = list(self.driven.hits)
+        for number, piece in enumerate(self.driven.pieces):
+            while hits and hits[0].pieces <= number:
+                self._add_impact(hits.pop(0), elements, factors)
+            self._add_motion(piece, elements, factors)
+        for hit in hits:
+            self._add_impact(hit, elements, factors)
+        branch = Branch(self._labels, tuple(factors), (False,) * len(factors))
+        return KnownElements(elements, branch, self.transcription.options.tableau, self._clock)
+
+    @cached_property
+    def _conditions(self) -> dict[Label, Complementarity]:
+        return {one.label: one for one in self.motion.ocp.system.complementarities}
+
+    @cached_property
+    def _labels(self) -> tuple[Label, ...]:
+        return BranchTranscription(self.transcription).conditions.labels
+
+    @cached_property
+    def _variables(self) -> ForceVariables:
+        return ForceVariables(self.motion)
+
+    @property
+    def _fractions(self) -> np.ndarray:
+        tableau = self.transcription.options.tableau
+        return np.append(tableau.c, [] if tableau.ends_at_stage else [1.0])
+
+    def _state(self, time: float, q: np.ndarray, v: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        """Return the state of the system; gaps of contacts that touch are zero, and so are slip distances."""
+        x = np.zeros(self.transcription.ocp.system.state.numel())
+        n, count = len(q) + len(v), self.motion.contact_system.gap_states
+        x[: n + 1] = np.concatenate([q, v, [time]])
+        x[n + 1 : n + 1 + count] = np.where(touching, 0.0, np.maximum(self.physics.gaps(q), 0.0))
+        return x
+
+    def _add_motion(self, piece: Piece, elements: list[Element], factors: list[_Factors]) -> None:
+        modes, touching = piece.contacts.modes, piece.contacts.closed
+        q, v = piece.state(0.5 * (piece.start + piece.end))
+        force = motion_in_modes(contact_dynamics(self.physics, q, v, piece.control), modes)[1]
+        times = piece.start + (piece.end - piece.start) * np.append(0.0, self._fractions)
+        states = np.array([self._state(time, *piece.state(time), touching) for time in times])
+        self._add(states, force, piece.control, piece.end - piece.start, elements)
+        factors.append(self._of_modes(modes))
+
+    def _add_impact(self, hit: Hit, elements: list[Element], factors: list[_Factors]) -> None:
+        impulse, a_n = hit.impact.impulse, self.motion.auxiliary_force
+        part = impulse[:, 0] > TAKES_PART * impulse[:, 0].max()
+        if not impulse[:, 0].max() > 0:
+            return
+        touching = part | (self.physics.gaps(hit.configuration) <= 0.0)
+        steps = np.append(0.0, self._fractions)[:, None]
+        velocities = hit.before + steps * (hit.impact.velocity - hit.before)
+        states = np.array([self._state(hit.time, hit.configuration, v, touching) for v in velocities])
+        largest = np.maximum(impulse[:, :1], TAKES_PART * impulse[:, 0].max())
+        force = np.where(part[:, None], a_n * impulse / largest, 0.0)
+        control = self.driven.pieces[min(hit.pieces, len(self.driven.pieces) - 1)].control
+        self._add(states, force, control, float(impulse[:, 0].max()) / a_n, elements)
+        rows = (self.physics.contact_jacobian(hit.configuration) @ velocities.T).reshape(
+            len(part), self.physics.rows, -1
+        )
+        tangential = rows[:, 1] if self.physics.rows == 2 else np.linalg.norm(rows[:, 1:], axis=1)
+        factors.append(self._of_impact(part, tangential))
+
+    def _add(
+        self, states: np.ndarray, force: np.ndarray, control: np.ndarray, length: float, elements: list[Element]
+    ) -> None:
+        """Add an element: `length` is its physical time, or its numerical time where the clock stands still."""
+        z, u = self._variables.of(force, np.append(control, 1.0))
+        u[-1] = u[-1] if states[-1, self._clock] > states[0, self._clock] else 1.0
+        start = elements[-1].end if elements else 0.0
+        left = elements[-1].z[-1] if elements else z
+        slopes = np.zeros((self.transcription.options.tableau.stages, states.shape[1]))
+        repeated = np.tile(z, (len(states) - 1, 1))
+        elements.append(Element(0, start, length, states[0], left, states[1:], repeated, u, slopes))
+
+    @property
+    def _clock(self) -> int:
+        return len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names)
+
+    def _of_modes(self, modes: Sequence[Mode]) -> _Factors:
+        """Return the active factors while the clock runs."""
+        by_name = dict(zip((contact.name for contact in self.motion.contacts), modes, strict=True))
+
+        def factor(label: Label) -> ActiveFactor:
+            mode = by_name[label.contact or ""]
+            if mode is Mode.FLIGHT and not self._conditions[label].met_by:
+                return ActiveFactor.H
+            return _of_slide(label, mode.direction)
+
+        return tuple(factor(label) for label in self._labels)
+
+    def _of_impact(self, part: np.ndarray, tangential: np.ndarray) -> _Factors:
+        """Return the active factors of an impact.
+
+        Args:
+            part: contacts that take part in it, (n_c) of bool.
+            tangential: their velocities at the points of the element, in space the speeds, m/s, (n_c, points).
+        """
+        numbers, conditions = {contact.name: i for i, contact in enumerate(self.motion.contacts)}, self._conditions
+
+        def factor(label: Label) -> ActiveFactor:
+            i = numbers[label.contact or ""]
+            if not part[i] and not conditions[label].met_by:
+                return ActiveFactor.H
+            if conditions[label].complement is not None:
+                return ActiveFactor.COMPLEMENT
+            at = tangential[i, -1] if label.kind == FRICTION_AFTER_IMPACT else tangential[i].mean()
+            return _of_slide(label, int(np.sign(np.round(at, 9))))
+
+        return tuple(factor(label) for label in self._labels)
+
+
+def _of_slide(label: Label, direction: int) -> ActiveFactor:
+    """Return the active factor of a contact's condition where it slides to a side: friction does not push there."""
+    if label.kind == SLIDING_INSIDE_CONE:
+        return ActiveFactor.H if direction else ActiveFactor.G
+    against = {FORWARDS: 1, BACKWARDS: -1}.get(label.subject, 0)
+    friction = label.kind in (FRICTION_ALONG_SLIDING, FRICTION_AFTER_IMPACT)
+    return ActiveFactor.H if friction and direction == against != 0 else ActiveFactor.G

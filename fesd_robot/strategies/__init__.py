@@ -1,1 +1,0 @@
-"""What is tried to solve a task: initial guesses in parallel, and fallback settings one after the other."""
