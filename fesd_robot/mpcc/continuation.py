@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.mpcc.ipopt_settings import starting_at
+from fesd_robot.mpcc.ipopt_settings import STOOD_STILL_LONG, WHOLE_STEPS, starting_at
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.report import NlpReport
@@ -22,11 +22,6 @@ CONTINUATION_ITERATIONS = 120
 
 CONTINUATION_UPDATES = 1
 """How often that happens."""
-
-WHOLE_STEPS = {"accept_every_trial_step": "yes"}
-"""IPOPT's option for a solution that is near: no step is shortened. Newton's steps along forces that hardly cost
-anything, as those of legs against each other, leave the constraints by a little and come back; a line search cuts them
-to a thousandth, and the linear systems of such iterates are ill-conditioned."""
 
 WHOLE_STEP_ITERATIONS = 60
 """Iterations of IPOPT with whole steps, after which the line search is used from the beginning."""
@@ -226,7 +221,7 @@ class BranchSolver:
         """Return the exact end that whole steps lead to, None if that is none, or far away; where a start violates
         constraints, steps that have not led there do not when they go on."""
         updates = 0 if start.freer else CONTINUATION_UPDATES
-        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, updates)
+        end = self._solve(start, {**WHOLE_STEPS, **STOOD_STILL_LONG}, WHOLE_STEP_ITERATIONS, updates)
         if end is None:
             return None
         before, after = self.problem.residuals(start.w).objective, end.residuals.objective

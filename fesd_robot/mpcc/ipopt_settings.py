@@ -27,6 +27,16 @@ STANDS_STILL = {
 fingers on one box, and forces that cost nothing leave multipliers undetermined. It ends where its constraints hold and
 its cost stands still."""
 
+STOOD_STILL_LONG = {**STANDS_STILL, "acceptable_iter": 10}
+"""The same for an NLP that may still converge: what does so takes a few iterations more."""
+
+WHOLE_STEPS = {"accept_every_trial_step": "yes"}
+"""IPOPT's option for a solution that is near: no step is shortened. Newton's steps along forces that hardly cost
+anything, as those of legs against each other, leave the constraints by a little and come back; a line search cuts them
+to a thousandth, and the linear systems of such iterates are ill-conditioned."""
+
+SHORTENED_STEPS = {"accept_every_trial_step": "no"}
+
 
 class Trial(Enum):
     """Which try at one NLP it is."""

@@ -13,7 +13,13 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.ipopt import Hopeless, NlpPoint, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, continued_at, linear_solver_options, starting_at
+from fesd_robot.mpcc.ipopt_settings import (
+    SHORTENED_STEPS,
+    STANDS_STILL,
+    continued_at,
+    linear_solver_options,
+    starting_at,
+)
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.reduced_nlp import ReducedNlp
 from fesd_robot.mpcc.relaxations import relaxation_named
@@ -37,8 +43,9 @@ NEARLY_FEASIBLE = 1e-4
 WARM_START = starting_at(1e-6, 1e-8)
 """IPOPT's options that leave the start of a branch NLP where it is; its defaults would push it off its bounds."""
 
-CONTINUED = {**continued_at(1e-9, 1e-9), **STANDS_STILL}
-"""IPOPT's options for a branch NLP that ran out of iterations and goes on, with its multipliers, where it was."""
+CONTINUED = {**continued_at(1e-9, 1e-9), **STANDS_STILL, **SHORTENED_STEPS}
+"""IPOPT's options for a branch NLP that ran out of iterations and goes on, with its multipliers, where it was; whole
+steps that have not converged by then go away from there."""
 
 POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-12
 """Of IPOPT, for its scaled optimality and for the constraints."""

@@ -81,7 +81,12 @@ class BranchTranscription:
         return out_of_elements(self.conditions, self.branch(w), self.transcription.unpack(w))
 
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
-        """Return the branch with the elements that have shrunk to nothing at w; None if there are none."""
+        """Return the branch with the elements that have shrunk to nothing at w; None if there are none.
+
+        On a grid that moves there are none: a phase is as short as its duration says, and at least as long as its bound.
+        """
+        if self.transcription.grid.moving:
+            return None
         return drop_elements(branch, self.transcription.unpack(w), self._equal_steps)
 
     def branch_of_exact(self, branch: Branch, w: np.ndarray) -> Branch:
