@@ -68,9 +68,9 @@ SCREENED_FROM, SCREENED_TIMES = 8, 3
 """First iteration of a neighbour's NLP whose objective and bound by weak duality count, and how many of them, one after
 the other."""
 
-SCREENED, SCREENED_GAP = 0.02, 0.05
-"""Parts of the cost: by which both have to be too high, and by which they may differ. The objective alone is several
-times too high as long as the barrier is, the bound alone where multipliers are far from those of a solution."""
+SCREENED_GAP = 0.05
+"""Part of the cost by which both may differ. The objective alone is several times too high as long as the barrier is,
+the bound alone where multipliers are far from those of a solution."""
 
 PROMISING = 1e-2
 """Violation of constraints up to which it does."""
@@ -194,7 +194,7 @@ class _Screening:
         self._least = min(self._least, at.violation)
         settled = at.iteration >= SCREENED_FROM and at.violation <= PROMISING
         least, cost = min(at.objective, at.bound), abs(self.below)
-        dear = settled and least > self.below + SCREENED * cost and abs(at.objective - at.bound) <= SCREENED_GAP * cost
+        dear = settled and least > self.below + HOPE * cost and abs(at.objective - at.bound) <= SCREENED_GAP * cost
         self._dear = self._dear + 1 if dear else 0
         far = any(at.iteration >= iterations and self._least > most for iterations, most in HOPELESS)
         self.given_up = far or self._dear >= SCREENED_TIMES
