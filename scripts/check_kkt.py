@@ -25,8 +25,9 @@ from scipy import sparse
 from fesd_robot import load_task
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import Run, solve
-from fesd_robot.native import ipopt_options, kkt_library
+from fesd_robot.native import kkt_library
 from fesd_robot.native.linear_solver import KktSystem, build_library
+from fesd_robot.nlp import our_linear_solver
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.solver_options import homotopy_options
 from fesd_robot.running.deadline import Deadline
@@ -79,7 +80,7 @@ def dump(name: str, overrides: list[str], folder: Path, iterations: int, every: 
     library = build_library("kkt-dump", ["-DKKT_DUMP"])
     task = load_task(ROOT / "tasks" / f"{name}.yaml", overrides)
     motion = formulate(task)
-    chosen = ipopt_options(library)
+    chosen = our_linear_solver(library)
     options = replace(homotopy_options(task), linear_solver="ma27", ipopt=chosen, max_iterations=iterations)
     os.environ |= {"KKT_FOLDER": str(folder), "KKT_EVERY": str(every)}
     solve(Transcription(motion.ocp, motion.fesd).problem, Run(options, Deadline(TIME_LIMIT)))

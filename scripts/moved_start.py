@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.mpcc import Mpcc, MpccSolution
-from fesd_robot.mpcc.ipopt import NlpPoint
 from fesd_robot.mpcc.polishing import BranchNlp
+from fesd_robot.nlp import NlpPoint
 
 MOVED = 1e-12
 """By how much a start is moved, relative to one plus each variable's size."""

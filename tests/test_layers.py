@@ -24,19 +24,20 @@ BELOW: dict[str, set[str]] = {
     "examples": set(),
     "task": {"examples"},
     "dcs": {"complementarity"},
-    "mpcc": {"complementarity", "native", "running"},
+    "nlp": {"native", "running"},
+    "mpcc": {"complementarity", "native", "nlp", "running"},
     "fesd": {"complementarity", "dcs", "mpcc"},
     "optimal_control": {"complementarity", "dcs", "fesd", "mpcc", "running"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
     "replay": {"recovery"},
     "plans": {"contact", "mpcc", "recovery", "replay", "robot", "task"},
-    "ocp": {"complementarity", "contact", "fesd", "mpcc", "plans", "recovery", "replay", "robot", "task"},
+    "ocp": {"complementarity", "contact", "fesd", "mpcc", "nlp", "plans", "recovery", "replay", "robot", "task"},
     "explanation": {"contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
     "render": {"contact", "native", "ocp", "plans", "recovery", "robot", "task"},
     "simulation": {"contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
     "first_task": {"ocp", "robot", "task"},
-    "phases": {"complementarity", "contact", "fesd", "mpcc", "ocp", "robot", "running"},
+    "phases": {"complementarity", "contact", "fesd", "mpcc", "nlp", "ocp", "robot", "running"},
     "refinement": {
         "complementarity", "contact", "fesd", "mpcc", "ocp", "plans", "recovery", "replay", "running", "task",
     },
@@ -124,3 +125,30 @@ def test_the_table_of_the_architecture_is_this_order() -> None:
     rows = re.findall(r"^\| `(\w+)(?:/|\.py)` \|[^|]*\|([^|]*)\|$", text, re.MULTILINE)
     table = {room: set(re.findall(r"\w+", uses)) for room, uses in rows}
     assert table == BELOW
+
+
+IPOPTS_OWN = re.compile(
+    r"\"(mu_init|mu_strategy|perturb_always_cd|constr_viol_tol|acceptable_iter|max_iter|bound_push|bound_relax_factor"
+    r"|honor_original_bounds|warm_start_init_point|max_wall_time|accept_every_trial_step|hsllib)\""
+)
+"""Some of IPOPT's names of its options."""
+
+
+def test_one_file_knows_the_options_of_ipopt() -> None:
+    """Everything else says how an NLP is solved in words of its own."""
+    knows = [file for file in SOURCES.rglob("*.py") if IPOPTS_OWN.search(file.read_text(encoding="utf-8"))]
+    assert [str(file.relative_to(SOURCES)) for file in knows] == ["nlp/ipopt.py"]
+
+
+def test_no_function_takes_what_a_run_is() -> None:
+    """Deadline, stop and report go together as one value; `planner.plan` and `attempt` have what a caller may give."""
+    names = {"deadline", "stop", "progress", "report", "options"}
+    wrong = [
+        f"{file.relative_to(SOURCES)}: {node.name}"
+        for file in SOURCES.rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+        and len(names & {one.arg for one in [*node.args.args, *node.args.kwonlyargs]}) > 1
+        and {"deadline", "stop", "progress"} & {one.arg for one in [*node.args.args, *node.args.kwonlyargs]} > {"stop"}
+    ]
+    assert sorted(wrong) == ["planning/planner.py: attempt", "planning/planner.py: plan"]

@@ -7,23 +7,28 @@ multiplier of a bound, a row or a side; Filippov multipliers are variables like 
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.conflict import Conflict, Demand, conflict_at
-from fesd_robot.mpcc.continuation import REGULARISED, TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
+from fesd_robot.mpcc.continuation import TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
 from fesd_robot.mpcc.homotopy import solve
-from fesd_robot.mpcc.ipopt import Hopeless, Iterate
-from fesd_robot.mpcc.ipopt_settings import STANDS_STILL, starting_at
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
-from fesd_robot.mpcc.polishing import EXACT_PRODUCT, BranchBounds, BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.polishing import (
+    BRANCH,
+    EXACT_PRODUCT,
+    BranchBounds,
+    BranchNlp,
+    Polisher,
+    PolishingLimits,
+    PolishingReport,
+)
 from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.solution import MpccSolution
-from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.nlp import NlpStatus
 
 __all__ = [
+    "BRANCH",
     "EXACT_PRODUCT",
-    "REGULARISED",
-    "STANDS_STILL",
     "TRIALS",
     "Block",
     "BranchBounds",
@@ -34,8 +39,6 @@ __all__ = [
     "Conflict",
     "Demand",
     "HomotopyOptions",
-    "Hopeless",
-    "Iterate",
     "Mpcc",
     "MpccSolution",
     "NlpReport",
@@ -53,5 +56,4 @@ __all__ = [
     "conflict_at",
     "continue_on_branch",
     "solve",
-    "starting_at",
 ]

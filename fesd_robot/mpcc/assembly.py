@@ -19,6 +19,7 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Slacks, Steering, check_steering, check_vanishing, slacks_of
 from fesd_robot.native import CompilationError, NlpBlock, Output, compile_nlp
+from fesd_robot.nlp import Nlp
 
 logger = logging.getLogger(__name__)
 
@@ -35,22 +36,16 @@ VERY_OFTEN = 400
 """Copies of a block from which on it is worth compiling for them: that takes as long as 20,000 evaluations."""
 
 
-@dataclass(frozen=True)
-class RelaxedNlp:
-    """The relaxed problem with its two sigmas as parameters: CasADi functions and constraint bounds.
+@dataclass(frozen=True, eq=False)
+class RelaxedNlp(Nlp):
+    """The relaxed problem with its two sigmas, of the position and of the velocity level, as parameters.
 
     Attributes:
-        nlp: ``x, p -> f, g`` with p = (sigma of the position level, of the velocity level).
-        gradient, jacobian, hessian: derivative functions in CasADi's nlpsol signatures.
         lower, upper: bounds of g.
         relaxation, steering: what it was assembled with.
         slacks: the steering's slack variables, which end x.
     """
 
-    nlp: ca.Function
-    gradient: ca.Function
-    jacobian: ca.Function
-    hessian: ca.Function
     lower: np.ndarray
     upper: np.ndarray
     relaxation: Relaxation

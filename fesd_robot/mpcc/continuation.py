@@ -5,17 +5,16 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.mpcc.ipopt_settings import STOOD_STILL_LONG, WHOLE_STEPS, starting_at
-from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingLimits, PolishingReport
+from fesd_robot.mpcc.polishing import BRANCH, BranchNlp, Polisher, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.solution import MpccSolution
+from fesd_robot.nlp import AT, FREE, NEAR, NlpSettings, Start
 
 CONTINUATION_ITERATIONS = 120
 """IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
@@ -23,15 +22,22 @@ CONTINUATION_ITERATIONS = 120
 CONTINUATION_UPDATES = 1
 """How often that happens."""
 
+WHOLE_STEPS = replace(BRANCH, whole_steps=True, at_rest=10)
+"""How an NLP is solved whose solution is near; one that stands still may still converge in a few iterations."""
+
 WHOLE_STEP_ITERATIONS = 60
-"""Iterations of IPOPT with whole steps, after which the line search is used from the beginning."""
+"""Iterations with whole steps, after which the line search is used from the beginning."""
 
 FAR_OBJECTIVE = 0.05
 """Change of the objective relative to one plus its size, above which whole steps have led to another solution."""
 
-FREER_STARTS = starting_at(1e-3, 1e-4), starting_at(1e-1, 1e-2)
-"""IPOPT's options for a start that violates constraints which are new, one after the other until one leads to a
+FREER_STARTS = Start(1e-3, 1e-4), FREE
+"""Where an NLP begins from a start that violates constraints which are new, one after the other until one leads to a
 solution; a warm start meets such constraints slowly, or not."""
+
+
+TRIED = replace(BRANCH, tolerance=1e-3, violation=1e-6)
+"""How the NLP of a trial is solved."""
 
 
 @dataclass(frozen=True)
@@ -39,24 +45,20 @@ class Trial:
     """How another branch is tried before it is solved exactly.
 
     Attributes:
-        settings: IPOPT's options for the start.
+        settings: of the NLP.
         iterations: of IPOPT, after which it ends, or goes on once.
         violation: largest constraint violation at the end of a trial that is worth an exact solution.
     """
 
-    settings: dict[str, Any]
+    settings: NlpSettings
     iterations: int
     violation: float
 
 
-REGULARISED = {"perturb_always_cd": "yes"}
-"""IPOPT's option for constraints that are always regularised. Those of a branch that is not the motion's own depend on
-each other nearly: without, an iteration factorises up to ten times to find by how much they are to be regularised."""
-
 TRIALS = (
-    Trial({**starting_at(1e-3, 1e-4), **REGULARISED}, iterations=40, violation=1e-3),
-    Trial(starting_at(1e-4, 1e-5), iterations=40, violation=1e-3),
-    Trial({**starting_at(1e-2, 1e-3), **REGULARISED}, iterations=80, violation=1e-2),
+    Trial(replace(TRIED, start=Start(1e-3, 1e-4), regularised=True), iterations=40, violation=1e-3),
+    Trial(replace(TRIED, start=NEAR), iterations=40, violation=1e-3),
+    Trial(replace(TRIED, start=Start(1e-2, 1e-3), regularised=True), iterations=80, violation=1e-2),
 )
 """One after the other: what is not found from one start is sometimes found from another."""
 
@@ -68,9 +70,6 @@ NEAR_VIOLATION = 1e-5
 
 HOPELESS_VIOLATION = 0.1
 """Constraint violation above which it does not."""
-
-TRIAL_TOLERANCES = {"tol": 1e-3, "constr_viol_tol": 1e-6}
-"""Of IPOPT, for a trial."""
 
 
 @dataclass(frozen=True)
@@ -140,8 +139,8 @@ class BranchSolver:
             near: whether the end is near the start, as on a finer grid, and whole steps are tried first.
         """
         end = self._near(start) if near else None
-        for starting in FREER_STARTS if start.freer else ({},):
-            end = end or self._solve(start, starting, iterations, updates)
+        for starting in FREER_STARTS if start.freer else (AT,):
+            end = end or self._solve(start, replace(BRANCH, start=starting), iterations, updates)
         return end
 
     def tried(self, start: BranchPoint, trial: Trial) -> PolishingReport | None:
@@ -164,7 +163,7 @@ class BranchSolver:
                 self.problem,
                 w,
                 self._own_run,
-                options={**trial.settings, **TRIAL_TOLERANCES},
+                settings=trial.settings,
                 limits=PolishingLimits(trial.iterations, updates=0),
             )
             if found is None or (held and _is_lost(found.residuals, held.residuals, trial)):
@@ -204,7 +203,7 @@ class BranchSolver:
         return replace(self.run, report=self._report)
 
     def _solve(
-        self, start: BranchPoint, starting: dict[str, Any], iterations: int, updates: int
+        self, start: BranchPoint, settings: NlpSettings, iterations: int, updates: int
     ) -> PolishingReport | None:
         if self._over:
             return None
@@ -212,7 +211,7 @@ class BranchSolver:
             self.problem,
             start.w,
             self._own_run,
-            options=starting,
+            settings=settings,
             limits=PolishingLimits(iterations, updates),
             branches=[start.branch],
         )
@@ -221,7 +220,7 @@ class BranchSolver:
         """Return the exact end that whole steps lead to, None if that is none, or far away; where a start violates
         constraints, steps that have not led there do not when they go on."""
         updates = 0 if start.freer else CONTINUATION_UPDATES
-        end = self._solve(start, {**WHOLE_STEPS, **STOOD_STILL_LONG}, WHOLE_STEP_ITERATIONS, updates)
+        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, updates)
         if end is None:
             return None
         before, after = self.problem.residuals(start.w).objective, end.residuals.objective

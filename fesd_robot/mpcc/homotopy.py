@@ -10,17 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
-from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import Trial, nlp_options
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
+from fesd_robot.mpcc.relaxed_settings import Trial, relaxed_settings
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.schedule import Sigmas, chosen_start
 from fesd_robot.mpcc.solution import MpccSolution
-from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.nlp import NlpNumbers, NlpPoint, NlpResult, NlpStatus, prepared
 
 logger = logging.getLogger(__name__)
 
@@ -134,7 +133,7 @@ class _Homotopy:
         self._lower = np.append(problem.lower, np.zeros(nlp.slacks.count))
         self._upper = np.append(problem.upper, slack_upper)
         start = np.append(problem.start, 0.5 * slack_upper)
-        self._point = self._best = NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower)))
+        self._point = self._best = NlpPoint.without_multipliers(start, nlp.rows)
         self._violation = problem.residuals(problem.start).constraint_violation
         self._polished = _Polished()
         self._reports: list[NlpReport] = []
@@ -277,13 +276,11 @@ class _Homotopy:
                 self._status = NlpStatus.TIME_LIMIT
                 return None
             last = self._elastic or self._steps.is_last(sigmas)
-            result = solve_nlp(
-                self._nlp,
-                sigma=sigmas,
-                start=self._point,
-                lower=self._lower,
-                upper=self._upper,
-                options=nlp_options(self._options, sigmas, remaining, trial, last=last, loose=loose, near=near),
+            settings = relaxed_settings(self._options, sigmas, trial, last=last, loose=loose, near=near)
+            result = prepared(self._nlp, settings).solve(
+                NlpNumbers(self._lower, self._upper, self._nlp.lower, self._nlp.upper, np.array(sigmas)),
+                self._point,
+                seconds=remaining,
                 stop=self._run.stop,
             )
             residuals = self._problem.residuals(result.point.x[: self._problem.size])

@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from fesd_robot.mpcc.large_linear_program import LinearProgram, casadi_matrix, interior_solution
 from fesd_robot.native import kkt_library
+from fesd_robot.nlp.large_linear_program import LinearProgram, casadi_matrix, interior_solution
 
 MANY_UNKNOWNS = 2000
 """Unknowns of a linear program from which HiGHS's interior-point method is used: a robot in space has thousands, and

@@ -6,26 +6,17 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
-from fesd_robot.mpcc.ipopt import Hopeless, NlpPoint, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import (
-    SHORTENED_STEPS,
-    STANDS_STILL,
-    continued_at,
-    linear_solver_options,
-    starting_at,
-)
 from fesd_robot.mpcc.problem import Mpcc, Residuals
-from fesd_robot.mpcc.reduced_nlp import ReducedNlp
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
-from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.nlp import AT, Hopeless, NlpNumbers, NlpPoint, NlpSettings, NlpStatus, ReducedNlp, Start, prepared
 
 POLISHING_ITERATIONS = 40
 """IPOPT iterations on one branch before it is updated; the right one needs 15 to 50."""
@@ -40,15 +31,12 @@ product of 1e-11."""
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
 
-WARM_START = starting_at(1e-6, 1e-8)
-"""IPOPT's options that leave the start of a branch NLP where it is; its defaults would push it off its bounds."""
+CONTINUED, AT_REST = Start(1e-9, 1e-9, multipliers=True), 3
+"""Start of a branch NLP that ran out of iterations and goes on, with its multipliers, where it was, and iterations at
+rest after which it ends then; whole steps that have not converged by then go away from there."""
 
-CONTINUED = {**continued_at(1e-9, 1e-9), **STANDS_STILL, **SHORTENED_STEPS}
-"""IPOPT's options for a branch NLP that ran out of iterations and goes on, with its multipliers, where it was; whole
-steps that have not converged by then go away from there."""
-
-POLISHING_TOLERANCE, POLISHING_VIOLATION = 1e-9, 1e-12
-"""Of IPOPT, for its scaled optimality and for the constraints."""
+BRANCH = NlpSettings(AT, tolerance=1e-9, violation=1e-12)
+"""How a branch NLP is solved where nothing else is said."""
 
 REMEMBERED = 4
 """Branch NLPs that are kept for when they are needed again: search and refinement return to the same elements."""
@@ -167,7 +155,7 @@ class BranchNlp:
         w: np.ndarray,
         run: Run,
         *,
-        options: dict[str, Any] | None = None,
+        settings: NlpSettings = BRANCH,
         limits: PolishingLimits | None = None,
         branches: Iterable[Branch] | None = None,
     ) -> PolishingReport | None:
@@ -180,15 +168,15 @@ class BranchNlp:
             problem: the problem with pairs, which every end is checked against.
             w: a point with small products, (n).
             run: its options' feasibility is the largest constraint violation of an exact end.
-            options: of IPOPT, before those of the run.
+            settings: of the NLP; its linear solver, its further options and its iterations are those of run and limits.
             limits: of iterations.
             branches: on which w may lie; default: those that the polisher reads from it.
         """
-        options, limits = options or {}, limits or PolishingLimits()
+        limits = limits or PolishingLimits()
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
-            start, settings = self._start(w), options
+            start, own = self._start(w), settings
             for _ in range(1 + limits.updates):
-                ended = self._ended(branch, problem, start, run, options=settings, limits=limits)
+                ended = self._ended(branch, problem, start, run, own, limits)
                 if ended is None:
                     return None
                 end, start = ended
@@ -200,9 +188,9 @@ class BranchNlp:
                 if updated is None and not end.nearly_feasible:
                     break
                 if updated:
-                    branch, start, settings = updated, self._start(end.w), options
+                    branch, start, own = updated, self._start(end.w), settings
                 else:
-                    settings = {**options, **CONTINUED}
+                    own = replace(settings, start=CONTINUED, at_rest=AT_REST, whole_steps=False)
         return None
 
     def solve_once(
@@ -212,7 +200,7 @@ class BranchNlp:
         w: np.ndarray,
         run: Run,
         *,
-        options: dict[str, Any],
+        settings: NlpSettings,
         limits: PolishingLimits,
     ) -> PolishingReport | None:
         """Return the end of one NLP on a branch, None if no time is left.
@@ -222,11 +210,11 @@ class BranchNlp:
 
         The other args are those of `solve`.
         """
-        ended = self._ended(branch, problem, self._start(w), run, options=options, limits=limits)
+        ended = self._ended(branch, problem, self._start(w), run, settings, limits)
         return ended[0] if ended else None
 
     def _start(self, w: np.ndarray) -> NlpPoint:
-        return NlpPoint(w, np.zeros(len(w)), np.zeros(len(self.nlp.lower)))
+        return NlpPoint.without_multipliers(w, self.nlp.rows)
 
     def _ended(
         self,
@@ -234,8 +222,7 @@ class BranchNlp:
         problem: Mpcc,
         start: NlpPoint,
         run: Run,
-        *,
-        options: dict[str, Any],
+        settings: NlpSettings,
         limits: PolishingLimits,
     ) -> tuple[PolishingReport, NlpPoint] | None:
         """Return the end of one NLP on a branch and its point with multipliers, None if no time is left."""
@@ -243,33 +230,18 @@ class BranchNlp:
         if seconds is not None and seconds <= 0:
             return None
         bounds = self.polisher.bounds(branch)
-        settings = {
-            "tol": POLISHING_TOLERANCE,
-            "constr_viol_tol": POLISHING_VIOLATION,
-            "acceptable_iter": 0,
-            "mu_strategy": "monotone",
-            **WARM_START,
-            "bound_relax_factor": 0.0,
-            "honor_original_bounds": "no",
-            "max_iter": min(limits.iterations, run.options.max_iterations),
-            **({} if seconds is None else {"max_wall_time": seconds}),
-            **linear_solver_options(run.options.linear_solver),
-            **options,
-            **run.options.ipopt,
-        }
+        settings = replace(
+            settings,
+            iterations=min(limits.iterations, run.options.max_iterations),
+            linear_solver=run.options.linear_solver,
+            further=tuple(run.options.ipopt.items()),
+        )
         begin = time.perf_counter()
         start = replace(start, x=np.clip(start.x, bounds.lower, bounds.upper))
-        whole = replace(self.nlp, lower=bounds.g_lower, upper=bounds.g_upper)
-        reduced = ReducedNlp.of(whole, bounds.lower, bounds.upper)
-        result = solve_nlp(
-            reduced.nlp,
-            sigma=(0.0, 0.0),
-            start=reduced.part(start),
-            lower=bounds.lower[reduced.free],
-            upper=bounds.upper[reduced.free],
-            options=settings,
-            stop=run.stop,
-            hopeless=limits.hopeless,
+        numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, np.zeros(2))
+        reduced = ReducedNlp.of(self.nlp, numbers)
+        result = prepared(reduced.nlp, settings).solve(
+            reduced.numbers(numbers), reduced.part(start), seconds=seconds, stop=run.stop, hopeless=limits.hopeless
         )
         point = reduced.whole(result.point, start)
         residuals = problem.residuals(point.x)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fesd_robot.mpcc.problem import Residuals
-from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.nlp import NlpStatus
 
 
 @dataclass(frozen=True)

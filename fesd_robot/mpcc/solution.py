@@ -9,7 +9,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.mpcc.report import NlpReport
-from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.nlp import NlpStatus
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """C and C++ that is compiled on first use: a linear solver for IPOPT and the functions of an NLP."""
 
 from fesd_robot.native.compiler import CompilationError, cache_folder, shared_library
-from fesd_robot.native.linear_solver import begin_building, ipopt_options, kkt_library
+from fesd_robot.native.linear_solver import begin_building, kkt_library
 from fesd_robot.native.nlp_compiler import NlpBlock, Output, compile_nlp
 
 __all__ = [
@@ -11,7 +11,6 @@ __all__ = [
     "begin_building",
     "cache_folder",
     "compile_nlp",
-    "ipopt_options",
     "kkt_library",
     "shared_library",
 ]

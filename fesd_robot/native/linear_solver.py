@@ -86,16 +86,6 @@ def _at(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
-def ipopt_options(library: Path) -> dict[str, Any]:
-    """Return IPOPT's options that choose a library from `kkt_library`.
-
-    A pivot may be 1e-5 of its column, not IPOPT's 1e-8: a factorization takes 2 to 5 % longer, and backward errors of
-    1e-3 become 1e-7.
-    """
-    pivots = {"ma27_pivtol": 1e-5, "ma27_pivtolmax": 1e-2}
-    return {"linear_solver": "ma27", "hsllib": str(library), "linear_system_scaling": "none", **pivots}
-
-
 def build_library(variant: str = "kkt", flags: Sequence[str] = ()) -> Path:
     """Return the library compiled, or a variant of it by name with further flags of the compiler.
 

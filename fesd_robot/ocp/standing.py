@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from fesd_robot.contact import Contact
+from fesd_robot.nlp import FREE, NlpSettings, ipopt_options
 from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_quaternions, with_values
 from fesd_robot.orientations import layered
 from fesd_robot.robot import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, Robot, changes_alone
@@ -33,7 +34,7 @@ _LEAST_DAMPING, _FIRST_DAMPING, _MOST_DAMPING = 1e-12, 1e-6, 1e10
 _UNDECIDED = 1e-6
 """Weight of the distance from where the search starts beside that of 1 from a preferred value."""
 
-_IPOPT: dict[str, Any] = {"ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}, "print_time": False}
+_SETTINGS = NlpSettings(FREE, tolerance=1e-10)
 
 _DEFAULT_ADJUST = (ROOT_HEIGHT, ROOT_PITCH)
 """What is adjusted by default: the first for one contact, both for several."""
@@ -187,7 +188,8 @@ def preferred_configuration(
     whole[entries] = free
     distances = ca.DM(np.array(weights) + _UNDECIDED) * (free - ca.DM(start[entries])) ** 2
     touching = ca.substitute(ca.vertcat(*[contact.gap for contact in contacts]), configuration, whole)
-    solver = ca.nlpsol("standing", "ipopt", {"x": free, "f": ca.sum1(distances), "g": touching}, _IPOPT)
+    options: dict[str, Any] = {"ipopt": ipopt_options(_SETTINGS), "print_time": False}
+    solver = ca.nlpsol("standing", "ipopt", {"x": free, "f": ca.sum1(distances), "g": touching}, options)
     found = solver(
         x0=q[entries], lbx=limits.lower_position[entries], ubx=limits.upper_position[entries], lbg=0.0, ubg=0.0
     )

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from fesd_robot.fesd import SHORTEST_PHASE
 from fesd_robot.mpcc import (
-    REGULARISED,
-    STANDS_STILL,
+    BRANCH,
     BranchNlp,
-    Hopeless,
-    Iterate,
     MpccSolution,
     NlpReport,
     NlpStatus,
     PolishingLimits,
     PolishingReport,
     Run,
-    starting_at,
 )
+from fesd_robot.nlp import AT, FREE, NEAR, Hopeless, Iterate, NlpSettings, Start
 from fesd_robot.ocp import AUTOMATIC_AUXILIARY_FORCE, MotionProblem
 from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.start import Along
 
-FIXED_START = starting_at(1e-1, 1e-2)
-"""IPOPT's options where durations are those of the guess, from a point that is no motion."""
+FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
+"""How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
 
 FIXED_ITERATIONS = 100
 """IPOPT iterations with the durations of the guess; those that converge take 20 to 120."""
@@ -36,22 +32,17 @@ FIXED_ITERATIONS = 100
 FREED_ITERATIONS = 150
 """The same with free durations, where there is no motion with those of the guess."""
 
-FIXED_TOLERANCES = {"tol": 1e-2, "constr_viol_tol": 1e-5}
-"""Of IPOPT for it: its end is a start, no more."""
-
 ROUGH_VIOLATION = 1e-2
 """Violation of constraints above which its end is no start either."""
 
-FREE_START = starting_at(1e-1, 1e-2)
-"""IPOPT's options where durations are free, from a motion with given ones."""
-
-FREE_TOLERANCES = {"tol": 1e-6}
-"""Of IPOPT where durations are free. Constraints hold to round-off then, and the cost is right to a millionth. The last
-digits of forces that cost nothing, as of feet against each other, take most of the iterations of a smaller one."""
+FREED = NlpSettings(FREE, tolerance=1e-6, violation=1e-12)
+"""How an NLP is solved where durations are free, from a motion with given ones. Constraints hold to round-off then, and
+the cost is right to a millionth. The last digits of forces that cost nothing, as of feet against each other, take most
+of the iterations of a smaller tolerance."""
 
 FREE_ITERATIONS = 200
 
-NEIGHBOUR_START = starting_at(1e-2, 1e-3)
+NEIGHBOUR = replace(FREED, start=Start(1e-2, 1e-3))
 """The same from the motion of another sequence."""
 
 NEIGHBOUR_ITERATIONS = 80
@@ -78,17 +69,15 @@ PROMISING = 1e-2
 HOPE = 0.1
 """Part of the cost that may be gained where bounds of durations move, or what has vanished is left out."""
 
-KNOWN_START = starting_at(1e-4, 1e-5)
-"""IPOPT's options from a motion of the same sequence on another grid."""
+KNOWN = AGAIN = replace(FREED, start=NEAR)
+"""How an NLP is solved from a motion of the same sequence on another grid, and where it goes on, only bounds of
+durations have moved, or a phase or an impact is left out."""
 
-SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES = starting_at(1e-6, 1e-8), 60, {"tol": 1e-9}
-"""Of IPOPT for the last digits."""
+SETTLED, SETTLED_ITERATIONS = replace(BRANCH, start=AT), 60
+"""How an NLP is solved for the last digits."""
 
-AGAIN_START = starting_at(1e-4, 1e-5)
-"""The same where it goes on, only bounds of durations have moved, or a phase or an impact is left out."""
-
-GO_ON_START = {**AGAIN_START, **REGULARISED, **STANDS_STILL}
-"""The same where an NLP is at its point and does not end."""
+GOING_ON = replace(AGAIN, regularised=True, at_rest=3)
+"""How it is where an NLP is at its point and does not end."""
 
 KEPT_GRIDS = 6
 """Sequences whose grids are kept, those that were asked for last."""
@@ -233,17 +222,17 @@ class PhaseSolver:
         own = self._on_grid(sequence)
         lengths = own.sequence.durations
         w = own.transcription.problem.start
-        end = self._end(own, w, lengths, lengths, FIXED_START, FIXED_ITERATIONS, FIXED_TOLERANCES)
+        end = self._end(own, w, lengths, lengths, FIXED, FIXED_ITERATIONS)
         if end is None:
             return None
         if end.residuals.constraint_violation <= ROUGH_VIOLATION:
-            return self._freed(own, end.w, FREE_START, FREE_ITERATIONS, below)
+            return self._freed(own, end.w, FREED, FREE_ITERATIONS, below)
         # No motion takes the durations of the guess, or none near to it does.
         shorter, longer = SHORTER * lengths, LONGER * lengths
-        end = self._end(own, w, shorter, longer, FIXED_START, FREED_ITERATIONS, FREE_TOLERANCES)
+        end = self._end(own, w, shorter, longer, FREED, FREED_ITERATIONS)
         if end is None or not end.residuals.constraint_violation <= PROMISING:
             return None
-        return self._freed(own, end.w, AGAIN_START, FREE_ITERATIONS, below)
+        return self._freed(own, end.w, AGAIN, FREE_ITERATIONS, below)
 
     def again(self, sequence: Sequence, w: np.ndarray) -> Along:
         """Return what the solve of a sequence may begin along, of a motion that another process has found.
@@ -268,12 +257,12 @@ class PhaseSolver:
         """
         own = self._on_grid(sequence)
         w, lengths = along.point(own), own.sequence.durations
-        if found := self._freed(own, w, KNOWN_START, FREE_ITERATIONS, np.inf):
+        if found := self._freed(own, w, KNOWN, FREE_ITERATIONS, np.inf):
             return found
-        end = self._end(own, w, lengths, lengths, KNOWN_START, FREE_ITERATIONS, FREE_TOLERANCES)
+        end = self._end(own, w, lengths, lengths, KNOWN, FREE_ITERATIONS)
         if end is None or not end.exact:
             return None
-        return self._freed(own, end.w, NEIGHBOUR_START, FREE_ITERATIONS, np.inf) or PhaseMotion(own, end)
+        return self._freed(own, end.w, NEIGHBOUR, FREE_ITERATIONS, np.inf) or PhaseMotion(own, end)
 
     def from_motion(self, sequence: Sequence, along: Along, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
@@ -285,7 +274,7 @@ class PhaseSolver:
         """
         own = self._on_grid(sequence)
         screening = _Screening(below, along.sequence.key_with(self.motion.ocp.knots))
-        return self._freed(own, along.point(own), NEIGHBOUR_START, NEIGHBOUR_ITERATIONS, below, screening)
+        return self._freed(own, along.point(own), NEIGHBOUR, NEIGHBOUR_ITERATIONS, below, screening)
 
     def nonzeros(self, motion: PhaseMotion) -> int:
         """Return how many numbers the derivatives of the NLP of a motion are."""
@@ -295,14 +284,14 @@ class PhaseSolver:
     def settled(self, motion: PhaseMotion) -> PhaseMotion:
         """Return a motion to the last digits, as a certificate asks for them; as it is if that fails."""
         own, nothing = motion.own, np.zeros(len(motion.own.counts))
-        end = self._end(own, motion.w, nothing, nothing + np.inf, SETTLED_START, SETTLED_ITERATIONS, SETTLED_TOLERANCES)
+        end = self._end(own, motion.w, nothing, nothing + np.inf, SETTLED, SETTLED_ITERATIONS)
         return PhaseMotion(own, end) if end and end.exact else motion
 
     def _freed(
         self,
         own: Discretised,
         w: np.ndarray,
-        start: dict[str, Any],
+        settings: NlpSettings,
         iterations: int,
         below: float,
         screening: _Screening | None = None,
@@ -311,7 +300,7 @@ class PhaseSolver:
 
         Args:
             own, w: the sequence on its grid, and where to begin, (n).
-            start, iterations: of IPOPT.
+            settings, iterations: of the first NLP.
             below: cost that it is to stay below.
             screening: of a neighbour.
         """
@@ -319,7 +308,7 @@ class PhaseSolver:
         lengths = own.sequence.durations
         patience, at_once = iterations // ITERATIONS_AT_ONCE, ITERATIONS_AT_ONCE
         for _ in range(MOST_ROUNDS + patience):
-            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, start, at_once, FREE_TOLERANCES, screening)
+            end = self._end(own, w, SHORTER * lengths, LONGER * lengths, settings, at_once, screening)
             if end is None or not np.isfinite(end.w).all() or (screening and screening.given_up):
                 break
             near, violation = PhaseMotion(own, end), end.residuals.constraint_violation
@@ -329,7 +318,7 @@ class PhaseSolver:
             if not (end.exact or soft):
                 if end.status is not NlpStatus.ITERATION_LIMIT or patience <= 0 or violation > PROMISING:
                     break
-                w, start, patience, at_once = end.w, GO_ON_START, patience - 1, iterations
+                w, settings, patience, at_once = end.w, GOING_ON, patience - 1, iterations
                 continue
             found = near if end.exact else found
             durations = near.sequence.durations
@@ -343,7 +332,7 @@ class PhaseSolver:
                 return None
             if end.exact and not moves:
                 return near
-            start, at_once = AGAIN_START, ITERATIONS_AT_ONCE
+            settings, at_once = AGAIN, ITERATIONS_AT_ONCE
             if fits:
                 lengths, w = durations, end.w
                 continue
@@ -387,9 +376,8 @@ class PhaseSolver:
         w: np.ndarray,
         lower: np.ndarray,
         upper: np.ndarray,
-        start: dict[str, Any],
+        settings: NlpSettings,
         iterations: int,
-        tolerances: dict[str, float],
         hopeless: Hopeless | None = None,
     ) -> PolishingReport | None:
         """Return the end of the branch NLP with durations between bounds, s, (P); None if no time is left."""
@@ -401,7 +389,7 @@ class PhaseSolver:
             own.transcription.problem,
             w,
             replace(self.run, report=self._report),
-            options={**start, **tolerances},
+            settings=settings,
             limits=PolishingLimits(iterations, updates=0, hopeless=hopeless),
         )
 

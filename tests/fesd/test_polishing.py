@@ -23,8 +23,7 @@ from fesd_robot.mpcc import (
     Run,
     solve,
 )
-from fesd_robot.mpcc.ipopt import NlpPoint, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import starting_at
+from fesd_robot.nlp import NEAR, NlpNumbers, NlpPoint, NlpSettings, prepared
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import load_task
 
@@ -242,15 +241,11 @@ def test_an_impact_that_leaves_another_contact_alone_has_bounded_multipliers() -
     flight, impact, push = (g, g, g, g, g, h, h, h), (g, g, g, g, h, g, g, c), (g, g, g, g, h, g, g, g)
     factors = [flight] * 6 + [impact] + [push] * 11
     bounds = polisher.bounds(Branch(polisher.conditions.labels, tuple(factors), (False,) * len(factors)))
-    nlp = replace(BranchNlp.of(polisher, "never").nlp, lower=bounds.g_lower, upper=bounds.g_upper)
+    nlp = BranchNlp.of(polisher, "never").nlp
     start = np.clip(transcription.problem.start, bounds.lower, bounds.upper)
-    result = solve_nlp(
-        nlp,
-        sigma=(0.0, 0.0),
-        start=NlpPoint(start, np.zeros(len(start)), np.zeros(len(nlp.lower))),
-        lower=bounds.lower,
-        upper=bounds.upper,
-        options={**starting_at(1e-4, 1e-5), "mu_strategy": "monotone", "bound_relax_factor": 0.0, "tol": 1e-9},
+    result = prepared(nlp, NlpSettings(NEAR, tolerance=1e-9, linear_solver="mumps")).solve(
+        NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, np.zeros(2)),
+        NlpPoint.without_multipliers(start, nlp.rows),
     )
     assert result.converged
     assert transcription.problem.residuals(result.point.x).constraint_violation <= 1e-9

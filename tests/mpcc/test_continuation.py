@@ -19,7 +19,7 @@ from fesd_robot.mpcc import (
     PolishingReport,
     Run,
 )
-from fesd_robot.mpcc.status import NlpStatus
+from fesd_robot.nlp import NlpStatus
 
 from .known import X, Y, mpcc
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,8 @@ import pytest
 
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, Run, homotopy, solve
 from fesd_robot.mpcc.homotopy import LOST_IN_A_ROW, LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
-from fesd_robot.mpcc.ipopt import NlpPoint, NlpResult, solve_nlp
-from fesd_robot.mpcc.ipopt_settings import NEAR_BARRIER
+from fesd_robot.mpcc.relaxed_settings import NEAR_BARRIER
+from fesd_robot.nlp import Nlp, NlpNumbers, NlpPoint, NlpResult, NlpSettings, prepared
 
 from .known import X, Y, mpcc
 
@@ -34,14 +36,20 @@ class Solver:
         self.barriers: list[float | None] = []
         self._reached = np.inf
 
-    def __call__(self, nlp: Any, **given: Any) -> NlpResult:
-        sigma, start = given["sigma"][0], given["start"]
-        result = solve_nlp(nlp, **given)
-        if not sigma or given["options"]["max_iter"] != OPTIONS.loose_iterations:
+    def __call__(self, nlp: Nlp, settings: NlpSettings) -> Any:
+        """As `prepared`."""
+        return SimpleNamespace(solve=partial(self.solve, prepared(nlp, settings), settings))
+
+    def solve(
+        self, solver: Any, settings: NlpSettings, numbers: NlpNumbers, start: NlpPoint, **given: Any
+    ) -> NlpResult:
+        """As `Prepared.solve`."""
+        sigma, result = numbers.p[0], solver.solve(numbers, start, **given)
+        if not sigma or settings.iterations != OPTIONS.loose_iterations:
             return result
         lost = bool(self.calls) and sigma < self.smallest * self._reached
         self.calls.append((sigma, start, lost))
-        self.barriers.append(given["options"].get("mu_init"))
+        self.barriers.append(settings.start.barrier if settings.start.multipliers else None)
         if lost:
             far = replace(result.point, x=result.point.x + 1.0)
             return replace(result, status=NlpStatus.ITERATION_LIMIT, point=far, iterations=self.iterations)
@@ -52,7 +60,7 @@ class Solver:
 def _solved(
     monkeypatch: pytest.MonkeyPatch, solver: Solver, problem: Mpcc = PROBLEM, readable: float = 0.0
 ) -> MpccSolution:
-    monkeypatch.setattr(homotopy, "solve_nlp", solver)
+    monkeypatch.setattr(homotopy, "prepared", solver)
     monkeypatch.setattr(homotopy, "READABLE", readable)
     return solve(problem, Run(OPTIONS), polisher=PairPolisher(problem))
 
@@ -135,9 +143,9 @@ def test_a_start_that_is_lost_is_not_repeated(monkeypatch: pytest.MonkeyPatch) -
     assert PROBLEM.residuals(PROBLEM.start).constraint_violation < LOST_VIOLATION
 
     class Lost(Solver):
-        def __call__(self, nlp: Any, **given: Any) -> NlpResult:
-            result = super().__call__(nlp, **given)
-            if len(self.calls) > 1 or not given["sigma"][0]:
+        def solve(self, solver: Any, settings: NlpSettings, numbers: NlpNumbers, *rest: Any, **given: Any) -> NlpResult:
+            result = super().solve(solver, settings, numbers, *rest, **given)
+            if len(self.calls) > 1 or not numbers.p[0]:
                 return result
             far = replace(result.point, x=result.point.x + 1.0)
             return replace(result, status=NlpStatus.ITERATION_LIMIT, point=far)
@@ -151,8 +159,8 @@ def test_an_interrupt_is_no_lost_nlp(monkeypatch: pytest.MonkeyPatch) -> None:
     """A user who stops in the second NLP, far from its constraints, gets no third one."""
 
     class Interrupted(Solver):
-        def __call__(self, nlp: Any, **given: Any) -> NlpResult:
-            result = super().__call__(nlp, **given)
+        def solve(self, *rest: Any, **given: Any) -> NlpResult:
+            result = super().solve(*rest, **given)
             return replace(result, status=NlpStatus.INTERRUPTED) if self.calls[-1][2] else result
 
     solver = Interrupted(smallest=0.2)

@@ -83,7 +83,7 @@ class BranchTranscription:
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
         """Return the branch with the elements that have shrunk to nothing at w; None if there are none.
 
-        On a grid that moves there are none: a phase is as short as its duration says, and at least as long as its bound.
+        On a grid that moves there are none: a phase is as short as its duration says.
         """
         if self.transcription.grid.moving:
             return None

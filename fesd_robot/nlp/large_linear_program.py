@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,16 +10,16 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from fesd_robot.mpcc.ipopt import IterationCallback
-from fesd_robot.mpcc.ipopt_settings import linear_solver_options
+from fesd_robot.nlp.ipopt import IterationCallback, linear_program_options
+
+ITERATIONS, TOLERANCE = 300, 1e-9
+"""Of IPOPT."""
 
 CURVATURE = 1e-9
 """Added to the cost, times s^T s / 2: where many solutions exist, the equations of an iteration have one."""
 
 INFEASIBLE = 1e-8
 """Largest violation of a row or a bound by a solution."""
-
-_X, _LAM_G = (ca.nlpsol_out().index(name) for name in ("x", "lam_g"))
 
 
 @dataclass(frozen=True)
@@ -75,49 +75,20 @@ def interior_solution(
             found.append((s, y))
         return bool(found)
 
-    x, p = ca.MX.sym("x", n + len(idle)), ca.MX.sym("p", 2)  # the callback expects two parameters
+    x = ca.MX.sym("x", n + len(idle))
     cost_of_x = ca.dot(ca.DM(small.cost), x[:n]) + 0.5 * CURVATURE * ca.dot(x, x)
-    problem: dict[str, Any] = {"x": x, "p": p, "f": cost_of_x, "g": ca.mtimes(small.matrix, x[:n])}
-    callback = _Judge(n + len(idle), len(small.row_low), judged)
-    ipopt: dict[str, Any] = {
-        "print_level": 0,
-        "sb": "yes",
-        "max_wall_time": max(seconds, 1e-3),
-        "max_iter": 300,
-        "tol": 1e-9,
-        "bound_relax_factor": 0.0,
-        "mehrotra_algorithm": "yes",
-        "mu_strategy": "adaptive",
-        "perturb_always_cd": "yes",
-        "bound_push": 0.1,
-        "hessian_constant": "yes",
-        "jac_c_constant": "yes",
-        "jac_d_constant": "yes",
-        **linear_solver_options("auto"),
-    }
+    problem: dict[str, Any] = {"x": x, "f": cost_of_x, "g": ca.mtimes(small.matrix, x[:n])}
+    callback = IterationCallback(n + len(idle), len(small.row_low), 0, lambda at: judged(at[0], -at[4]))
     options: dict[str, Any] = {
-        "ipopt": ipopt,
+        "ipopt": linear_program_options(seconds, ITERATIONS, TOLERANCE),
         "print_time": False,
         "error_on_fail": False,
         "iteration_callback": callback,
     }
     solver = ca.nlpsol("linear_program", "ipopt", problem, options)
     low, high = np.append(small.low, -idle), np.append(small.high, idle)
-    solver(x0=0.0, p=0.0, lbx=low, ubx=high, lbg=small.row_low, ubg=small.row_high)
+    solver(x0=0.0, lbx=low, ubx=high, lbg=small.row_low, ubg=small.row_high)
     return found[0] if found else None
-
-
-class _Judge(IterationCallback):
-    """Asks of every iterate of IPOPT and its multipliers whether it will do."""
-
-    def __init__(self, size: int, rows: int, judged: Callable[[np.ndarray, np.ndarray], bool]) -> None:
-        super().__init__(size, rows, lambda *_: False)
-        self._judged = judged
-
-    def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
-        """CasADi: one iteration."""
-        x, multipliers = (np.asarray(arguments[at]).ravel() for at in (_X, _LAM_G))
-        return [int(self._judged(x, -multipliers))]
 
 
 class _Reduced:
