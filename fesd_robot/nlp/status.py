@@ -28,7 +28,7 @@ class NlpStatus(str, Enum):
         "try a longer horizon.duration, more method.elements, wider limits or another reference",
     )
     INTERRUPTED = "interrupted", "this is the best iterate so far"
-    SLACK_LEFT = "slack left", "try solver.steering: direct"
+    SLACK_LEFT = "slack left", "try steering: direct"
     NOT_STARTED = "not started", _USUAL_ADVICE
     RESTORATION_FAILED = "failed: restoration", _USUAL_ADVICE
     SEARCH_DIRECTION_TOO_SMALL = "failed: search direction too small", _USUAL_ADVICE

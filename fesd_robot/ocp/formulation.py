@@ -205,9 +205,6 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
 
 
 def _aggregation(task: Task) -> CrossComplementarity:
-    chosen = task.method.cross_complementarity
-    if chosen != "auto":
-        return chosen
     return "theta_sum" if task.method.formulation.type == "multipliers" else "lambda_sum"
 
 

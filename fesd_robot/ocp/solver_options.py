@@ -16,8 +16,6 @@ def homotopy_options(task: Task) -> HomotopyOptions:
         velocity_level_ratio=solver.velocity_level_ratio,
         max_iterations=solver.max_iterations,
         relaxation=solver.relaxation,
-        steering=solver.steering,
-        schedule=solver.schedule,
         linear_solver=solver.linear_solver,
         compile=task.method.compile,
         polish=solver.polish,

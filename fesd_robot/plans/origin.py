@@ -12,8 +12,11 @@ from fesd_robot.plans.files import read_plan
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import KeyPath, Origin, Origins, Task, override_keys, validation_error
 
-GONE = ("starts", "coarse_to_fine", "local_search")
-"""Keys of `solver` in plans of version 0.1.0 that tasks do not have any more."""
+GONE = {
+    "solver": ("starts", "coarse_to_fine", "local_search", "steering", "schedule"),
+    "method": ("cross_complementarity",),
+}
+"""Keys by section in plans of version 0.1.0 that tasks do not have any more."""
 
 
 def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = ()) -> Task:
@@ -29,8 +32,9 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     """
     start = Path(plan.provenance.folder or "") if folder is None else folder
     data, places = deepcopy(plan.task), dict[KeyPath, Origin]()
-    for key in GONE:
-        data.get("solver", {}).pop(key, None)
+    for section, keys in GONE.items():
+        for key in keys:
+            data.get(section, {}).pop(key, None)
     override_keys(data, places, overrides)
     origins = Origins(start=start.absolute(), places=places)
     try:

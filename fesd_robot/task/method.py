@@ -130,13 +130,6 @@ class Method(Section):
     formulation: Formulation = Field(
         default_factory=Formulation, description="How contact becomes switching functions."
     )
-    cross_complementarity: Literal["auto", "stage_stage", "lambda_sum", "theta_sum", "sum_sum"] = Field(
-        default="auto",
-        description="How complementarity pairs of one element are added up: not at all (stage_stage), over the "
-        "multipliers of the switching functions (lambda_sum), over the step functions or Filippov multipliers "
-        "(theta_sum), or over both (sum_sum); auto: theta_sum for multipliers, lambda_sum for steps. Multipliers allow "
-        "stage_stage and theta_sum.",
-    )
     step_equilibration: StepEquilibration = Field(
         default_factory=StepEquilibration, description="What keeps elements between two switches equally long."
     )
@@ -190,19 +183,9 @@ class Method(Section):
                 )
         return self
 
-    @model_validator(mode="after")
-    def _aggregation_fits(self) -> Method:
-        if self.formulation.type == "multipliers" and self.cross_complementarity in ("lambda_sum", "sum_sum"):
-            raise conflict(
-                ("cross_complementarity",),
-                f"found {self.cross_complementarity}, expected stage_stage, theta_sum or auto with formulation type "
-                "multipliers",
-            )
-        return self
-
 
 class Solver(Section):
-    """The homotopy: a row of smooth problems whose relaxation sigma shrinks."""
+    """The homotopy: a sequence of smooth problems whose relaxation sigma shrinks."""
 
     tolerance: Positive = Field(
         default=1e-8, description="Largest complementarity, product G H, of a solved task, in the units of the pairs."
@@ -214,8 +197,8 @@ class Solver(Section):
     velocity_level_ratio: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)] = Field(
         default=30.0,
         description="How much larger the relaxation of complementarities on the velocity level is than that of those "
-        "on the position level, until the latter has reached the tolerance; at least 1: where contact is gets decided "
-        "before what happens there. With method.contact impulses the default is 5.",
+        "on the position level, until the latter has reached the tolerance; at least 1: contacts are decided before "
+        "stick, slip or impact. With method.contact impulses the default is 5.",
     )
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     polish: bool = Field(
@@ -236,22 +219,8 @@ class Solver(Section):
         "direction of descent that the certificate finds is not followed either.",
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
-    relaxation: Literal[
-        "scholtes",
-        "fischer_burmeister",
-        "natural_residual",
-        "chen_chen_kanzow",
-        "steffensen_ulbrich_sine",
-        "steffensen_ulbrich_polynomial",
-        "kanzow_schwartz",
-    ] = Field(default="scholtes", description="What smooths a complementarity pair by sigma.")
-    steering: Literal["direct", "l1", "linf"] = Field(
-        default="direct",
-        description="What makes sigma small: direct sets it; l1 and linf penalise slacks, one a pair or one for all.",
-    )
-    schedule: Literal["linear", "superlinear", "adaptive"] = Field(
-        default="linear",
-        description="How sigma falls: by sigma_factor; faster and faster; or by how hard the last problem was.",
+    relaxation: Literal["scholtes", "fischer_burmeister"] = Field(
+        default="scholtes", description="What smooths a complementarity pair by sigma."
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,

@@ -31,6 +31,7 @@ from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.running import Deadline
 
 TASK = Path(__file__).resolve().parents[2] / "tasks" / "published_hopper_five_jumps.yaml"
 INTERVALS = (60, 66, 72, 78, 84, 90, 96, 102, 108)
@@ -204,12 +205,11 @@ def whole_table(counts: Sequence[int]) -> str:
                 tolerance=LAST_SIGMA,
                 sigma_start=1.0,
                 velocity_level_ratio=1000.0,
-                time_limit=TIME_LIMIT,
                 linear_solver="auto",
                 compile="never",
             )
             begin = time.process_time()
-            solution = solve(problem, Run(options))
+            solution = solve(problem, Run(options, Deadline(TIME_LIMIT)))
             seconds, iterations = time.process_time() - begin, max(solution.iterations, 1)
             rows.append(
                 [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -66,15 +67,26 @@ def test_old_keys_of_a_plan_are_read_as_those_of_today(
 
 def test_settings_that_are_gone_are_left_out(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The task of a plan of version 0.1.0 is the task without them, in silence; the plan says how it was made."""
-    gone = {"starts": 3, "coarse_to_fine": True, "local_search": False}
-    assert set(gone) == set(GONE)
+    gone: dict[str, dict[str, Any]] = {
+        "solver": {
+            "starts": 3,
+            "coarse_to_fine": True,
+            "local_search": False,
+            "steering": "direct",
+            "schedule": "linear",
+        },
+        "method": {"cross_complementarity": "auto"},
+    }
+    assert {section: tuple(keys) for section, keys in gone.items()} == GONE
     file = write_plan(plan, tmp_path / "plan") / "plan.json"
     data = json.loads(file.read_text(encoding="utf-8"))
-    data["task"]["solver"].update(gone)
+    for section, keys in gone.items():
+        data["task"][section].update(keys)
     file.write_text(json.dumps(data), encoding="utf-8")
     old = read_plan(file)
     assert task_of(old) == task_of(plan) and caplog.records == []
-    assert {key: old.task["solver"][key] for key in gone} == gone
+    for section, keys in gone.items():
+        assert {key: old.task[section][key] for key in keys} == keys
     assert task_of(old, overrides=["solver.effort=quick"]).solver.effort == "quick"
     with pytest.raises(TaskError, match=r"solver\.starts: found an unknown key"):
         task_of(old, overrides=["solver.starts=2"])
