@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Literal
 
 import casadi as ca
@@ -16,6 +17,27 @@ Level = Literal["position", "velocity"]
 
 In contact, the position level decides where contact is, the velocity level what happens there.
 """
+
+
+class HeldAt(Enum):
+    """Where within a finite element a condition is held."""
+
+    POINTS = "points"
+    """For G at all points, the left boundary among them."""
+    LEFT_BOUNDARY = "left boundary"
+    """For G at the left boundary only."""
+    RIGHT_BOUNDARY = "right boundary"
+    """For G at the last point only."""
+    STAGES = "stages"
+    """For G at the stages only, where G is a function of the algebraic variables, too."""
+    POINTS_AND_STAGES = "points and stages"
+    """For G of the state at every point with the algebraic variables of every stage: its sign does not change inside an
+    element."""
+
+    @property
+    def algebraic(self) -> bool:
+        """Whether G may be a function of the algebraic variables."""
+        return self in (HeldAt.STAGES, HeldAt.POINTS_AND_STAGES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +61,10 @@ class Complementarity:
         level: a homotopy may relax conditions of the velocity level further than those of the position level.
         invariant: G is one of the states, and where it is zero and H is not, the other conditions keep it there: its
             rate vanishes. A smooth problem asks for it once, where H begins to be positive (index reduction).
-        left_boundary_only: within a finite element hold the condition for G at the left boundary only.
-        right_boundary_only: the same for G at the last point of the element only.
+        held_at: where within a finite element it is held.
         recall: within a finite element G at a point counts with this times G at the left boundary added: what an
             element may or must do depends on how it begins. Only of a vanishing constraint without a complement whose
             G is a function of the state.
-        stages_only: within a finite element hold the condition for G at the stages only, where G is a function of the
-            algebraic variables, too.
-        crossed: of one for the stages only, within a finite element hold it for G of the state at every point with the
-            algebraic variables of every stage: its sign does not change inside an element.
         companions: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
             H at zero holds them there, too, and leaves those rows out.
         together: of the conditions of a contact with this H and a G of their own either all G are the active factor,
@@ -73,11 +90,8 @@ class Complementarity:
     complement: ca.SX | None = None
     level: Level = "position"
     invariant: bool = False
-    left_boundary_only: bool = False
-    right_boundary_only: bool = False
+    held_at: HeldAt = HeldAt.POINTS
     recall: float = 0.0
-    stages_only: bool = False
-    crossed: bool = False
     companions: tuple[ca.SX, ...] = ()
     together: bool = False
     met_by: tuple[tuple[str, ActiveFactor], ...] = ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fesd_robot.complementarity import ActiveFactor, Complementarity, Label
+from fesd_robot.complementarity import ActiveFactor, Complementarity, HeldAt, Label
 from fesd_robot.contact.kinds import (
     DIRECTIONS,
     FORCE_AT_A_DISTANCE,
@@ -62,8 +62,7 @@ def cone_conditions(
             ca.SX(1),
             vanishing=True,
             level="velocity",
-            stages_only=True,
-            crossed=kind == FRICTION_WITH_SLIDING,
+            held_at=HeldAt.POINTS_AND_STAGES if kind == FRICTION_WITH_SLIDING else HeldAt.STAGES,
             met_by=(
                 (SLIDING_INSIDE_CONE, ActiveFactor.G),
                 (FORCE_AT_A_DISTANCE, ActiveFactor.H),

@@ -8,7 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.complementarity import Complementarity, HeldAt, Label
 from fesd_robot.contact.kinds import BACKWARDS, FORWARDS
 from fesd_robot.contact.model import Contact, ContactSystem, MultibodyDynamics
 
@@ -50,7 +50,7 @@ def limit_slip_distances(
                 beta,
                 vanishing=True,
                 level="velocity",
-                stages_only=True,
+                held_at=HeldAt.STAGES,
             )
             for direction, signed_velocity in ((BACKWARDS, -tangential_velocity), (FORWARDS, tangential_velocity))
         ]

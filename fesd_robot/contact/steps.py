@@ -8,7 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Complementarity
+from fesd_robot.complementarity import Complementarity, HeldAt
 from fesd_robot.contact.freezing import (
     free_flow_multiplier,
     freezing_dynamics,
@@ -78,7 +78,7 @@ def step_contact_system(
         own = AuxiliaryMultipliers(((plus, minus),))
         if options.gate:
             vanishing += velocity_conditions(
-                dynamics, contact, normal_velocity, beta, 1 - beta, own, left_boundary_only=True
+                dynamics, contact, normal_velocity, beta, 1 - beta, own, held_at=HeldAt.LEFT_BOUNDARY
             )
         multipliers.append(own)
         complements.append(1 - beta)

@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.complementarity import Complementarity, HeldAt, Label
 from fesd_robot.contact.cone import cone_conditions
 from fesd_robot.contact.kinds import (
     BACKWARDS,
@@ -31,7 +31,7 @@ def velocity_conditions(
     multipliers: AuxiliaryMultipliers,
     *,
     unused: ca.SX | None = None,
-    left_boundary_only: bool = False,
+    held_at: HeldAt = HeldAt.POINTS,
 ) -> list[Complementarity]:
     """Return the vanishing constraints on normal and tangential velocity of one contact.
 
@@ -52,7 +52,7 @@ def velocity_conditions(
         complement: 1 - beta, not negative.
         multipliers: theta_+ and theta_- of every tangential direction.
         unused: of a contact in space the part of its friction cone that is not used, see `cone.cone_conditions`.
-        left_boundary_only: hold the conditions for the left boundary of each element only.
+        held_at: where within an element the conditions are held that do not say so themselves.
     """
     bounces = contact.restitution > 0
 
@@ -63,8 +63,7 @@ def velocity_conditions(
             H,
             vanishing=True,
             level="velocity",
-            left_boundary_only=left_boundary_only,
-            **others,
+            **{"held_at": held_at, **others},
         )
 
     conditions = [
@@ -73,7 +72,7 @@ def velocity_conditions(
     ]
     if bounces:
         conditions.append(
-            condition(RESTITUTION, -normal_velocity, beta, recall=contact.restitution, right_boundary_only=True)
+            condition(RESTITUTION, -normal_velocity, beta, recall=contact.restitution, held_at=HeldAt.RIGHT_BOUNDARY)
         )
     if contact.friction > 0:
         velocities = contact.tangential_velocities(dynamics.velocity)
@@ -87,7 +86,7 @@ def velocity_conditions(
                 conditions.append(condition(FRICTION_ALONG_SLIDING, signed, own, direction=direction, **running))
             for signed, own, direction in sides if bounces else ():
                 conditions.append(
-                    condition(FRICTION_AFTER_IMPACT, signed, own, direction=direction, right_boundary_only=True)
+                    condition(FRICTION_AFTER_IMPACT, signed, own, direction=direction, held_at=HeldAt.RIGHT_BOUNDARY)
                 )
         if contact.slip_distance == 0:
             conditions += [

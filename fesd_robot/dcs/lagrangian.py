@@ -9,7 +9,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.complementarity import Complementarity, HeldAt, Label
 from fesd_robot.dcs.checks import check_content, check_shape, check_unique
 from fesd_robot.dcs.jump import Impulse, Jump
 from fesd_robot.dcs.system import ComplementaritySystem
@@ -190,7 +190,7 @@ def with_contacts(
                 own.normal,
                 vanishing=True,
                 level="velocity",
-                left_boundary_only=True,
+                held_at=HeldAt.LEFT_BOUNDARY,
             ),
             *own.against_sliding(FRICTION_ALONG_SLIDING, v),
             *own.against_slipping(v),

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import Complementarity
+from fesd_robot.complementarity import Complementarity, HeldAt
 from fesd_robot.dcs.jump import Impulse, Jump
 from fesd_robot.errors import DimensionError
 
@@ -101,7 +101,7 @@ class ComplementaritySystem:
     @cached_property
     def switches_in_pairs(self) -> bool:
         """Whether every switch is one of a pair: no vanishing constraints but those that follow an impulse."""
-        return all(one.left_boundary_only and self.jump is not None for one in self.vanishing)
+        return all(one.held_at is HeldAt.LEFT_BOUNDARY and self.jump is not None for one in self.vanishing)
 
     @cached_property
     def impulses(self) -> tuple[Impulse, ...]:

@@ -8,7 +8,7 @@ from typing import Literal
 
 import casadi as ca
 
-from fesd_robot.complementarity import Complementarity, Place
+from fesd_robot.complementarity import Complementarity, HeldAt, Place
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.options import CrossComplementarity
 
@@ -87,13 +87,13 @@ def vanishing_pairs(
             return value + condition.recall * switching(*points[0]) if condition.recall else value
 
         if mode == "plain":
-            if not condition.left_boundary_only:
+            if condition.held_at is not HeldAt.LEFT_BOUNDARY:
                 conditions += [
                     at(Place(stage=j), switched(j) * values[j - 1][1], values[j - 1][0])
                     for j in range(_plain_from(condition, len(points)), len(points))
                 ]
             continue
-        if condition.crossed:
+        if condition.held_at is HeldAt.POINTS_AND_STAGES:
             conditions += [
                 at(Place(point=k, stage=j), switching(points[k][0], points[j][1]), values[j - 1][0])
                 for k in range(len(points))
@@ -119,13 +119,13 @@ def vanishing_pairs(
 
 def _plain_from(condition: Complementarity, points: int) -> int:
     """Return the first point at which a scheme without switch detection holds a condition."""
-    return points - 1 if condition.right_boundary_only else 1
+    return points - 1 if condition.held_at is HeldAt.RIGHT_BOUNDARY else 1
 
 
 def _range_of_points(condition: Complementarity, stages: int, points: int) -> tuple[int, int]:
     """Return the first point, 0 is the left boundary, at which G takes part, and the one after the last."""
-    if condition.stages_only:
+    if condition.held_at.algebraic:
         return 1, stages + 1
-    if condition.right_boundary_only:
+    if condition.held_at is HeldAt.RIGHT_BOUNDARY:
         return points - 1, points
-    return 0, 1 if condition.left_boundary_only else points
+    return 0, 1 if condition.held_at is HeldAt.LEFT_BOUNDARY else points

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from fesd_robot.complementarity import HeldAt
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.element import ElementPoints
 
@@ -28,7 +29,7 @@ def impulse_function(
         left, own, p: state the interval starts from, its own variables, parameters.
         parts: its elements as expressions of these; H is summed over the stages.
     """
-    jump, after = jump_function(system), [one for one in system.vanishing if one.left_boundary_only]
+    jump, after = jump_function(system), [one for one in system.vanishing if one.held_at is HeldAt.LEFT_BOUNDARY]
     G, H = (ca.vertcat(ca.SX(0, 1), *[getattr(one, side) for one in after]) for side in ("G", "H"))
     sides = ca.Function("after", [system.state, system.algebraic], [G, H])
     columns: list[list[ca.SX]] = [[], [], [], []]

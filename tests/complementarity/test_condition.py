@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import pytest
 
-from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.complementarity import Complementarity, HeldAt, Label
 from fesd_robot.errors import DimensionError, FesdRobotError, ModelError
 
 G, H, TWO = ca.SX.sym("G"), ca.SX.sym("H"), ca.SX.sym("x", 2)
@@ -18,7 +18,7 @@ def test_defaults() -> None:
     """A condition is a pair of the position level at every point, with no third factor."""
     pair = Complementarity(LABEL, G, H)
     assert not pair.vanishing and pair.complement is None and pair.level == "position"
-    assert not pair.invariant and not pair.left_boundary_only
+    assert not pair.invariant and pair.held_at is HeldAt.POINTS
 
 
 @pytest.mark.parametrize(

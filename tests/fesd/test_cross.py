@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.complementarity import Complementarity, Label
+from fesd_robot.complementarity import Complementarity, HeldAt, Label
 from fesd_robot.dcs import Model, StepFunctions, heaviside
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import CrossComplementarity
@@ -82,7 +82,7 @@ def _vanishing(boundary_only: bool, with_complement: bool, mode: CrossComplement
                 vanishing=True,
                 complement=z[1] if with_complement else None,
                 level="velocity",
-                left_boundary_only=boundary_only,
+                held_at=HeldAt.LEFT_BOUNDARY if boundary_only else HeldAt.POINTS,
             )
         ],
     )
@@ -126,7 +126,7 @@ def test_a_switching_function_of_algebraic_variables_holds_at_the_stages(mode: C
         alpha,
         lifted=[("multiplier", z[0], ca.SX(0)), ("w", z[1], ca.SX(0))],
     )
-    condition = Complementarity(label, x - z[1], z[0], vanishing=True, stages_only=True)
+    condition = Complementarity(label, x - z[1], z[0], vanishing=True, held_at=HeldAt.STAGES)
     system = replace(system, complementarities=[*system.complementarities, condition])
     stages = [(ca.SX(x), ca.SX([0, 0, 0, multiplier, w])) for x, multiplier, w in ((2.0, 0.0, 3.0), (4.0, 1.0, 4.0))]
     right_end = (ca.SX(9.0), ca.SX.zeros(5))
@@ -147,7 +147,9 @@ def test_a_condition_may_recall_the_left_boundary(mode: CrossComplementarity) ->
 
     def values(right_only: bool) -> list[float]:
         label = Label("no faster than it came")
-        one = Complementarity(label, x, z, vanishing=True, recall=0.8, right_boundary_only=right_only)
+        one = Complementarity(
+            label, x, z, vanishing=True, recall=0.8, held_at=HeldAt.RIGHT_BOUNDARY if right_only else HeldAt.POINTS
+        )
         own = replace(system, complementarities=[*system.complementarities, one])
         conditions = vanishing_pairs(own, points, 2, mode)
         assert all(condition.recall == 0.0 for condition in conditions)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor, Branch, HeldAt
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, Quantity
 from fesd_robot.fesd.polishing.element_indices import PointIndices, element_indices
 from fesd_robot.mpcc import BranchBounds
@@ -92,11 +92,11 @@ class BoundsBuilder:
             for point in self._with_H(e, member, left):
                 self._clamp(quantity, point, 1, one_side=False)
             return
-        if member.condition.right_boundary_only:
+        if member.condition.held_at is HeldAt.RIGHT_BOUNDARY:
             self._clamp(quantity, self._elements[e].points[-1], member.direction, one_side=True)
             return
         held_here = left is not self._start or bool(left.after_jump) or self._start_is_free or not vanishing
-        begins = [left] if held_here and not member.condition.stages_only else []
+        begins = [left] if held_here and not member.condition.held_at.algebraic else []
         if member.invariant_state is None:
             for point in [*begins, *self._elements[e].points]:
                 self._clamp(quantity, point, member.direction, one_side=vanishing)
@@ -112,7 +112,7 @@ class BoundsBuilder:
     def _hold_since_left(self, e: int, member: ConditionFactors, left: PointIndices) -> None:
         """Hold G and what it was at the left boundary, and G at that boundary itself."""
         rows, first = self._rows, self._elements[e].first_row
-        last_only = member.condition.right_boundary_only
+        last_only = member.condition.held_at is HeldAt.RIGHT_BOUNDARY
         for point in range(rows.points if last_only else 1, rows.points + 1):
             self._limit(first + rows.since_left(point, (member.G, member.condition.recall)), member.direction)
         if not last_only and (left is not self._start or self._start_is_free):
@@ -146,7 +146,7 @@ class BoundsBuilder:
 
     def _follows(self, i: int, factors: tuple[ActiveFactor, ...], before: tuple[ActiveFactor, ...] | None) -> bool:
         """Return whether an impulse, or contact before, has seen to a condition for the left boundary alone."""
-        alone = self._conditions.members[i].condition.left_boundary_only and bool(self._conditions.jumps)
+        alone = self._conditions.members[i].condition.held_at is HeldAt.LEFT_BOUNDARY and bool(self._conditions.jumps)
         went_on = before is None or before[i] is ActiveFactor.G or self._conditions.jumping(factors)
         return alone and factors[i] is ActiveFactor.G and went_on
 
@@ -167,7 +167,7 @@ class BoundsBuilder:
             self._limit(first + rows.at(point, row), direction)
         if stops:
             self._limit(first + rows.at_end(row), -direction)
-        if member.condition.crossed:
+        if member.condition.held_at is HeldAt.POINTS_AND_STAGES:
             for n, (point, _) in enumerate(rows.pairs):
                 if not (point == 0 and starts) and not (point == rows.points and stops):
                     self._limit(first + rows.between(n, row), direction)

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Complementarity, Label
+from fesd_robot.complementarity import ActiveFactor, Complementarity, HeldAt, Label
 from fesd_robot.dcs import ABOVE_LAW, IMPACT_LAW, ComplementaritySystem
 
 
@@ -185,7 +185,7 @@ class ElementConditions:
     @cached_property
     def crossed(self) -> list[int]:
         """Rows of quantities that keep their sign between all points of an element."""
-        return self._rows_of(member for member in self.members if member.condition.crossed)
+        return self._rows_of(member for member in self.members if member.condition.held_at is HeldAt.POINTS_AND_STAGES)
 
     def _rows_of(self, members: Iterable[ConditionFactors]) -> list[int]:
         rows = [self.quantities[member.G].row for member in members]

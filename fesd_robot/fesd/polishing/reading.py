@@ -9,7 +9,7 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor, Branch, HeldAt
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, ElementConditions
 from fesd_robot.fesd.polishing.jumps import jump_factors
 from fesd_robot.fesd.trajectory import Element
@@ -120,8 +120,8 @@ class ElementSizes:
 
     def G(self, member: ConditionFactors) -> float:
         """Largest G of a condition."""
-        points = self.stages if member.condition.stages_only else self.points
-        if member.condition.right_boundary_only:
+        points = self.stages if member.condition.held_at.algebraic else self.points
+        if member.condition.held_at is HeldAt.RIGHT_BOUNDARY:
             points = points[-1:]
         return float((member.direction * points[:, member.G]).max())
 
@@ -212,7 +212,9 @@ def _without_repetition(conditions: ElementConditions, factors: list[ActiveFacto
     held = {
         (member.G, member.direction)
         for member, factor in zip(conditions.members, factors, strict=True)
-        if factor is ActiveFactor.G and member.condition.vanishing and not member.condition.right_boundary_only
+        if factor is ActiveFactor.G
+        and member.condition.vanishing
+        and member.condition.held_at is not HeldAt.RIGHT_BOUNDARY
     }
     return [
         ActiveFactor.G if member.condition.vanishing and {(member.G, 1), (member.G, -1)} <= held else factor

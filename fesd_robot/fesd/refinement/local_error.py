@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import lstsq
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor, Branch, HeldAt
 from fesd_robot.fesd.element import (
     CONTINUITY,
     DYNAMICS,
@@ -208,9 +208,11 @@ class _ModeEquations:
         sides: set[tuple[int, int]] = set()
         frozen = ActiveFactor.COMPLEMENT in factors
         for i, (member, own) in enumerate(zip(conditions.members, factors, strict=False)):
-            if member.condition.left_boundary_only and conditions.jumps:
+            if member.condition.held_at is HeldAt.LEFT_BOUNDARY and conditions.jumps:
                 continue
-            if own is ActiveFactor.G and (member.condition.right_boundary_only or conditions.recalls(i, factors)):
+            if own is ActiveFactor.G and (
+                member.condition.held_at is HeldAt.RIGHT_BOUNDARY or conditions.recalls(i, factors)
+            ):
                 continue
             factor = ActiveFactor.H if frozen and member.condition.share else own
             at = member.quantity(factor)
