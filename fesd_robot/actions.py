@@ -213,7 +213,7 @@ def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tu
     from fesd_robot.ocp import (  # formulating is slow
         formulate,
         model_motion_of,
-        numeric_physics,  # formulating is slow
+        numeric_physics,
         with_full_model,
         with_gaps,
     )

@@ -56,14 +56,17 @@ def velocity_conditions(
     """
     bounces = contact.restitution > 0
 
-    def condition(kind: str, G: ca.SX, H: ca.SX, *, direction: str = "", **others: Any) -> Complementarity:
+    def condition(
+        kind: str, G: ca.SX, H: ca.SX, *, direction: str = "", held_at: HeldAt = held_at, **others: Any
+    ) -> Complementarity:
         return Complementarity(
             Label(kind, subject=direction, contact=contact.name),
             G,
             H,
             vanishing=True,
             level="velocity",
-            **{"held_at": held_at, **others},
+            held_at=held_at,
+            **others,
         )
 
     conditions = [
@@ -82,7 +85,7 @@ def velocity_conditions(
             plus, minus = multipliers.sides[0]
             sides = ((-velocities[0], plus, BACKWARDS), (velocities[0], minus, FORWARDS))
             for signed, own, direction in sides:
-                running = {"complement": complement} if bounces else {}
+                running: dict[str, Any] = {"complement": complement} if bounces else {}
                 conditions.append(condition(FRICTION_ALONG_SLIDING, signed, own, direction=direction, **running))
             for signed, own, direction in sides if bounces else ():
                 conditions.append(

@@ -121,7 +121,7 @@ class IterationCallback(ca.Callback):
     """
 
     def __init__(
-        self, size: int, rows: int, parameters: int, ends: Callable[[Sequence[np.ndarray]], bool] | None = None
+        self, size: int, rows: int, parameters: int, ends: Callable[[Sequence[ca.DM]], bool] | None = None
     ) -> None:
         super().__init__()
         self._shapes = {"x": size, "f": 1, "g": rows, "lam_x": size, "lam_g": rows, "lam_p": parameters}
@@ -142,7 +142,7 @@ class IterationCallback(ca.Callback):
 
     def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
         """CasADi: one iteration."""
-        return [int(self.ends is not None and self.ends([np.asarray(one).ravel() for one in arguments[:5]]))]
+        return [int(self.ends is not None and self.ends(arguments[:5]))]
 
 
 class Prepared:
@@ -198,16 +198,18 @@ class Prepared:
         begin, iterations = time.perf_counter(), 0
         ended: list[NlpStatus] = []
 
-        def ends(values: Sequence[np.ndarray]) -> bool:
+        def ends(values: Sequence[ca.DM]) -> bool:
             nonlocal iterations
             iterations += 1
-            x, f, g, lam_x, lam_g = values
-            if stop and stop(iterations, float(f[0])):
+            objective = float(values[1])
+            if stop and stop(iterations, objective):
                 ended.append(NlpStatus.INTERRUPTED)
             elif seconds is not None and time.perf_counter() - begin > seconds:
                 ended.append(NlpStatus.TIME_LIMIT)
-            elif hopeless and hopeless(Iterate.of(iterations, float(f[0]), NlpPoint(x, lam_x, lam_g), g, numbers)):
-                ended.append(NlpStatus.ITERATION_LIMIT)
+            elif hopeless:
+                x, _, g, lam_x, lam_g = (np.asarray(one).ravel() for one in values)
+                if hopeless(Iterate.of(iterations, objective, NlpPoint(x, lam_x, lam_g), g, numbers)):
+                    ended.append(NlpStatus.ITERATION_LIMIT)
             return bool(ended)
 
         asked = stop is not None or seconds is not None or hopeless is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,7 +69,8 @@ def interior_solution(
     idle = np.ones(max(equations - n, 0))  # IPOPT takes as many equations as variables at most, dependent ones or not
     found: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def judged(x: np.ndarray, multipliers: np.ndarray) -> bool:
+    def judged(values: Sequence[ca.DM]) -> bool:
+        x, multipliers = np.asarray(values[0]).ravel(), -np.asarray(values[4]).ravel()
         s, y = small.whole(x[:n], multipliers)
         if small.violation(x[:n]) <= INFEASIBLE and enough(s, y):
             found.append((s, y))
@@ -78,7 +79,7 @@ def interior_solution(
     x = ca.MX.sym("x", n + len(idle))
     cost_of_x = ca.dot(ca.DM(small.cost), x[:n]) + 0.5 * CURVATURE * ca.dot(x, x)
     problem: dict[str, Any] = {"x": x, "f": cost_of_x, "g": ca.mtimes(small.matrix, x[:n])}
-    callback = IterationCallback(n + len(idle), len(small.row_low), 0, lambda at: judged(at[0], -at[4]))
+    callback = IterationCallback(n + len(idle), len(small.row_low), 0, judged)
     options: dict[str, Any] = {
         "ipopt": linear_program_options(seconds, ITERATIONS, TOLERANCE),
         "print_time": False,
