@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import casadi as ca
@@ -18,13 +19,13 @@ from fesd_robot.mpcc.blocks import BlockDerivatives, differentiate
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Slacks, Steering, check_steering, check_vanishing, slacks_of
-from fesd_robot.native import CompilationError, NlpBlock, Output, compile_nlp
+from fesd_robot.native import CompilationError, NlpBlock, NotCompiledYet, Output, compile_nlp
 from fesd_robot.nlp import Nlp
 
 logger = logging.getLogger(__name__)
 
 Compile = Literal["auto", "never", "always"]
-"""Whether an NLP's functions become machine code; auto: large ones, where there is a C compiler."""
+"""Whether an NLP's functions become machine code; auto: large ones, where there is a C compiler, once it is done."""
 
 COMPILE_THRESHOLD = 100_000
 """Instructions of one evaluation of all derivatives from which on compiling pays for itself within a solve."""
@@ -44,6 +45,7 @@ class RelaxedNlp(Nlp):
         lower, upper: bounds of g.
         relaxation, steering: what it was assembled with.
         slacks: the steering's slack variables, which end x.
+        awaited: files that a compiler still works on; functions are interpreted until it is done.
     """
 
     lower: np.ndarray
@@ -51,6 +53,12 @@ class RelaxedNlp(Nlp):
     relaxation: Relaxation
     steering: Steering
     slacks: Slacks
+    awaited: tuple[Path, ...] = ()
+
+    @property
+    def outdated(self) -> bool:
+        """Whether there are faster functions now."""
+        return bool(self.awaited) and all(library.exists() for library in self.awaited)
 
 
 @dataclass(frozen=True)
@@ -180,8 +188,8 @@ def assemble(
     often = VERY_OFTEN * sum(d.instructions for d in derivatives) <= instructions
     worthwhile = instructions >= COMPILE_THRESHOLD and (often or not few_evaluations)
     wanted = compiled == "always" or (compiled == "auto" and worthwhile)
-    functions = _compiled(layout, required=compiled == "always") if wanted else None
-    functions = functions or _interpreted(layout)
+    machine_code, awaited = _compiled(layout, required=compiled == "always") if wanted else (None, ())
+    functions = machine_code or _interpreted(layout)
     return RelaxedNlp(
         nlp=functions["nlp"],
         gradient=functions["nlp_grad_f"],
@@ -192,6 +200,7 @@ def assemble(
         relaxation=relaxation,
         steering=steering,
         slacks=slacks,
+        awaited=awaited,
     )
 
 
@@ -234,8 +243,12 @@ def _mapped(function: ca.Function, copies: int, *arguments: ca.MX | ca.DM) -> ca
     return ca.densify(function.map(copies)(*arguments))
 
 
-def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:
-    """Return the functions compiled, None if they cannot be and are not required to."""
+def _compiled(layout: _Layout, required: bool) -> tuple[dict[str, ca.Function] | None, tuple[Path, ...]]:
+    """Return the functions compiled, None if they are not, and the files that a compiler still works on.
+
+    Args:
+        required: whether they have to be; else nobody waits for the compiler.
+    """
     gradient, jacobian, hessian = layout.gradient(), layout.jacobian(), layout.hessian()
     nothing, flat = np.zeros(0, dtype=int), np.zeros((0, 0), dtype=int)
     blocks = []
@@ -258,12 +271,15 @@ def _compiled(layout: _Layout, required: bool) -> dict[str, ca.Function] | None:
             jacobian_nonzeros=len(jacobian.nonzeros),
             hessian_nonzeros=len(hessian.nonzeros),
             slacks=layout.slacks.levels,
-        )
+            wait=required,
+        ), ()
+    except NotCompiledYet as still:
+        return None, still.libraries
     except CompilationError as error:
         if required:
             raise
         logger.warning("the functions of the NLP are not compiled: %s", error)
-        return None
+        return None, ()
 
 
 def _triplet(sparsity: ca.Sparsity) -> tuple[np.ndarray, np.ndarray]:

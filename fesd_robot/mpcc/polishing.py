@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections import OrderedDict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -147,7 +147,16 @@ class BranchNlp:
     def of(cls, polisher: Polisher, compiled: Compile, *, few_evaluations: bool = False) -> BranchNlp:
         """Return the branch NLP with derivatives, see `assemble`; they are made once for all branches, and shared by
         equal polishers."""
-        return _branch_nlp(polisher, compiled, few_evaluations)
+        key = (polisher, compiled, few_evaluations)
+        known = _branch_nlps.pop(key, None)
+        if known is None or known.nlp.outdated:
+            scholtes = relaxation_named("scholtes")
+            nlp = assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations)
+            known = cls(polisher, nlp)
+        _branch_nlps[key] = known
+        if len(_branch_nlps) > REMEMBERED:
+            _branch_nlps.popitem(last=False)
+        return known
 
     def solve(
         self,
@@ -263,7 +272,4 @@ class BranchNlp:
         return end, point
 
 
-@lru_cache(maxsize=REMEMBERED)
-def _branch_nlp(polisher: Polisher, compiled: Compile, few_evaluations: bool) -> BranchNlp:
-    scholtes = relaxation_named("scholtes")
-    return BranchNlp(polisher, assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations))
+_branch_nlps: OrderedDict[tuple[Polisher, Compile, bool], BranchNlp] = OrderedDict()

@@ -1,12 +1,14 @@
 """C and C++ that is compiled on first use: a linear solver for IPOPT and the functions of an NLP."""
 
-from fesd_robot.native.compiler import CompilationError, cache_folder, shared_library
-from fesd_robot.native.linear_solver import begin_building, kkt_library
+from fesd_robot.native.compiler import CompilationError, NotCompiledYet, cache_folder, shared_library
+from fesd_robot.native.libraries import begin_building
+from fesd_robot.native.linear_solver import kkt_library
 from fesd_robot.native.nlp_compiler import NlpBlock, Output, compile_nlp
 
 __all__ = [
     "CompilationError",
     "NlpBlock",
+    "NotCompiledYet",
     "Output",
     "begin_building",
     "cache_folder",

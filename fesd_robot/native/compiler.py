@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import logging
 import os
@@ -13,10 +14,12 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
+from threading import Semaphore, Thread
 
-from filelock import FileLock
+from filelock import FileLock, Timeout
 from platformdirs import user_cache_path
 
 from fesd_robot.errors import FesdRobotError
@@ -29,6 +32,18 @@ TIME_LIMIT = 600.0
 
 class CompilationError(FesdRobotError):
     """A source file that could not be compiled, or no compiler; the message quotes the compiler's first error."""
+
+
+class NotCompiledYet(FesdRobotError):
+    """A compiler still works, and nobody wanted to wait for it.
+
+    Attributes:
+        libraries: the files that it makes.
+    """
+
+    def __init__(self, libraries: Sequence[Path]) -> None:
+        super().__init__("the compiler still works")
+        self.libraries = tuple(libraries)
 
 
 def cache_folder() -> Path:
@@ -60,9 +75,9 @@ def shared_library(
     Raises:
         CompilationError: no compiler, or it failed.
     """
-    language = "c" if sources[0].suffix == ".c" else "c++"
     contents = [file.name.encode() + b"\0" + file.read_bytes() for file in [*sources, *headers]]
-    return _cached(name, language, contents, flags, folders, lambda _: sources)
+    language = "c" if sources[0].suffix == ".c" else "c++"
+    return _Library.of(name, language, contents, flags, folders, lambda _: sources).made()
 
 
 def shared_libraries(
@@ -72,6 +87,7 @@ def shared_libraries(
     *,
     headers: Sequence[Path] = (),
     folders: Sequence[Path] = (),
+    wait: bool = True,
 ) -> list[Path]:
     """Return shared libraries compiled from C that is written only if the cache has no such file, several made at once.
 
@@ -79,65 +95,191 @@ def shared_libraries(
         name: begins the files' names.
         sources: what makes each text of C, by a word that says all that the text depends on.
         flags, headers, folders: as for a `shared_library`.
+        wait: whether the caller waits until all are compiled; else they are compiled while this process works. A
+            process that was forked waits, unless another one compiles.
 
     Raises:
-        CompilationError: no compiler, or it failed.
+        CompilationError: no compiler, or it failed while the caller waited.
+        NotCompiledYet: the caller does not wait.
     """
     common = [file.read_bytes() for file in headers]
 
-    def made(key: str) -> Path:
+    def library(key: str) -> _Library:
         def written(folder: Path) -> list[Path]:
             (folder / f"{name}.c").write_text(sources[key]())
             return [folder / f"{name}.c"]
 
-        return _cached(name, "c", [key.encode(), *common], flags, folders, written)
+        return _Library.of(name, "c", [key.encode(), *common], flags, folders, written)
 
+    libraries = [library(key) for key in sources]
+    missing = [one for one in libraries if not one.target.exists()]
+    if missing and not wait:
+        own = os.getpid() == _BACKGROUND.process
+        for one in missing if own else []:
+            _BACKGROUND.begin(one.target, one.made)
+        if own or any(one.is_being_made() for one in missing):
+            raise NotCompiledYet([one.target for one in missing])
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(made, sources))
+        return list(pool.map(_Library.made, libraries))
 
 
-def _cached(
-    name: str,
-    language: str,
-    contents: Sequence[bytes],
-    flags: Sequence[str],
-    folders: Sequence[Path],
-    sources: Callable[[Path], Sequence[Path]],
-) -> Path:
-    """Return the file that these contents are compiled to; `sources` writes them into a folder if it has to."""
-    compiler, suffix = find_compiler(language), ".dylib" if platform.system() == "Darwin" else ".so"
-    digest = hashlib.sha256()
-    for part in contents:
-        digest.update(part + b"\0")
-    for word in [*compiler, *flags, compiler_version(tuple(compiler)), processor()]:
-        digest.update(word.encode() + b"\0")
-    target = cache_folder() / f"{name}-{digest.hexdigest()[:20]}{suffix}"
-    if target.exists():
-        return target
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with _alone(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{name}-") as place:
-            if target.exists():  # another process has made it meanwhile
-                return target
-            made = Path(place) / target.name
-            where = [f"-I{folder}" for folder in folders]
-            command = [*compiler, "-shared", "-fPIC", *where, *map(str, sources(Path(place))), *flags, "-o", str(made)]
-            logger.debug("compiling %s: %s", name, shlex.join(command))
-            done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
-            if done.returncode:
-                lines = done.stderr.strip().splitlines() or ["no message"]
-                words = next((line for line in lines if "error" in line), lines[-1])
-                raise CompilationError(f"{compiler[0]} could not compile {name}: {words}")
-            os.replace(made, target)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise CompilationError(f"{name} could not be compiled: {error}") from error
-    return target
+def begin(library: Callable[[], Path]) -> None:
+    """Compile a library while this process works; whoever needs it meanwhile waits for it, or meets its error."""
+    _BACKGROUND.begin(library, library)
+
+
+@dataclass(frozen=True)
+class _Library:
+    """A library that the cache has, or that can be made.
+
+    Attributes:
+        name: begins the file's name.
+        command: the compiler with its flags.
+        folders: where headers are.
+        sources: writes the source files into a folder if it has to, and returns where they are.
+        target: the file.
+    """
+
+    name: str
+    command: Sequence[str]
+    flags: Sequence[str]
+    folders: Sequence[Path]
+    sources: Callable[[Path], Sequence[Path]]
+    target: Path
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        language: str,
+        contents: Sequence[bytes],
+        flags: Sequence[str],
+        folders: Sequence[Path],
+        sources: Callable[[Path], Sequence[Path]],
+    ) -> _Library:
+        """Return the library that these contents are compiled to."""
+        compiler, suffix = find_compiler(language), ".dylib" if platform.system() == "Darwin" else ".so"
+        digest = hashlib.sha256()
+        for part in contents:
+            digest.update(part + b"\0")
+        for word in [*compiler, *flags, compiler_version(tuple(compiler)), processor()]:
+            digest.update(word.encode() + b"\0")
+        target = cache_folder() / f"{name}-{digest.hexdigest()[:20]}{suffix}"
+        return cls(name, compiler, flags, folders, sources, target)
+
+    @property
+    def lock(self) -> Path:
+        """The file that a process holds while it makes the library."""
+        return self.target.with_name(f".{self.target.name}.lock")
+
+    def is_being_made(self) -> bool:
+        """Return whether another process makes it now."""
+        if not self.lock.exists():
+            return False
+        try:
+            with FileLock(self.lock, timeout=0):
+                return False
+        except Timeout:
+            return True
+
+    def made(self) -> Path:
+        """Return the file, compiled if it has to be: each source by itself, several at once.
+
+        Raises:
+            CompilationError: the compiler failed.
+        """
+        if self.target.exists():
+            return self.target
+        try:
+            self.target.parent.mkdir(parents=True, exist_ok=True)
+            with _alone(self.lock), tempfile.TemporaryDirectory(dir=self.target.parent, prefix=f".{self.name}-") as at:
+                if self.target.exists():  # another process has made it meanwhile
+                    return self.target
+                made, sources = Path(at) / self.target.name, list(self.sources(Path(at)))
+                objects = [Path(at) / f"{source.name}.o" for source in sources]
+                self._run([["-c", str(source), "-o", str(to)] for source, to in zip(sources, objects, strict=True)])
+                self._run([["-shared", *map(str, objects), "-o", str(made)]])
+                os.replace(made, self.target)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise CompilationError(f"{self.name} could not be compiled: {error}") from error
+        return self.target
+
+    def _run(self, calls: Sequence[Sequence[str]]) -> None:
+        """Call the compiler several times at once."""
+        where = [f"-I{folder}" for folder in self.folders]
+        commands = [[*self.command, "-fPIC", *where, *words, *self.flags] for words in calls]
+        logger.debug("compiling %s: %s", self.name, shlex.join(commands[0]))
+        failed = [errors for code, errors in _BACKGROUND.run(commands) if code]
+        if failed:
+            lines = failed[0].strip().splitlines() or ["no message"]
+            words = next((line for line in lines if "error" in line), lines[-1])
+            raise CompilationError(f"{self.command[0]} could not compile {self.name}: {words}")
+
+
+class _Background:
+    """Compilers that run while this process works, and end with it.
+
+    Attributes:
+        process: the one that began them; one that was forked from it has none of its threads.
+    """
+
+    def __init__(self) -> None:
+        self.process = os.getpid()
+        self._begun: dict[object, Thread] = {}
+        self._running: set[subprocess.Popen[str]] = set()
+        self._cores = Semaphore(os.cpu_count() or 1)
+        self._ending = False
+
+    def begin(self, what: object, make: Callable[[], Path]) -> None:
+        """Make a library in a thread of its own, unless that was begun before; the log says what fails."""
+        if what in self._begun:
+            return
+        self._begun[what] = Thread(target=partial(self._make, make), daemon=True)
+        self._begun[what].start()
+
+    def _make(self, make: Callable[[], Path]) -> None:
+        with self._cores:
+            if self._ending:
+                return
+            try:
+                make()
+            except CompilationError as error:
+                if not self._ending:
+                    logger.warning("%s", error)
+
+    def run(self, commands: Sequence[Sequence[str]]) -> list[tuple[int, str]]:
+        """Return exit code and error output of compilers that run at once; they end with this process."""
+        started = list[subprocess.Popen[str]]()
+        try:
+            for command in commands:
+                started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True))
+                self._running.add(started[-1])
+            return [(one.wait(), errors) for one in started for _, errors in [one.communicate(timeout=TIME_LIMIT)]]
+        finally:
+            for one in started:
+                if one.poll() is None:
+                    one.kill()
+                    one.wait()
+                self._running.discard(one)
+
+    def end(self) -> None:
+        """End all compilers; nothing half made stays in the cache."""
+        if os.getpid() != self.process:
+            return
+        self._ending = True
+        for process in list(self._running):
+            process.kill()
+        for thread in self._begun.values():
+            thread.join()
+
+
+_BACKGROUND = _Background()
+atexit.register(_BACKGROUND.end)
 
 
 @contextmanager
-def _alone(target: Path) -> Iterator[None]:
+def _alone(lock: Path) -> Iterator[None]:
     """Let one process at a time make a file, so that two that need the same one do not compile it twice."""
-    lock = target.with_name(f".{target.name}.lock")
     with FileLock(lock):
         try:
             yield

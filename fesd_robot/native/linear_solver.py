@@ -5,10 +5,8 @@ from __future__ import annotations
 import ctypes
 import logging
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import casadi
@@ -99,16 +97,6 @@ def build_library(variant: str = "kkt", flags: Sequence[str] = ()) -> Path:
         headers=sorted(SOURCES.glob("*.hpp")),
         folders=[Path(casadi.__file__).parent / "include" / "eigen3"],
     )
-
-
-def begin_building() -> None:
-    """Compile the library in a thread of its own where the cache has none; whoever needs it meanwhile waits for it."""
-
-    def built() -> None:
-        with suppress(CompilationError):  # `kkt_library` meets it again, and says so
-            build_library()
-
-    Thread(target=built, daemon=True).start()
 
 
 @cache

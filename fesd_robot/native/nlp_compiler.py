@@ -74,6 +74,7 @@ def compile_nlp(
     jacobian_nonzeros: int,
     hessian_nonzeros: int,
     slacks: np.ndarray,
+    wait: bool = True,
 ) -> dict[str, ca.Function]:
     """Return the NLP's functions by the names nlp, nlp_grad_f, nlp_jac_g, nlp_hess_l.
 
@@ -83,14 +84,14 @@ def compile_nlp(
 
     Args:
         slacks: level of each slack variable, the index of its sigma; they are the last variables.
+        wait: whether the caller waits for the compiler.
 
     Raises:
-        CompilationError: no C compiler, or it failed.
+        CompilationError: no C compiler, or it failed while the caller waited.
+        NotCompiledYet: the caller does not wait.
     """
-    functions = _functions(blocks)
-    loop = shared_library(
-        "nlp", [SOURCES / "nlp.c"], [*LOOP_FLAGS, instruction_set()], headers=[SOURCES / "lanes.h"], folders=[SOURCES]
-    )
+    functions = _functions(blocks, wait)
+    loop = build_loop()
     integers, reals = _tables(blocks, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks)
     # A library that was loaded already would be the same one, with its tables: every NLP has its own file.
     with tempfile.TemporaryDirectory(dir=cache_folder(), prefix=".nlp-") as folder:
@@ -110,7 +111,17 @@ def compile_nlp(
     return made
 
 
-def _functions(blocks: Sequence[NlpBlock]) -> list[int]:
+def build_loop() -> Path:
+    """Return the library with the loop over copies.
+
+    Raises:
+        CompilationError: no compiler, or it failed.
+    """
+    flags = [*LOOP_FLAGS, instruction_set()]
+    return shared_library("nlp", [SOURCES / "nlp.c"], flags, headers=[SOURCES / "lanes.h"], folders=[SOURCES])
+
+
+def _functions(blocks: Sequence[NlpBlock], wait: bool) -> list[int]:
     """Return the addresses of all functions of all blocks, in their order, compiled if they have to be."""
     wanted = [(_name(one), one) for block in blocks for _, one in _with_outputs(block)]
     pieces = dict(wanted)
@@ -129,6 +140,7 @@ def _functions(blocks: Sequence[NlpBlock]) -> list[int]:
         [*STAGE_FLAGS, instruction_set(), "-lm"],
         headers=[SOURCES / "lanes.h"],
         folders=[SOURCES],
+        wait=wait,
     )
     where = {name: library for group, library in zip(groups, libraries, strict=True) for name in group}
     return [_address(where[name], name) for name, _ in wanted]

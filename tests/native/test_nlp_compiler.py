@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import logging
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -207,6 +209,35 @@ def test_nothing_is_written_beside_the_results(
                     assert result[4:-4].tolist() == value.nonzeros()
                     assert (result[:4] == 7.5).all() and (result[-4:] == 7.5).all()
                 assert (work[:shift] == 7.5).all() and (work[shift + function.sz_w() :] == 7.5).all()
+
+
+def test_nobody_waits_for_a_compiler_that_does_not_have_to(empty_cache: Path) -> None:
+    """A large problem is interpreted at once, with the same numbers, until its machine code is there."""
+    problem = _hopper(30)
+    first = assemble(problem, scholtes, "auto")
+    assert first.awaited and not first.outdated
+    _assert_same(assemble(problem, scholtes, "never"), first, problem.start + 0.1)
+    patience = time.monotonic() + 120
+    while not first.outdated and time.monotonic() < patience:
+        time.sleep(0.1)
+    second = assemble(problem, scholtes, "auto")
+    assert not second.awaited
+    _assert_same(first, second, problem.start + 0.1)
+
+
+def test_a_program_that_ends_leaves_nothing_half_compiled(empty_cache: Path) -> None:
+    """Compilers end with the program that began them, and what they wrote so far is gone."""
+    program = (
+        "import time\n"
+        "from fesd_robot.native.compiler import shared_libraries, NotCompiledYet\n"
+        "text = 'int f(int x) { return ' + ' + '.join(['x * x'] * 100000) + '; }'\n"
+        "try:\n    shared_libraries('long', {'long': lambda: text}, ['-O3'], wait=False)\n"
+        "except NotCompiledYet:\n    time.sleep(0.3)\n"
+    )
+    begin = time.monotonic()
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+    assert time.monotonic() - begin < 20
+    assert not [file.name for file in empty_cache.iterdir() if file.suffix != ".lock"]
 
 
 def test_errors_carry_the_words_of_the_compiler(empty_cache: Path, tmp_path: Path) -> None:
