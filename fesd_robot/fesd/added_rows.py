@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from math import comb
 
@@ -16,7 +17,7 @@ from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.fesd.path_between import PathBetween, path_blocks
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
-from fesd_robot.mpcc import Block
+from fesd_robot.mpcc import Block, BlockEquations
 
 PARTS = 4
 """Parts of an element on each of which the coefficients of its polynomials keep a bound."""
@@ -123,12 +124,21 @@ NO_ROWS = AddedRows()
 
 def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryIndices, nodes: np.ndarray) -> Block:
     """Hold the coefficients of the polynomials through the values at `nodes`, where 0 is the left boundary."""
-    coefficients = bernstein_coefficients(nodes)
+    return Block(
+        equations=_bound_equations(name, tuple(nodes.tolist())),
+        places=[indices.place(one.element) for one in bounds],
+        index=np.array([_at_nodes(one, indices, nodes) for one in bounds]).T,
+        values=np.array([[one.sign, one.limit] for one in bounds]).T,
+    )
+
+
+@lru_cache
+def _bound_equations(name: str, nodes: tuple[float, ...]) -> BlockEquations:
+    coefficients = bernstein_coefficients(np.array(nodes))
     values, sign, limit = ca.SX.sym("x", len(nodes)), ca.SX.sym("sign"), ca.SX.sym("limit")
     rows = sign * (ca.mtimes(ca.DM(coefficients), values) - limit)
-    return Block(
+    return BlockEquations(
         name=name,
-        places=[indices.place(one.element) for one in bounds],
         variables=values,
         parameters=ca.vertcat(sign, limit),
         cost=ca.SX(0),
@@ -136,8 +146,6 @@ def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryI
         lower=np.full(rows.numel(), -np.inf),
         upper=np.full(rows.numel(), SLACK),
         constraints=[Label("bound between stages", str(i)) for i in range(rows.numel())],
-        index=np.array([_at_nodes(one, indices, nodes) for one in bounds]).T,
-        values=np.array([[one.sign, one.limit] for one in bounds]).T,
     )
 
 

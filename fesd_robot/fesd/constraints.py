@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from functools import lru_cache
+from typing import Literal, cast
 
 import casadi as ca
 import numpy as np
@@ -13,7 +14,13 @@ from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.grid import ControlGrid, Span
 from fesd_robot.fesd.indices import TrajectoryIndices
-from fesd_robot.mpcc import Block
+from fesd_robot.mpcc import Block, BlockEquations
+from fesd_robot.running import Identity, Kept
+
+REMEMBERED = 64
+"""Constraints whose equations are kept."""
+
+_KEPT: Kept[BlockEquations] = Kept(REMEMBERED)
 
 ConstraintKind = Literal["path", "interval_end", "interval", "coupling", "boundary"]
 """Which points of a trajectory a constraint is about, see `TrajectoryConstraint`."""
@@ -40,7 +47,7 @@ class TrajectoryConstraint:
         rows, lower, upper, row_names: SX (m) in y and p, its bounds and names, (m).
         cost: name -> SX in y and p, added once a place.
         parameters: p, SX symbols (n_p).
-        values: p for each of `intervals`, (n_p, len(intervals)); of a span there is none.
+        values: p, the same in all intervals, (n_p), or one for each of `intervals`, (n_p, len(intervals)).
         spare: by how much a ``path`` may be violated between stages before a refinement holds it there.
         on_request: whether a ``path`` holds nowhere but where a refinement adds it (`AddedRows.paths`).
 
@@ -75,8 +82,27 @@ class TrajectoryConstraint:
 
     @property
     def parameter_values(self) -> np.ndarray:
-        """p for each of the intervals, (n_p, len(intervals)); of a span (0, 0)."""
-        return np.zeros((0, len(self.numbers))) if self.values is None else self.values
+        """p for each of the intervals, (n_p, len(intervals))."""
+        values = np.zeros(0) if self.values is None else self.values
+        return np.tile(values[:, None], len(self.numbers)) if values.ndim == 1 else values
+
+    @property
+    def equations(self) -> BlockEquations:
+        """Those of its block; constraints of the same expressions and bounds have the same ones."""
+        parts = Identity(self.variables, self.parameters, self.rows, self.cost)
+        return _KEPT.of(
+            (parts, tuple(self.row_names), self.lower.tobytes(), self.upper.tobytes()),
+            lambda: BlockEquations(
+                name="constraint",
+                variables=self.variables,
+                parameters=self.parameters,
+                cost=sum(self.cost.values(), ca.SX(0)),
+                rows=self.rows,
+                lower=self.lower,
+                upper=self.upper,
+                constraints=[Label(name) for name in self.row_names],
+            ),
+        )
 
     @property
     def numbers(self) -> Sequence[int]:
@@ -93,17 +119,10 @@ def constraint_block(constraint: TrajectoryConstraint, indices: TrajectoryIndice
     places = list(_places(constraint, indices))
     which = [list(constraint.numbers).index(k) for k, _, _ in places]
     return Block(
-        name="constraint",
+        equations=constraint.equations,
         places=[where for _, where, _ in places],
-        variables=constraint.variables,
-        parameters=constraint.parameters,
-        cost=sum(constraint.cost.values(), ca.SX(0)),
-        rows=constraint.rows,
         index=np.array([index for _, _, index in places], dtype=int).reshape(-1, constraint.variables.numel()).T,
         values=constraint.parameter_values[:, which],
-        lower=constraint.lower,
-        upper=constraint.upper,
-        constraints=[Label(name) for name in constraint.row_names],
     )
 
 
@@ -111,9 +130,16 @@ def constraint_costs(constraint: TrajectoryConstraint, block: Block, w: np.ndarr
     """Return every term of a constraint's cost at w, summed over its places."""
     if not constraint.cost or not block.copies:
         return {}
-    terms = ca.Function("terms", [constraint.variables, constraint.parameters], [ca.vertcat(*constraint.cost.values())])
+    terms = _terms(Identity(constraint.variables, constraint.parameters, constraint.cost))
     values = np.asarray(ca.DM(terms.map(block.copies)(w[block.index], block.values)).full())
     return {name: float(row.sum()) for name, row in zip(constraint.cost, values, strict=True)}
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _terms(parts: Identity) -> ca.Function:
+    """Return (y, p) -> terms of a cost, of variables, parameters and the cost."""
+    variables, parameters, cost = cast(tuple[ca.SX, ca.SX, Mapping[str, ca.SX]], parts.parts)
+    return ca.Function("terms", [variables, parameters], [ca.vertcat(*cost.values())])
 
 
 def _places(constraint: TrajectoryConstraint, indices: TrajectoryIndices) -> Iterator[tuple[int, Place, np.ndarray]]:

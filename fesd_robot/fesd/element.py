@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -16,6 +17,9 @@ from fesd_robot.fesd.tableau import Tableau
 
 DYNAMICS, CONTINUITY = "dynamics", "continuity"
 """Kinds of rows that determine the states of an element; their subjects are names of states."""
+
+REMEMBERED = 16
+"""Systems, and layouts of intervals, whose functions are kept."""
 
 JUMP = "jump"
 """Kind of the rows that determine what happens at the left boundary of an element."""
@@ -58,7 +62,11 @@ class SystemFunctions:
 
     @classmethod
     def of(cls, system: ComplementaritySystem) -> SystemFunctions:
-        """Return the functions of a system."""
+        """Return the functions of a system; they are made once."""
+        return _functions(system)
+
+    @classmethod
+    def _of(cls, system: ComplementaritySystem) -> SystemFunctions:
         jump = system.jump
         jumping = [ca.SX(0, 1), ca.SX(0, 1)] if jump is None else [jump.symbols, jump.residual]
         return cls(
@@ -69,6 +77,11 @@ class SystemFunctions:
             jump=ca.Function("jump", [system.state, jumping[0], system.parameters], [jumping[1]]),
             state_names=system.state_names,
         )
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _functions(system: ComplementaritySystem) -> SystemFunctions:
+    return SystemFunctions._of(system)
 
 
 @dataclass(frozen=True)
@@ -182,11 +195,13 @@ def _algebraic_rows(functions: SystemFunctions, point: tuple[ca.SX, ca.SX, ca.SX
     return rows
 
 
+@lru_cache(maxsize=REMEMBERED)
 def rate_function(system: ComplementaritySystem) -> ca.Function:
     """Return (x, u, z, p) -> dx/dt = E^-1 f."""
     return ca.Function("rate", system.arguments, [ca.solve(system.mass_matrix, system.right_hand_side)])
 
 
+@lru_cache(maxsize=REMEMBERED)
 def states_function(layout: IntervalLayout, tableau: Tableau) -> ca.Function:
     """Return (x_left, own) -> (states, slopes) of an interval, (n_x, points) and (n_x, stages) of all elements.
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-
 import casadi as ca
 import numpy as np
 
@@ -12,13 +9,39 @@ from fesd_robot.complementarity import Label, Place
 from fesd_robot.fesd.grid import ControlGrid
 from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.fesd.ocp import OptimalControlProblem
-from fesd_robot.mpcc import Block
+from fesd_robot.mpcc import Block, BlockEquations
 
 SHORTEST_PHASE = 1e-3
 """s; a phase that would last shorter is better left out."""
 
 PHASE = "duration of a phase"
 """Kind of the rows whose bounds are those of a phase's duration; the grid has one a phase, in their order."""
+
+
+def _row(
+    kind: str,
+    variables: ca.SX,
+    row: ca.SX,
+    parameters: ca.SX | None = None,
+    bounds: tuple[float, float] = (0.0, 0.0),
+) -> BlockEquations:
+    return BlockEquations(
+        name=kind.replace(" ", "_"),
+        variables=variables,
+        parameters=ca.SX(0, 1) if parameters is None else parameters,
+        cost=ca.SX(0),
+        rows=row,
+        lower=np.array([bounds[0]]),
+        upper=np.array([bounds[1]]),
+        constraints=[Label(kind)],
+    )
+
+
+_t, _s, _T = ca.SX.sym("t", 3), ca.SX.sym("s", 2), ca.SX.sym("time")
+_EQUAL_INTERVALS = _row("equal intervals", _t, _t[2] - 2 * _t[1] + _t[0])
+_PHASE = _row(PHASE, _t[:2], _t[1] - _t[0], bounds=(SHORTEST_PHASE, np.inf))
+_KNOT = _row("knot", ca.vertcat(_t[0], _s[0]), _t[0] - _s[0] * _T, _T)
+_ONE_PACE = _row("one pace", _s, _s[1] - _s[0])
 
 
 def grid_blocks(grid: ControlGrid, indices: TrajectoryIndices, ocp: OptimalControlProblem) -> list[Block]:
@@ -37,60 +60,25 @@ def grid_blocks(grid: ControlGrid, indices: TrajectoryIndices, ocp: OptimalContr
     assert ocp.clock is not None
     clock = [int(indices.state(k)[ocp.clock.state]) for k in range(grid.intervals + 1)]
     pace = [int(indices.control(k)[-1]) for k in range(grid.intervals)]
-    t = ca.SX.sym("t", 3)
     inside = grid.within_phases
     ends = np.cumsum(grid.phases)
     begins = ends - np.array(grid.phases)
-    s, time = ca.SX.sym("s", 2), ca.SX.sym("time")
     knots = np.array(grid.knots, dtype=int)
-    phases = _Row(PHASE, t[:2], t[1] - t[0], upper=np.inf, lower=SHORTEST_PHASE)
     rows = [
-        (_Row("equal intervals", t, t[2] - 2 * t[1] + t[0]), inside, [clock[k : k + 3] for k in inside]),
-        (phases, begins, [[clock[a], clock[b]] for a, b in zip(begins, ends, strict=True)]),
-        (
-            _Row("knot", ca.vertcat(t[0], s[0]), t[0] - s[0] * time, time, grid.nodes[knots][None, :]),
-            knots - 1,
-            [[clock[k], pace[k - 1]] for k in knots],
-        ),
+        (_EQUAL_INTERVALS, inside, [clock[k : k + 3] for k in inside], None),
+        (_PHASE, begins, [[clock[a], clock[b]] for a, b in zip(begins, ends, strict=True)], None),
+        (_KNOT, knots - 1, [[clock[k], pace[k - 1]] for k in knots], grid.nodes[knots][None, :]),
     ]
     if ocp.control_lower[-1] < ocp.control_upper[-1]:
         pairs = range(grid.intervals - 1)
-        rows.append((_Row("one pace", s, s[1] - s[0]), pairs, [[pace[k], pace[k + 1]] for k in pairs]))
-    return [row.block(intervals, index) for row, intervals, index in rows if len(intervals)]
-
-
-@dataclass(frozen=True)
-class _Row:
-    """One row that holds in several intervals.
-
-    Attributes:
-        kind: what it is.
-        variables, row: SX symbols, and the row of them.
-        parameters, values: SX symbols, (n_p), and their values, (n_p, K).
-        lower, upper: bounds of the row.
-    """
-
-    kind: str
-    variables: ca.SX
-    row: ca.SX
-    parameters: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
-    values: np.ndarray | None = None
-    lower: float = 0.0
-    upper: float = 0.0
-
-    def block(self, intervals: Sequence[int], index: Sequence[Sequence[int]]) -> Block:
-        """Return the block of the row, with a copy for each of K intervals, of variables at given indices."""
-        count = len(intervals)
-        return Block(
-            name=self.kind.replace(" ", "_"),
+        rows.append((_ONE_PACE, pairs, [[pace[k], pace[k + 1]] for k in pairs], None))
+    return [
+        Block(
+            equations=equations,
             places=[Place(interval=int(k)) for k in intervals],
-            variables=self.variables,
-            parameters=self.parameters,
-            cost=ca.SX(0),
-            rows=self.row,
-            lower=np.array([self.lower]),
-            upper=np.array([self.upper]),
-            constraints=[Label(self.kind)],
-            index=np.array(index, dtype=int).reshape(count, self.variables.numel()).T,
-            values=np.zeros((0, count)) if self.values is None else self.values,
+            index=np.array(index, dtype=int).T,
+            values=np.zeros((0, len(intervals))) if values is None else values,
         )
+        for equations, intervals, index, values in rows
+        if len(intervals)
+    ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Literal
 
 import casadi as ca
@@ -16,12 +16,15 @@ from fesd_robot.fesd.cross import cross_pairs, vanishing_pairs
 from fesd_robot.fesd.element import ElementPoints, Rows, SystemFunctions, element_equations, read_elements
 from fesd_robot.fesd.equilibration import Equilibration, equilibrate, refuse_vanishing
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import OcpEquations
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.mpcc import Block
+from fesd_robot.mpcc import BlockEquations
 
 EQUILIBRATION = "step equilibration"
 """Name of a cost term that belongs to the method."""
+
+REMEMBERED = 16
+"""Equations of intervals that are kept: search and refinement return to the same numbers of elements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,17 +66,11 @@ class Interval:
             "cost_terms", [self.variables, self.parameters], [ca.vertcat(*self.cost.values(), ca.SX(0, 1))]
         )
 
-    def block(self, places: Sequence[Place], index: np.ndarray, values: np.ndarray) -> Block:
-        """Return the block of the intervals at given places.
-
-        Args:
-            places: of the copies, (K).
-            index: global index of each variable, (n_w, K).
-            values: of the parameters, (n_p, K).
-        """
-        return Block(
+    @cached_property
+    def equations(self) -> BlockEquations:
+        """Those of its block."""
+        return BlockEquations(
             name="interval",
-            places=places,
             variables=self.variables,
             parameters=self.parameters,
             cost=self.own_cost,
@@ -81,8 +78,6 @@ class Interval:
             lower=self.lower,
             upper=self.upper,
             constraints=self.labels,
-            index=index,
-            values=values,
             complementarities=self.complementarities,
             while_relaxed=self.while_relaxed,
             if_exploited=self.if_exploited,
@@ -90,8 +85,9 @@ class Interval:
         )
 
 
-def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: int, *, within: bool = True) -> Interval:
-    """Return the equations of one control interval.
+@lru_cache(maxsize=REMEMBERED)
+def build_interval(ocp: OcpEquations, options: FesdOptions, elements: int, *, within: bool = True) -> Interval:
+    """Return the equations of one control interval; they are made once.
 
     Per element the scheme's equations (`element_equations`) and the pairs of cross complementarity; once per interval
     ``sum_n h_n = T/N`` and the step equilibration. The running cost is ``sum_n h_n sum_j b_j L(X_j, u, Z_j)``.
@@ -101,7 +97,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
     steps are fixed and a pair is held at each stage by itself.
 
     Args:
-        ocp: the problem; its constraints beyond single elements are not part of an interval.
+        ocp: of the problem; its constraints beyond single elements are not part of an interval.
         options: scheme, form, cross complementarity and step equilibration.
         elements: number of elements.
         within: whether it has dynamics, running cost and conditions of its elements; else these have blocks of their
@@ -137,7 +133,7 @@ def build_interval(ocp: OptimalControlProblem, options: FesdOptions, elements: i
         sums.append((sum((G for G, _ in sides[1:]), sides[0][0]), sum((H for _, H in sides[2:]), sides[1][1])))
         boundary.append(sides[0][0])
     interval_end = ca.Function("interval_end", [system.state, system.parameters], [ocp.interval_end])
-    if ocp.clock is None:
+    if not ocp.moving:
         rows.append(Rows("sum of steps", sum(steps[1:], steps[0]) - ocp.duration / ocp.intervals))
     rows.append(Rows("end of interval", interval_end(parts[-1].right[0], p), ocp.interval_end_names))
     mean_step = ocp.duration / ocp.intervals / elements
@@ -233,7 +229,7 @@ def _at(place: Place, conditions: list[Complementarity]) -> list[Complementarity
 
 
 def _cost_terms(
-    ocp: OptimalControlProblem, options: FesdOptions, parts: Sequence[ElementPoints], u: ca.SX, p: ca.SX
+    ocp: OcpEquations, options: FesdOptions, parts: Sequence[ElementPoints], u: ca.SX, p: ca.SX
 ) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
     """Return the running costs, integrated, and the regularisation, if there is one."""
     system = ocp.system
@@ -247,13 +243,13 @@ def _cost_terms(
     return terms, {} if system.regularisation.is_zero() else {system.regularisation_name: regularised}
 
 
-def running_costs(ocp: OptimalControlProblem) -> ca.Function:
+def running_costs(ocp: OcpEquations) -> ca.Function:
     """Return (x, u, z, p) -> all running costs, in the problem's order."""
     costs = ca.vertcat(*ocp.running_cost.values(), ca.SX(0, 1))
     return ca.Function("running", ocp.system.arguments, [costs])
 
 
-def relaxed_difference(ocp: OptimalControlProblem, when: Literal["always", "if_exploited"]) -> ca.Function | None:
+def relaxed_difference(ocp: OcpEquations, when: Literal["always", "if_exploited"]) -> ca.Function | None:
     """Return (x, u, z, p, sigma) -> by how much relaxed costs are larger than the costs; None if there are none."""
     if not ocp.relaxed_costs:
         return None
@@ -263,7 +259,7 @@ def relaxed_difference(ocp: OptimalControlProblem, when: Literal["always", "if_e
 
 
 def _added(
-    ocp: OptimalControlProblem,
+    ocp: OcpEquations,
     options: FesdOptions,
     parts: Sequence[ElementPoints],
     u: ca.SX,
@@ -297,7 +293,7 @@ class _Bounded:
     labels: list[Label]
 
 
-def _stage_bounds(ocp: OptimalControlProblem, layout: IntervalLayout, stages: list[ca.SX]) -> _Bounded:
+def _stage_bounds(ocp: OcpEquations, layout: IntervalLayout, stages: list[ca.SX]) -> _Bounded:
     """Bounds on stage states that are expressions instead of variables."""
     finite = np.isfinite(ocp.state_lower) | np.isfinite(ocp.state_upper)
     if layout.stage_states or not finite.any():
@@ -317,12 +313,12 @@ def _stage_bounds(ocp: OptimalControlProblem, layout: IntervalLayout, stages: li
     return _Bounded(rows, repeated[0], repeated[1], labels)
 
 
-def step_bounds(ocp: OptimalControlProblem, options: FesdOptions, elements: int) -> tuple[float, float]:
+def step_bounds(ocp: OcpEquations, options: FesdOptions, elements: int) -> tuple[float, float]:
     """Return the bounds of a step, 0 <= h <= (1 + gamma_h) h_mean; fixed steps without switch detection.
 
     On a moving grid they are positive only, for the clock holds the lengths.
     """
-    if ocp.clock is not None:
+    if ocp.moving:
         return 0.0, np.inf
     mean = ocp.duration / ocp.intervals / elements
     free = options.switch_detection and options.gamma > 0

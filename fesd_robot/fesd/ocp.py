@@ -13,6 +13,7 @@ from fesd_robot.dcs import OMITTED, ComplementaritySystem
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.grid import Span
+from fesd_robot.running import Identity, Kept
 
 
 class RelaxedCost(NamedTuple):
@@ -43,10 +44,36 @@ class Clock(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class OcpEquations:
+    """What problems have in common that differ in their numbers only; it is equal to itself alone.
+
+    The attributes are those of the problem; `moving` says whether its grid does.
+    """
+
+    system: ComplementaritySystem
+    duration: float
+    intervals: int
+    state_lower: np.ndarray
+    state_upper: np.ndarray
+    running_cost: Mapping[str, ca.SX]
+    relaxed_costs: Mapping[str, RelaxedCost]
+    terminal_cost: Mapping[str, ca.SX]
+    interval_end: ca.SX
+    interval_end_names: tuple[str, ...]
+    moving: bool
+
+
+_KEPT: Kept[OcpEquations] = Kept(16)
+
+
+@dataclass(frozen=True, eq=False)
 class OptimalControlProblem:
     """min integral of the running cost + terminal cost over trajectories of a complementarity system.
 
     What is left out is unbounded, costs nothing, or is guessed; the attributes are complete: arrays of these shapes.
+
+    Another start or end, other parameters or another guess are the same equations with other numbers: `replace` keeps
+    the equations, and no function of them is made again.
 
     Args:
         system: the dynamics.
@@ -65,7 +92,7 @@ class OptimalControlProblem:
         running_cost: name -> integrand in (x, u, z, p).
         relaxed_costs: name of a running cost that only complementarity keeps from falling without limit -> what stands
             in its place while a homotopy relaxes the velocity level.
-        terminal_cost: name -> SX in x.
+        terminal_cost: name -> SX in x and p, the parameters of the last interval.
         interval_end: SX in (x, p) that is zero at the end of every interval.
         interval_end_names: one name per row of `interval_end`; numbers if omitted.
         clock: of a problem whose control grid moves (`ControlGrid`): the lengths of its intervals are variables, their
@@ -128,6 +155,29 @@ class OptimalControlProblem:
         for kind, terms in (("running_cost", self.running_cost), ("terminal_cost", self.terminal_cost)):
             for name, term in terms.items():
                 _check(f"{kind}['{name}']", term.shape, (1, 1))
+
+    @property
+    def equations(self) -> OcpEquations:
+        """What it has in common with problems of other numbers."""
+        parts = (self.system, self.running_cost, self.relaxed_costs, self.terminal_cost, self.interval_end)
+        bounds = (self.state_lower.tobytes(), self.state_upper.tobytes())
+        names, moving = self.interval_end_names, self.clock is not None
+        return _KEPT.of(
+            (Identity(*parts), self.duration, self.intervals, bounds, names, moving),
+            lambda: OcpEquations(
+                self.system,
+                self.duration,
+                self.intervals,
+                self.state_lower,
+                self.state_upper,
+                self.running_cost,
+                self.relaxed_costs,
+                self.terminal_cost,
+                self.interval_end,
+                names,
+                moving,
+            ),
+        )
 
     @property
     def knots(self) -> tuple[float, ...]:

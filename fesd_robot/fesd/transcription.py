@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Label, LateLabels, Place
-from fesd_robot.dcs import Jump
+from fesd_robot.dcs import ComplementaritySystem, Jump
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
 from fesd_robot.fesd.apart import conditions_block, is_large, stages_block
@@ -21,14 +21,13 @@ from fesd_robot.fesd.grid_rows import grid_blocks
 from fesd_robot.fesd.indices import TrajectoryIndices
 from fesd_robot.fesd.interval import Interval, build_interval, step_bounds
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
-from fesd_robot.fesd.ocp import OptimalControlProblem
+from fesd_robot.fesd.ocp import OcpEquations, OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.trajectory import Element, interval_elements
-from fesd_robot.mpcc import Block, Mpcc
+from fesd_robot.mpcc import Block, BlockEquations, Mpcc
 
 REMEMBERED = 8
-"""Problems, and equations of intervals, that are kept for when they are needed again: search and refinement return to
-the same numbers of elements."""
+"""Problems, and equations of starts and ends, that are kept for when they are needed again."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,9 @@ class Transcription:
     def intervals(self) -> dict[int, Interval]:
         """The equations of an interval by number of elements."""
         return {
-            count: _shared_interval(self.ocp, replace(self.options, elements=count), not self.apart)
+            count: build_interval(
+                self.ocp.equations, replace(self.options, elements=count), count, within=not self.apart
+            )
             for count in sorted(set(self.elements))
         }
 
@@ -121,10 +122,11 @@ class Transcription:
         for count, interval in self.intervals.items():
             where = [k for k, c in enumerate(self.elements) if c == count]
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
-            blocks.append(interval.block([Place(interval=k) for k in where], index, self.parameters[:, where]))
+            places = [Place(interval=k) for k in where]
+            blocks.append(Block(interval.equations, places, index, self.parameters[:, where]))
         if self.apart:
-            blocks.append(conditions_block(self.ocp, self.options, self.indices))
-            blocks.append(stages_block(self.ocp, self.options.tableau, self.indices, self.parameters))
+            blocks.append(conditions_block(self.ocp.system, self.options, self.indices))
+            blocks.append(stages_block(self.ocp.equations, self.options.tableau, self.indices, self.parameters))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]
         blocks += self.added.blocks(self.indices, self.options.tableau, self.constraints)
         if self.ocp.clock is not None:
@@ -152,38 +154,12 @@ class Transcription:
 
     def _initial_block(self) -> Block:
         """The step functions at x(0) give G at the very first boundary."""
-        system = self.ocp.system
-        rows = Rows("step functions", system.residual)
-        index = np.concatenate([self.indices.point(0), self.indices.control(0)])
-        return Block(
-            name="initial",
-            places=[Place(name="the start")],
-            variables=ca.vertcat(system.state, system.algebraic, system.control),
-            parameters=system.parameters,
-            cost=system.regularisation,
-            rows=system.residual,
-            lower=np.zeros(system.residual.numel()),
-            upper=np.zeros(system.residual.numel()),
-            constraints=rows.labels,
-            index=index.reshape(-1, 1),
-            values=self.parameters[:, :1],
-            complementarities=system.pairs,
-        )
+        index = np.concatenate([self.indices.point(0), self.indices.control(0)]).reshape(-1, 1)
+        return Block(_initial_equations(self.ocp.system), [Place(name="the start")], index, self.parameters[:, :1])
 
     def _terminal_block(self) -> Block:
-        return Block(
-            name="end",
-            places=[Place(name="the end")],
-            variables=self.ocp.system.state,
-            parameters=ca.SX(0, 1),
-            cost=sum(self.ocp.terminal_cost.values(), ca.SX(0)),
-            rows=ca.SX(0, 1),
-            lower=np.zeros(0),
-            upper=np.zeros(0),
-            constraints=[],
-            index=self.indices.state(self.grid.intervals).reshape(-1, 1),
-            values=np.zeros((0, 1)),
-        )
+        index = self.indices.state(self.grid.intervals).reshape(-1, 1)
+        return Block(_terminal_equations(self.ocp.equations), [Place(name="the end")], index, self.parameters[:, -1:])
 
     def bounds_and_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return lower and upper bounds and the initial point of the MPCC's variables."""
@@ -225,7 +201,7 @@ class Transcription:
 
         for n in range(count):
             at = layout.step(n)
-            low[at], high[at] = step_bounds(ocp, self.options, count)
+            low[at], high[at] = step_bounds(ocp.equations, self.options, count)
             start[at] = step
             if system.jump is not None:
                 put_jump(system.jump, n)
@@ -333,8 +309,9 @@ class Transcription:
         regularisation = self.ocp.system.regularisation_name
         if regularisation in totals:
             totals[regularisation] += float(self.problem.blocks[0].evaluate(w)[0].sum())
-        terminal = ca.Function("terminal", [self.ocp.system.state], list(self.ocp.terminal_cost.values()))
-        values = terminal.call([w[self.indices.state(self.grid.intervals)]])
+        values = _terminal_terms(self.ocp.equations).call(
+            [w[self.indices.state(self.grid.intervals)], self.parameters[:, -1]]
+        )
         for name, value in zip(self.ocp.terminal_cost, values, strict=True):
             totals[name] = totals.get(name, 0.0) + float(value)
         for constraint, block in zip(self._held, self._constraint_blocks, strict=True):
@@ -349,6 +326,35 @@ def _shared_problem(transcription: Transcription) -> Mpcc:
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _shared_interval(ocp: OptimalControlProblem, options: FesdOptions, within: bool) -> Interval:
-    assert isinstance(options.elements, int)
-    return build_interval(ocp, options, options.elements, within=within)
+def _initial_equations(system: ComplementaritySystem) -> BlockEquations:
+    return BlockEquations(
+        name="initial",
+        variables=ca.vertcat(system.state, system.algebraic, system.control),
+        parameters=system.parameters,
+        cost=system.regularisation,
+        rows=system.residual,
+        lower=np.zeros(system.residual.numel()),
+        upper=np.zeros(system.residual.numel()),
+        constraints=Rows("step functions", system.residual).labels,
+        complementarities=system.pairs,
+    )
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _terminal_equations(ocp: OcpEquations) -> BlockEquations:
+    return BlockEquations(
+        name="end",
+        variables=ocp.system.state,
+        parameters=ocp.system.parameters,
+        cost=sum(ocp.terminal_cost.values(), ca.SX(0)),
+        rows=ca.SX(0, 1),
+        lower=np.zeros(0),
+        upper=np.zeros(0),
+        constraints=[],
+    )
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _terminal_terms(ocp: OcpEquations) -> ca.Function:
+    """Return (x, p) -> terms of the terminal cost."""
+    return ca.Function("terminal", [ocp.system.state, ocp.system.parameters], list(ocp.terminal_cost.values()))

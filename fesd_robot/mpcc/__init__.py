@@ -20,7 +20,7 @@ from fesd_robot.mpcc.polishing import (
     PolishingLimits,
     PolishingReport,
 )
-from fesd_robot.mpcc.problem import Block, Mpcc, Residuals
+from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc, Residuals
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.solution import MpccSolution
@@ -31,6 +31,7 @@ __all__ = [
     "EXACT_PRODUCT",
     "TRIALS",
     "Block",
+    "BlockEquations",
     "BranchBounds",
     "BranchNlp",
     "BranchPoint",

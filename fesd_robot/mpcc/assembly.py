@@ -7,8 +7,9 @@ problem once per colour.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +22,7 @@ from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Slacks, Steering, check_steering, check_vanishing, slacks_of
 from fesd_robot.native import CompilationError, NlpBlock, NotCompiledYet, Output, compile_nlp
 from fesd_robot.nlp import Nlp
+from fesd_robot.running import Kept
 
 logger = logging.getLogger(__name__)
 
@@ -38,16 +40,20 @@ VERY_OFTEN = 400
 
 
 @dataclass(frozen=True, eq=False)
-class RelaxedNlp(Nlp):
+class RelaxedNlp:
     """The relaxed problem with its two sigmas, of the position and of the velocity level, as parameters.
 
     Attributes:
+        program: its functions, which problems share that differ in their numbers only.
+        values: parameters of all copies of the problem's blocks.
         lower, upper: bounds of g.
         relaxation, steering: what it was assembled with.
         slacks: the steering's slack variables, which end x.
         awaited: files that a compiler still works on; functions are interpreted until it is done.
     """
 
+    program: Nlp
+    values: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
     relaxation: Relaxation
@@ -58,7 +64,15 @@ class RelaxedNlp(Nlp):
     @property
     def outdated(self) -> bool:
         """Whether there are faster functions now."""
-        return bool(self.awaited) and all(library.exists() for library in self.awaited)
+        return _is_outdated(self.awaited)
+
+    def parameters(self, sigmas: Sequence[float]) -> np.ndarray:
+        """Return the parameters of the program at sigmas of the position and of the velocity level."""
+        return np.concatenate([sigmas, self.values])
+
+
+def _is_outdated(awaited: tuple[Path, ...]) -> bool:
+    return bool(awaited) and all(library.exists() for library in awaited)
 
 
 @dataclass(frozen=True)
@@ -115,6 +129,22 @@ class _Layout:
     @property
     def blocks(self) -> Sequence[Block]:
         return self.problem.blocks
+
+    @property
+    def key(self) -> tuple[Hashable, ...]:
+        """What its functions depend on."""
+        return (
+            self.size,
+            tuple(self.derivatives),
+            tuple((index.shape, index.tobytes()) for index in self.indices),
+            self.slacks.levels.tobytes(),
+        )
+
+    @property
+    def parameters(self) -> list[range]:
+        """Which parameters are those of every block, behind the two sigmas."""
+        ends = np.cumsum([2, *(block.values.size for block in self.blocks)]).tolist()
+        return [range(*both) for both in pairwise(ends)]
 
     def gradient(self) -> _Entries:
         rows = [
@@ -188,13 +218,16 @@ def assemble(
     often = VERY_OFTEN * sum(d.instructions for d in derivatives) <= instructions
     worthwhile = instructions >= COMPILE_THRESHOLD and (often or not few_evaluations)
     wanted = compiled == "always" or (compiled == "auto" and worthwhile)
-    machine_code, awaited = _compiled(layout, required=compiled == "always") if wanted else (None, ())
-    functions = machine_code or _interpreted(layout)
+
+    def functions() -> tuple[Nlp, tuple[Path, ...]]:
+        machine_code, awaited = _compiled(layout, required=compiled == "always") if wanted else (None, ())
+        made = machine_code or _interpreted(layout)
+        return Nlp(made["nlp"], made["nlp_grad_f"], made["nlp_jac_g"], made["nlp_hess_l"]), awaited
+
+    program, awaited = _KEPT.of((*layout.key, wanted, compiled == "always"), functions)
     return RelaxedNlp(
-        nlp=functions["nlp"],
-        gradient=functions["nlp_grad_f"],
-        jacobian=functions["nlp_jac_g"],
-        hessian=functions["nlp_hess_l"],
+        program=program,
+        values=problem.values,
         lower=np.concatenate([np.tile(d.lower, b.copies) for b, d in zip(blocks, derivatives, strict=True)]),
         upper=np.concatenate([np.tile(d.upper, b.copies) for b, d in zip(blocks, derivatives, strict=True)]),
         relaxation=relaxation,
@@ -204,18 +237,23 @@ def assemble(
     )
 
 
+_KEPT: Kept[tuple[Nlp, tuple[Path, ...]]] = Kept(8, outdated=lambda program: _is_outdated(program[1]))
+
+
 def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
     """Return the functions as CasADi graphs of maps over the copies."""
-    x, sigma, weight = ca.MX.sym("x", layout.size), ca.MX.sym("sigma", 2), ca.MX.sym("lam_f")
+    x, p, weight = ca.MX.sym("x", layout.size), ca.MX.sym("p", layout.parameters[-1].stop), ca.MX.sym("lam_f")
+    sigma = p[:2]
     multiplier = ca.MX.sym("lam_g", layout.first_rows[-1])
     cost: ca.MX = ca.MX(0)
     rows, gradients, jacobians, hessians = [], [], [], []
-    for block, index, d, first in zip(
-        layout.blocks, layout.indices, layout.derivatives, layout.first_rows, strict=False
+    for block, own, index, d, first in zip(
+        layout.blocks, layout.parameters, layout.indices, layout.derivatives, layout.first_rows, strict=False
     ):
         copies, count = block.copies, len(d.lower) * block.copies
         local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
-        arguments = (local, ca.DM(block.values), ca.repmat(sigma, 1, copies))
+        values = ca.reshape(p[own.start : own.stop], block.values.shape)
+        arguments = (local, values, ca.repmat(sigma, 1, copies))
         cost += ca.sum2(_mapped(d.cost, copies, *arguments))
         rows.append(ca.vec(_mapped(d.rows, copies, *arguments)))
         gradients.append(_mapped(d.gradient, copies, *arguments))
@@ -228,11 +266,11 @@ def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
         cost, gradient = cost + ca.dot(prices, x), gradient + prices
     jacobian, hessian = layout.jacobian().filled(jacobians), layout.hessian().filled(hessians)
     made = [
-        ca.Function("nlp", [x, sigma], [cost, g], ["x", "p"], ["f", "g"]),
-        ca.Function("nlp_grad_f", [x, sigma], [cost, gradient], ["x", "p"], ["f", "grad_f_x"]),
-        ca.Function("nlp_jac_g", [x, sigma], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
+        ca.Function("nlp", [x, p], [cost, g], ["x", "p"], ["f", "g"]),
+        ca.Function("nlp_grad_f", [x, p], [cost, gradient], ["x", "p"], ["f", "grad_f_x"]),
+        ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
         ca.Function(
-            "nlp_hess_l", [x, sigma, weight, multiplier], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
+            "nlp_hess_l", [x, p, weight, multiplier], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
         ),
     ]
     return {function.name(): function for function in made}
@@ -262,7 +300,7 @@ def _compiled(layout: _Layout, required: bool) -> tuple[dict[str, ca.Function] |
             "jacobian": Output(d.jacobian, jacobian.places[number], *_triplet(d.jacobian_sparsity)),
             "hessian": Output(d.hessian, hessian.places[number], *_triplet(d.hessian_sparsity)),
         }
-        blocks.append(NlpBlock(index, block.values, len(d.lower), first, outputs))
+        blocks.append(NlpBlock(index, len(block.values), len(d.lower), first, outputs))
     try:
         return compile_nlp(
             blocks,

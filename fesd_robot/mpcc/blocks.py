@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
-from fesd_robot.mpcc.problem import Block, Mpcc
+from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
+from fesd_robot.running import Kept
 
 UNRELAXED_SIGMA = 3e-3
 """Sigma of the velocity level up to which the cost of a relaxed NLP is that of the problem itself."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BlockDerivatives:
     """One copy of a block, relaxed, as functions of (x, p, sigmas): x are its variables and, behind them, its slacks.
 
@@ -47,33 +47,13 @@ class BlockDerivatives:
         return sum(int(f.n_instructions()) for f in (self.cost, self.rows, self.gradient, self.jacobian, self.hessian))
 
 
-REMEMBERED = 64
-"""Blocks whose derivatives are kept: those of other numbers of copies are the same."""
-
-_known: OrderedDict[tuple[object, ...], BlockDerivatives] = OrderedDict()
+_KEPT: Kept[BlockDerivatives] = Kept(64)
 
 
 def differentiate(
     block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int, *, shared: bool = True
 ) -> BlockDerivatives:
-    """Return a block's relaxed rows with all derivatives; of an equal formula they are made once.
-
-    Args: those of `_differentiated`.
-    """
-    if block.pairs or not block.while_relaxed.is_zero():  # what follows from bounds is different for other problems
-        return _differentiated(block, problem, relaxation, steering, slacks, shared=shared)
-    key = (block.function.serialize(), block.lower.tobytes(), block.upper.tobytes(), shared)
-    found = _known.pop(key, None) or _differentiated(block, problem, relaxation, steering, slacks, shared=shared)
-    _known[key] = found
-    if len(_known) > REMEMBERED:
-        _known.popitem(last=False)
-    return found
-
-
-def _differentiated(
-    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int, *, shared: bool
-) -> BlockDerivatives:
-    """Return a block's relaxed rows with G >= 0, H >= 0 where they ask for it, and all derivatives.
+    """Return a block's relaxed rows with all derivatives; of the same equations they are made once.
 
     Args:
         block: one of the problem's.
@@ -84,6 +64,29 @@ def _differentiated(
         shared: whether common parts are looked for, so that nothing is computed twice; for functions that are evaluated
             a few times only, looking takes longer.
     """
+    equations, box = block.equations, (np.zeros(0), np.zeros(0))
+    if block.pairs and block.copies:
+        box = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
+    key = (equations, *(side.tobytes() for side in box), relaxation.name, steering, slacks, shared)
+    return _KEPT.of(key, lambda: _differentiated(equations, box, relaxation, steering, slacks, shared=shared))
+
+
+def _differentiated(
+    block: BlockEquations,
+    box: tuple[np.ndarray, np.ndarray],
+    relaxation: Relaxation,
+    steering: Steering,
+    slacks: int,
+    *,
+    shared: bool,
+) -> BlockDerivatives:
+    """Return a block's relaxed rows with G >= 0, H >= 0 where they ask for it, and all derivatives.
+
+    Args:
+        box: bounds of its variables in all copies, (n_w); they count where it has pairs.
+
+    The other args are those of `differentiate`.
+    """
     function = _shared_function if shared else _plain_function
     w = ca.SX.sym("w", block.function.sparsity_in(0))
     p = ca.SX.sym("p", block.function.sparsity_in(1))
@@ -93,11 +96,10 @@ def _differentiated(
     if not block.while_relaxed.is_zero():
         added = block.cost_while_relaxed(w, p, ca.fmax(sigma[1], UNRELAXED_SIGMA))
         f += ca.if_else(sigma[1] > UNRELAXED_SIGMA, added, 0.0)
-    lower, upper = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     signs = [
         side[row]
         for side, free in ((G, block.vanishing), (H, np.zeros(block.pairs, bool)))
-        for row, implied in enumerate(_nonnegative_in_box(side, w, lower, upper) | free)
+        for row, implied in enumerate(_nonnegative_in_box(side, w, *box) | free)
         if relaxation.signs and not implied
     ]
     relaxed = relaxation.formula(G, H, pair_parameters(block, relaxation, steering, sigma, slack))
@@ -139,8 +141,10 @@ def _nonzeros(matrix: ca.SX) -> ca.SX:
 
 def _nonnegative_in_box(part: ca.SX, w: ca.SX, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Which rows of `part` are affine in w and nonnegative for every lower <= w <= upper."""
+    if not part.numel():
+        return np.zeros(0, bool)
     slope = ca.jacobian(part, w)
-    varies = np.array(ca.which_depends(part, w, 2, True), dtype=bool) if part.numel() else np.zeros(0, bool)
+    varies = np.array(ca.which_depends(part, w, 2, True), dtype=bool)
     affine = ca.Function("affine", [w], [part, slope], {"allow_free": True})
     if affine.has_free():
         return np.zeros(part.numel(), bool)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -11,7 +12,7 @@ from scipy import sparse
 
 from fesd_robot.complementarity import Label
 from fesd_robot.errors import DimensionError, SolverError
-from fesd_robot.mpcc.problem import Block, Mpcc
+from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc
 
 
 @dataclass(frozen=True)
@@ -195,22 +196,29 @@ def _block(
     block: Block, w: np.ndarray, size: int
 ) -> tuple[float, np.ndarray, list[tuple[np.ndarray, sparse.csr_array]]]:
     """Return cost, its gradient copy by copy, and values and Jacobians of g, G, H of all copies of a block."""
-    local = ca.SX.sym("w", block.function.sparsity_in(0))
-    p = ca.SX.sym("p", block.function.sparsity_in(1))
-    f, *rows = (ca.densify(part) for part in block.function(local, p))
-    jacobians = [ca.jacobian(part, local) for part in rows]
-    entries = [ca.densify(J.nz[:]) if J.nnz() else ca.SX(0, 1) for J in jacobians]
-    function = ca.Function("first_order", [local, p], [f, ca.densify(ca.gradient(f, local)), *rows, *entries])
+    function, jacobians = _first_order(block.equations)
     values = function.map(block.copies)(w[block.index], block.values)
     arrays = [np.asarray(ca.DM(value).full()).reshape(value.shape) for value in values]
     sides = []
-    for value, entry, J in zip(arrays[2:5], arrays[5:], jacobians, strict=True):
-        row, column = (np.array(part, dtype=int) for part in J.sparsity().get_triplet())
+    for value, entry, (row, column) in zip(arrays[2:5], arrays[5:], jacobians, strict=True):
         at_row = (row[:, None] + value.shape[0] * np.arange(block.copies)).ravel(order="F")
         at_column = block.index[column].ravel(order="F")
         matrix = sparse.coo_array((entry.ravel(order="F"), (at_row, at_column)), shape=(value.size, size))
         sides.append((value.ravel(order="F"), sparse.csr_array(matrix)))
     return float(arrays[0].sum()), arrays[1].ravel(order="F"), sides
+
+
+@lru_cache(maxsize=64)
+def _first_order(equations: BlockEquations) -> tuple[ca.Function, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return (w, p) -> f, its gradient, g, G, H and nonzeros of their Jacobians, and where these nonzeros are."""
+    local = ca.SX.sym("w", equations.function.sparsity_in(0))
+    p = ca.SX.sym("p", equations.function.sparsity_in(1))
+    f, *rows = (ca.densify(part) for part in equations.function(local, p))
+    jacobians = [ca.jacobian(part, local) for part in rows]
+    entries = [ca.densify(J.nz[:]) if J.nnz() else ca.SX(0, 1) for J in jacobians]
+    function = ca.Function("first_order", [local, p], [f, ca.densify(ca.gradient(f, local)), *rows, *entries])
+    places = [[np.array(part, dtype=int) for part in J.sparsity().get_triplet()] for J in jacobians]
+    return function, [(row, column) for row, column in places]
 
 
 def _stack(parts: list[tuple[np.ndarray, sparse.csr_array]], size: int) -> tuple[np.ndarray, sparse.csr_array]:

@@ -98,9 +98,10 @@ def solve(
 
 def _where_exploited(problem: Mpcc, nlp: RelaxedNlp, options: HomotopyOptions) -> RelaxedNlp | None:
     """Return the relaxed problem with what its blocks add to the cost where that is exploited; None if none does."""
-    if all(block.if_exploited.is_zero() for block in problem.blocks):
+    if all(block.equations.if_exploited.is_zero() for block in problem.blocks):
         return None
-    blocks = [replace(block, while_relaxed=block.if_exploited) for block in problem.blocks]
+    equations = [replace(block.equations, while_relaxed=block.equations.if_exploited) for block in problem.blocks]
+    blocks = [replace(block, equations=other) for block, other in zip(problem.blocks, equations, strict=True)]
     return assemble(replace(problem, blocks=blocks), nlp.relaxation, options.compile, nlp.steering)
 
 
@@ -133,7 +134,7 @@ class _Homotopy:
         self._lower = np.append(problem.lower, np.zeros(nlp.slacks.count))
         self._upper = np.append(problem.upper, slack_upper)
         start = np.append(problem.start, 0.5 * slack_upper)
-        self._point = self._best = NlpPoint.without_multipliers(start, nlp.rows)
+        self._point = self._best = NlpPoint.without_multipliers(start, nlp.program.rows)
         self._violation = problem.residuals(problem.start).constraint_violation
         self._polished = _Polished()
         self._reports: list[NlpReport] = []
@@ -277,8 +278,9 @@ class _Homotopy:
                 return None
             last = self._elastic or self._steps.is_last(sigmas)
             settings = relaxed_settings(self._options, sigmas, trial, last=last, loose=loose, near=near)
-            result = prepared(self._nlp, settings).solve(
-                NlpNumbers(self._lower, self._upper, self._nlp.lower, self._nlp.upper, np.array(sigmas)),
+            parameters = self._nlp.parameters(sigmas)
+            result = prepared(self._nlp.program, settings).solve(
+                NlpNumbers(self._lower, self._upper, self._nlp.lower, self._nlp.upper, parameters),
                 self._point,
                 seconds=remaining,
                 stop=self._run.stop,

@@ -79,15 +79,17 @@ class PairPolisher:
 
 def _with_sides(block: Block) -> Block:
     """Return the block without pairs, their sides as rows."""
-    conditions, free = block.complementarities, np.full(2 * block.pairs, np.inf)
-    return replace(
-        block,
-        rows=ca.vertcat(block.rows, *[one.G for one in conditions], *[one.H for one in conditions]),
-        lower=np.append(block.lower, -free),
-        upper=np.append(block.upper, free),
+    own = block.equations
+    conditions, free = own.complementarities, np.full(2 * own.pairs, np.inf)
+    equations = replace(
+        own,
+        rows=ca.vertcat(own.rows, *[one.G for one in conditions], *[one.H for one in conditions]),
+        lower=np.append(own.lower, -free),
+        upper=np.append(own.upper, free),
         constraints=[
-            *block.constraints,
+            *own.constraints,
             *(replace(one.label, kind=f"{side} of {one.label.kind}") for side in "GH" for one in conditions),
         ],
         complementarities=(),
     )
+    return replace(block, equations=equations)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import OrderedDict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -17,6 +16,7 @@ from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.nlp import AT, Hopeless, NlpNumbers, NlpPoint, NlpSettings, NlpStatus, ReducedNlp, Start, prepared
+from fesd_robot.running import Kept
 
 POLISHING_ITERATIONS = 40
 """IPOPT iterations on one branch before it is updated; the right one needs 15 to 50."""
@@ -147,16 +147,12 @@ class BranchNlp:
     def of(cls, polisher: Polisher, compiled: Compile, *, few_evaluations: bool = False) -> BranchNlp:
         """Return the branch NLP with derivatives, see `assemble`; they are made once for all branches, and shared by
         equal polishers."""
-        key = (polisher, compiled, few_evaluations)
-        known = _branch_nlps.pop(key, None)
-        if known is None or known.nlp.outdated:
+
+        def made() -> BranchNlp:
             scholtes = relaxation_named("scholtes")
-            nlp = assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations)
-            known = cls(polisher, nlp)
-        _branch_nlps[key] = known
-        if len(_branch_nlps) > REMEMBERED:
-            _branch_nlps.popitem(last=False)
-        return known
+            return cls(polisher, assemble(polisher.problem, scholtes, compiled, few_evaluations=few_evaluations))
+
+        return _KEPT.of((polisher, compiled, few_evaluations), made)
 
     def solve(
         self,
@@ -223,7 +219,7 @@ class BranchNlp:
         return ended[0] if ended else None
 
     def _start(self, w: np.ndarray) -> NlpPoint:
-        return NlpPoint.without_multipliers(w, self.nlp.rows)
+        return NlpPoint.without_multipliers(w, self.nlp.program.rows)
 
     def _ended(
         self,
@@ -247,8 +243,9 @@ class BranchNlp:
         )
         begin = time.perf_counter()
         start = replace(start, x=np.clip(start.x, bounds.lower, bounds.upper))
-        numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, np.zeros(2))
-        reduced = ReducedNlp.of(self.nlp, numbers)
+        parameters = self.nlp.parameters((0.0, 0.0))
+        numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, parameters)
+        reduced = ReducedNlp.of(self.nlp.program, numbers)
         result = prepared(reduced.nlp, settings).solve(
             reduced.numbers(numbers), reduced.part(start), seconds=seconds, stop=run.stop, hopeless=limits.hopeless
         )
@@ -272,4 +269,4 @@ class BranchNlp:
         return end, point
 
 
-_branch_nlps: OrderedDict[tuple[Polisher, Compile, bool], BranchNlp] = OrderedDict()
+_KEPT: Kept[BranchNlp] = Kept(REMEMBERED, outdated=lambda known: known.nlp.outdated)

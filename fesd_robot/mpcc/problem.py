@@ -14,12 +14,14 @@ from fesd_robot.errors import DimensionError, ModelError
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
-    """K copies of one small problem, each reading its own choice of the variables.
+class BlockEquations:
+    """One small problem as expressions: what is the same in all problems that differ in their numbers only.
+
+    Equations are equal to themselves alone. Functions and derivatives are made once for them, so whoever describes the
+    same small problem again should do so with the same equations.
 
     Args:
         name: of the small problem.
-        places: where each copy is, length K.
         variables, parameters: SX symbols w (n_w) and p (n_p) of one copy.
         cost: f(w, p), SX scalar.
         rows: g(w, p), SX (n_g).
@@ -30,8 +32,6 @@ class Block:
             and sigma; nothing where complementarity holds and sigma is zero.
         if_exploited: what it adds instead where the first relaxed NLP, or one that is lost, has a negative cost.
         sigma: the SX symbol of the relaxation in both.
-        index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
-        values: values of p, shape (n_p, K).
 
     Raises:
         DimensionError: shapes that do not fit each other.
@@ -39,7 +39,6 @@ class Block:
     """
 
     name: str
-    places: Sequence[Place]
     variables: ca.SX
     parameters: ca.SX
     cost: ca.SX
@@ -47,26 +46,20 @@ class Block:
     lower: np.ndarray
     upper: np.ndarray
     constraints: Sequence[Label]
-    index: np.ndarray
-    values: np.ndarray
     complementarities: Sequence[Complementarity] = ()
     while_relaxed: ca.SX = field(default_factory=lambda: ca.SX(0))
     if_exploited: ca.SX = field(default_factory=lambda: ca.SX(0))
     sigma: ca.SX = field(default_factory=lambda: ca.SX.sym("sigma"))
 
     def __post_init__(self) -> None:
-        n_w, n_p, n_g = self.variables.numel(), self.parameters.numel(), self.rows.numel()
-        copies = self.index.shape[1]
-        for what, shape, expected in (
-            ("index", self.index.shape, (n_w, copies)),
-            ("places", (len(self.places),), (copies,)),
-            ("values", self.values.shape, (n_p, copies)),
-            ("lower", self.lower.shape, (n_g,)),
-            ("upper", self.upper.shape, (n_g,)),
-            ("constraints", (len(self.constraints),), (n_g,)),
+        n_g = self.rows.numel()
+        for what, shape in (
+            ("lower", self.lower.shape),
+            ("upper", self.upper.shape),
+            ("constraints", (len(self.constraints),)),
         ):
-            if shape != expected:
-                raise DimensionError(f"block '{self.name}': {what} has shape {shape}, expected {expected}")
+            if shape != (n_g,):
+                raise DimensionError(f"block '{self.name}': {what} has shape {shape}, expected {(n_g,)}")
         for condition in self.complementarities:
             if condition.complement is not None:
                 raise ModelError(
@@ -95,10 +88,85 @@ class Block:
         """Which conditions are of the velocity level, (n_pairs,)."""
         return np.array([condition.level == "velocity" for condition in self.complementarities], dtype=bool)
 
+    @cached_property
+    def row_pattern(self) -> np.ndarray:
+        """Which rows contain which variables, (n_g, n_w) of bool."""
+        return np.asarray(ca.DM(ca.jacobian_sparsity(self.rows, self.variables), 1).full()) > 0
+
     @property
     def pairs(self) -> int:
         """Number of complementarity conditions of one copy."""
         return len(self.complementarities)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """K copies of one small problem, each with its own choice of the variables and its own parameters.
+
+    Args:
+        equations: of one copy.
+        places: where each copy is, length K.
+        index: global index of each local variable, integers of shape (n_w, K); no repetition within a column.
+        values: values of the parameters, shape (n_p, K).
+
+    Raises:
+        DimensionError: shapes that do not fit each other.
+    """
+
+    equations: BlockEquations
+    places: Sequence[Place]
+    index: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        copies = self.index.shape[1]
+        for what, shape, expected in (
+            ("index", self.index.shape, (self.equations.variables.numel(), copies)),
+            ("places", (len(self.places),), (copies,)),
+            ("values", self.values.shape, (self.equations.parameters.numel(), copies)),
+        ):
+            if shape != expected:
+                raise DimensionError(f"block '{self.name}': {what} has shape {shape}, expected {expected}")
+
+    @property
+    def name(self) -> str:
+        """Of the small problem."""
+        return self.equations.name
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Lower bounds of the rows of a copy, (n_g,)."""
+        return self.equations.lower
+
+    @property
+    def upper(self) -> np.ndarray:
+        """Upper bounds of the rows of a copy, (n_g,)."""
+        return self.equations.upper
+
+    @property
+    def constraints(self) -> Sequence[Label]:
+        """Label of every row of a copy, (n_g,)."""
+        return self.equations.constraints
+
+    @property
+    def complementarities(self) -> Sequence[Complementarity]:
+        """Conditions of a copy, (n_pairs)."""
+        return self.equations.complementarities
+
+    @property
+    def vanishing(self) -> np.ndarray:
+        """Which conditions are vanishing constraints, (n_pairs,)."""
+        return self.equations.vanishing
+
+    @property
+    def velocity_level(self) -> np.ndarray:
+        """Which conditions are of the velocity level, (n_pairs,)."""
+        return self.equations.velocity_level
+
+    @property
+    def pairs(self) -> int:
+        """Number of complementarity conditions of one copy."""
+        return self.equations.pairs
 
     @property
     def copies(self) -> int:
@@ -113,14 +181,9 @@ class Block:
         """Return the label of a complementarity condition in a copy."""
         return self.complementarities[row].label.at(self.places[copy])
 
-    @cached_property
-    def mapped(self) -> ca.Function:
-        """The function of all copies at once, columns are copies."""
-        return self.function.map(self.copies)
-
     def evaluate(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (f, g, G, H) with shapes (1, K), (n_g, K), (n_pairs, K), (n_pairs, K) at the global point w."""
-        outputs = self.mapped(w[self.index], self.values)
+        outputs = self.equations.function.map(self.copies)(w[self.index], self.values)
         return tuple(np.asarray(ca.DM(out)).reshape(out.shape) for out in outputs)
 
 
@@ -215,9 +278,8 @@ class Mpcc:
             array = np.asarray(default if value is None else value, dtype=float)
             return np.full(size, array) if array.ndim == 0 else array.reshape(size)
 
-        block = Block(
+        equations = BlockEquations(
             name="problem",
-            places=[Place()],
             variables=w,
             parameters=ca.SX(0, 1),
             cost=f,
@@ -225,10 +287,9 @@ class Mpcc:
             lower=filled(g_bounds[0], -np.inf, n_g),
             upper=filled(g_bounds[1], np.inf, n_g),
             constraints=[Label(f"g[{i}]") for i in range(n_g)],
-            index=np.arange(n).reshape(n, 1),
-            values=np.zeros((0, 1)),
             complementarities=[Complementarity(Label(f"pair {i}"), G[i], H[i]) for i in range(G.numel())],
         )
+        block = Block(equations, [Place()], np.arange(n).reshape(n, 1), np.zeros((0, 1)))
         return cls(
             lower=filled(bounds[0], -np.inf, n),
             upper=filled(bounds[1], np.inf, n),
@@ -250,6 +311,11 @@ class Mpcc:
     def pairs(self) -> int:
         """Number of complementarity pairs."""
         return sum(block.pairs * block.copies for block in self.blocks)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Parameters of all copies, block by block and copy by copy."""
+        return np.concatenate([np.zeros(0), *(block.values.ravel(order="F") for block in self.blocks)])
 
     def variable_label(self, i: int) -> Label:
         """Return what a variable is."""

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import ModelError, OptionError, nearest
-from fesd_robot.mpcc.problem import Block, Mpcc
+from fesd_robot.mpcc.problem import BlockEquations, Mpcc
 from fesd_robot.mpcc.relaxations import RELAXATIONS, Relaxation
 
 Steering = Literal["direct", "l1", "linf"]
@@ -99,7 +99,9 @@ def slacks_of(problem: Mpcc, steering: Steering, power: int) -> Slacks:
     return Slacks(index, np.concatenate(levels), power)
 
 
-def pair_parameters(block: Block, relaxation: Relaxation, steering: Steering, sigma: ca.SX, slack: ca.SX) -> ca.SX:
+def pair_parameters(
+    block: BlockEquations, relaxation: Relaxation, steering: Steering, sigma: ca.SX, slack: ca.SX
+) -> ca.SX:
     """Return what each pair of a block has in its relaxation in the place of sigma^(1/power).
 
     Args:

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -125,7 +125,12 @@ def shared_libraries(
 
 def begin(library: Callable[[], Path]) -> None:
     """Compile a library while this process works; whoever needs it meanwhile waits for it, or meets its error."""
-    _BACKGROUND.begin(library, library)
+
+    def made() -> None:
+        with suppress(CompilationError):
+            library()
+
+    _BACKGROUND.begin(library, made)
 
 
 @dataclass(frozen=True)
@@ -230,14 +235,14 @@ class _Background:
         self._cores = Semaphore(os.cpu_count() or 1)
         self._ending = False
 
-    def begin(self, what: object, make: Callable[[], Path]) -> None:
+    def begin(self, what: object, make: Callable[[], object]) -> None:
         """Make a library in a thread of its own, unless that was begun before; the log says what fails."""
         if what in self._begun:
             return
         self._begun[what] = Thread(target=partial(self._make, make), daemon=True)
         self._begun[what].start()
 
-    def _make(self, make: Callable[[], Path]) -> None:
+    def _make(self, make: Callable[[], object]) -> None:
         with self._cores:
             if self._ending:
                 return

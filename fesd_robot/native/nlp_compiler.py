@@ -54,13 +54,13 @@ class NlpBlock:
 
     Attributes:
         index: global index of each variable, (n, K).
-        parameters: (n_p, K).
+        parameters: number n_p of parameters of a copy; those of all copies follow each other, behind the two sigmas.
         rows: number of rows of a copy; first_row: of the first copy.
         outputs: by kind, see `KINDS`.
     """
 
     index: np.ndarray
-    parameters: np.ndarray
+    parameters: int
     rows: int
     first_row: int
     outputs: dict[str, Output]
@@ -79,8 +79,7 @@ def compile_nlp(
     """Return the NLP's functions by the names nlp, nlp_grad_f, nlp_jac_g, nlp_hess_l.
 
     Functions of the blocks are compiled, the large ones by themselves, and again only when their formulas change; the
-    loop over copies is compiled once for all NLPs. Numbers of copies, parameters and indices are tables that a copy of
-    it reads.
+    loop over copies is compiled once for all NLPs. Numbers of copies and indices are tables that a copy of it reads.
 
     Args:
         slacks: level of each slack variable, the index of its sigma; they are the last variables.
@@ -92,7 +91,7 @@ def compile_nlp(
     """
     functions = _functions(blocks, wait)
     loop = build_loop()
-    integers, reals = _tables(blocks, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks)
+    integers = _tables(blocks, size, rows, jacobian_nonzeros, hessian_nonzeros, slacks)
     # A library that was loaded already would be the same one, with its tables: every NLP has its own file.
     with tempfile.TemporaryDirectory(dir=cache_folder(), prefix=".nlp-") as folder:
         own = str(shutil.copyfile(loop, Path(folder) / loop.name))
@@ -100,8 +99,6 @@ def compile_nlp(
         refused = library.nlp_tables(
             integers.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(len(integers)),
-            reals.ctypes.data_as(ctypes.c_void_p),
-            ctypes.c_size_t(len(reals)),
             (ctypes.c_void_p * len(functions))(*functions),
         )
         if refused:
@@ -175,16 +172,16 @@ def _address(library: Path, name: str) -> int:
 
 def _tables(
     blocks: Sequence[NlpBlock], size: int, rows: int, jacobian_nonzeros: int, hessian_nonzeros: int, slacks: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the integers and the numbers that nlp.c reads, in its order."""
-    body, reals, work = list[np.ndarray](), list[np.ndarray](), 0
+) -> np.ndarray:
+    """Return the integers that nlp.c reads, in its order."""
+    body, work, parameters = list[np.ndarray](), 0, 2
     for block in blocks:
         variables, copies = block.index.shape
         body += [
-            np.array([copies, variables, len(block.parameters), block.rows, block.first_row]),
+            np.array([copies, variables, block.parameters, parameters, block.rows, block.first_row]),
             _places(block.index),
         ]
-        reals.append(block.parameters.ravel(order="F"))
+        parameters += block.parameters * copies
         for kind in KINDS:
             output = block.outputs[kind]
             outputs = output.function.nnz_out(0)
@@ -195,13 +192,13 @@ def _tables(
                 body.append(_places(output.at))
             if kind in ("jacobian", "hessian"):
                 body += [output.row, output.column]
-            need = variables + len(block.parameters) + 3 + block.rows + outputs
+            need = variables + block.parameters + 3 + block.rows + outputs
             work = max(work, need + output.function.sz_w())
-    first = [len(blocks), size, rows, work]
+    first = [len(blocks), size, parameters, rows, work]
     for kind, nonzeros in (("jacobian", jacobian_nonzeros), ("hessian", hessian_nonzeros)):
         first += [nonzeros, int(sum(block.outputs[kind].at.size for block in blocks) > nonzeros)]
     integers = np.concatenate([np.array([*first, len(slacks)]), slacks, *body])
-    return integers.astype(np.int32), np.concatenate([np.zeros(0), *reals])
+    return integers.astype(np.int32)
 
 
 def _places(table: np.ndarray) -> np.ndarray:

@@ -278,7 +278,7 @@ class PhaseSolver:
 
     def nonzeros(self, motion: PhaseMotion) -> int:
         """Return how many numbers the derivatives of the NLP of a motion are."""
-        nlp = BranchNlp.of(motion.own.polisher, self.run.options.compile).nlp
+        nlp = BranchNlp.of(motion.own.polisher, self.run.options.compile).nlp.program
         return int(nlp.jacobian.nnz_out("jac_g_x") + nlp.hessian.nnz_out(0))
 
     def settled(self, motion: PhaseMotion) -> PhaseMotion:

@@ -11,7 +11,9 @@ __all__ = [
     "Cores",
     "Counted",
     "Deadline",
+    "Identity",
     "InBackground",
+    "Kept",
     "Lookahead",
     "Reached",
     "Station",
@@ -23,6 +25,7 @@ __all__ = [
 if TYPE_CHECKING:
     from fesd_robot.running.background import InBackground
     from fesd_robot.running.deadline import CERTIFICATE_SECONDS, Deadline
+    from fesd_robot.running.kept import Identity, Kept
     from fesd_robot.running.lookahead import Lookahead
     from fesd_robot.running.processes import Cores, cores_for
     from fesd_robot.running.stations import Counted, Reached, Station
@@ -33,6 +36,7 @@ else:
         {
             "fesd_robot.running.background": ["InBackground"],
             "fesd_robot.running.deadline": ["CERTIFICATE_SECONDS", "Deadline"],
+            "fesd_robot.running.kept": ["Identity", "Kept"],
             "fesd_robot.running.lookahead": ["Lookahead"],
             "fesd_robot.running.processes": ["Cores", "cores_for"],
             "fesd_robot.running.stations": ["Counted", "Reached", "Station"],

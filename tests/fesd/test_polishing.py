@@ -243,9 +243,9 @@ def test_an_impact_that_leaves_another_contact_alone_has_bounded_multipliers() -
     bounds = polisher.bounds(Branch(polisher.conditions.labels, tuple(factors), (False,) * len(factors)))
     nlp = BranchNlp.of(polisher, "never").nlp
     start = np.clip(transcription.problem.start, bounds.lower, bounds.upper)
-    result = prepared(nlp, NlpSettings(NEAR, tolerance=1e-9, linear_solver="mumps")).solve(
-        NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, np.zeros(2)),
-        NlpPoint.without_multipliers(start, nlp.rows),
+    result = prepared(nlp.program, NlpSettings(NEAR, tolerance=1e-9, linear_solver="mumps")).solve(
+        NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, nlp.parameters((0.0, 0.0))),
+        NlpPoint.without_multipliers(start, nlp.program.rows),
     )
     assert result.converged
     assert transcription.problem.residuals(result.point.x).constraint_violation <= 1e-9

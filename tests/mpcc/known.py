@@ -33,16 +33,16 @@ def vanishing(problem: Mpcc, level: Level = "position", where: np.ndarray | None
         replace(one, vanishing=bool(flag), level=level)
         for one, flag in zip(block.complementarities, flags, strict=True)
     ]
-    return replace(problem, blocks=[replace(block, complementarities=conditions)])
+    return replace(problem, blocks=[replace(block, equations=replace(block.equations, complementarities=conditions))])
 
 
 def scaled(problem: Mpcc, f: float = 1.0, g: float = 1.0, G: float = 1.0, H: float = 1.0) -> Mpcc:
     """The same with cost, rows and both sides of every pair multiplied by factors; the rows' bounds stay."""
     (block,) = problem.blocks
     conditions = [replace(one, G=G * one.G, H=H * one.H) for one in block.complementarities]
-    return replace(
-        problem, blocks=[replace(block, cost=f * block.cost, rows=g * block.rows, complementarities=conditions)]
-    )
+    own = block.equations
+    equations = replace(own, cost=f * own.cost, rows=g * own.rows, complementarities=conditions)
+    return replace(problem, blocks=[replace(block, equations=equations)])
 
 
 def upper_rows(*rows: ca.SX) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import Complementarity, Label, Place
-from fesd_robot.mpcc import Block, Mpcc
+from fesd_robot.mpcc import Block, BlockEquations, Mpcc
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.blocks import UNRELAXED_SIGMA
 from fesd_robot.mpcc.relaxations import scholtes
@@ -22,37 +22,40 @@ def _coupled() -> Mpcc:
     """Three overlapping copies of a block with both levels and a vanishing constraint, and a block of another kind."""
     w, p = ca.SX.sym("w", 3), ca.SX.sym("p", 2)
     chain = Block(
-        name="chain",
+        BlockEquations(
+            name="chain",
+            variables=w,
+            parameters=p,
+            cost=p[0] * ca.sin(w[0]) * w[1] + w[2] ** 4,
+            rows=ca.vertcat(w[0] * w[1] * w[2] - p[1], ca.exp(w[0]) + w[2]),
+            lower=np.array([0.0, -1.0]),
+            upper=np.array([0.0, 2.0]),
+            constraints=[Label("product"), Label("exponential")],
+            complementarities=[
+                Complementarity(Label("plain"), w[0], w[1]),
+                Complementarity(Label("vanishing"), w[1] ** 2 - w[2], ca.cos(w[0]), vanishing=True, level="velocity"),
+                Complementarity(Label("other level"), w[0] * w[2], w[2] + p[1], level="velocity"),
+            ],
+        ),
         places=[Place(name=name) for name in "abc"],
-        variables=w,
-        parameters=p,
-        cost=p[0] * ca.sin(w[0]) * w[1] + w[2] ** 4,
-        rows=ca.vertcat(w[0] * w[1] * w[2] - p[1], ca.exp(w[0]) + w[2]),
-        # The second and third copies run through the variables backwards, and all share some.
         index=np.array([[0, 4, 6], [1, 2, 4], [2, 0, 1]]),
         values=np.array([[1.0, -2.0, 0.5], [0.1, 0.2, 0.3]]),
-        lower=np.array([0.0, -1.0]),
-        upper=np.array([0.0, 2.0]),
-        constraints=[Label("product"), Label("exponential")],
-        complementarities=[
-            Complementarity(Label("plain"), w[0], w[1]),
-            Complementarity(Label("vanishing"), w[1] ** 2 - w[2], ca.cos(w[0]), vanishing=True, level="velocity"),
-            Complementarity(Label("other level"), w[0] * w[2], w[2] + p[1], level="velocity"),
-        ],
     )
     v = ca.SX.sym("v", 2)
     end = Block(
-        name="end",
+        BlockEquations(
+            name="end",
+            variables=v,
+            parameters=ca.SX(0, 1),
+            cost=ca.sumsqr(v),
+            rows=ca.SX(0, 1),
+            lower=np.zeros(0),
+            upper=np.zeros(0),
+            constraints=[],
+        ),
         places=[Place()],
-        variables=v,
-        parameters=ca.SX(0, 1),
-        cost=ca.sumsqr(v),
-        rows=ca.SX(0, 1),
         index=np.array([[5], [0]]),
         values=np.zeros((0, 1)),
-        lower=np.zeros(0),
-        upper=np.zeros(0),
-        constraints=[],
     )
     free = np.full(SIZE, np.inf)
     return Mpcc(lower=-free, upper=free, start=np.zeros(SIZE), blocks=[chain, end])
@@ -71,7 +74,7 @@ def point(request: pytest.FixtureRequest) -> np.ndarray:
 def test_cost_and_rows_are_those_of_the_blocks(nlp: RelaxedNlp, point: np.ndarray) -> None:
     """f and g agree with the MPCC's own evaluation, each pair is relaxed by the sigma of its level, bounds fit."""
     problem = _coupled()
-    f, g = (np.asarray(value).ravel() for value in nlp.nlp(point, SIGMA))
+    f, g = (np.asarray(value).ravel() for value in nlp.program.nlp(point, nlp.parameters(SIGMA)))
     assert f.item() == pytest.approx(problem.residuals(point).objective, rel=1e-14)
     _, constraints, G, H = problem.blocks[0].evaluate(point)
     relaxed = G * H - SIGMA[[0, 1, 1]][:, None]
@@ -86,7 +89,8 @@ def test_cost_and_rows_are_those_of_the_blocks(nlp: RelaxedNlp, point: np.ndarra
 def test_derivatives_are_those_of_the_whole(nlp: RelaxedNlp, point: np.ndarray) -> None:
     """Gradient, Jacobian and the upper triangle of the Lagrangian's Hessian equal those of CasADi."""
     x, sigma = ca.MX.sym("x", SIZE), ca.MX.sym("sigma", 2)
-    f, g = nlp.nlp(x, sigma)
+    p = ca.vertcat(sigma, ca.DM(nlp.values))
+    f, g = nlp.program.nlp(x, p)
     multiplier = np.random.default_rng(1).normal(size=g.numel())
     weight = 0.7
     whole = ca.Function(
@@ -95,9 +99,10 @@ def test_derivatives_are_those_of_the_whole(nlp: RelaxedNlp, point: np.ndarray) 
         [ca.gradient(f, x), ca.jacobian(g, x), ca.hessian(weight * f + ca.dot(multiplier, g), x)[0]],
     )
     gradient, jacobian, hessian = (np.asarray(ca.DM(value).full()) for value in whole(point, SIGMA))
-    assert np.asarray(nlp.gradient(point, SIGMA)[1]) == pytest.approx(gradient, abs=1e-12)
-    assert np.asarray(nlp.jacobian(point, SIGMA)[1].full()) == pytest.approx(jacobian, abs=1e-12)
-    actual = np.asarray(nlp.hessian(point, SIGMA, weight, multiplier).full())
+    at = nlp.parameters(SIGMA)
+    assert np.asarray(nlp.program.gradient(point, at)[1]) == pytest.approx(gradient, abs=1e-12)
+    assert np.asarray(nlp.program.jacobian(point, at)[1].full()) == pytest.approx(jacobian, abs=1e-12)
+    actual = np.asarray(nlp.program.hessian(point, at, weight, multiplier).full())
     assert actual == pytest.approx(np.triu(hessian), abs=1e-12)
     assert np.abs(np.triu(hessian, 1)).max() > 0.1
 
@@ -107,9 +112,9 @@ def test_a_cost_of_zero_is_a_number(compiled: Compile) -> None:
     """Without a cost, f and its gradient are dense zeros, as IPOPT needs them."""
     w = ca.SX.sym("w", 2)
     nlp = assemble(Mpcc.from_expressions(w=w, f=ca.SX(1, 1), g=w[0] * w[1], start=np.ones(2)), scholtes, compiled)
-    f, slope = nlp.gradient(np.ones(2), SIGMA)
+    f, slope = nlp.program.gradient(np.ones(2), SIGMA)
     assert f.nonzeros() == [0.0] and slope.nonzeros() == [0.0, 0.0]
-    assert [value.nonzeros() for value in nlp.nlp(np.ones(2), SIGMA)] == [[0.0], [1.0]]
+    assert [value.nonzeros() for value in nlp.program.nlp(np.ones(2), SIGMA)] == [[0.0], [1.0]]
 
 
 NAMES = ["bound", "difference", "upper bound", "product"]
@@ -120,18 +125,20 @@ def _signed(lower: list[float], copies: list[list[int]], shift: float | None = N
     w, p = ca.SX.sym("w", 2), ca.SX.sym("p", 0 if shift is None else 1)
     left = ca.vertcat(w[0], w[0] - w[1], 1 - w[1], w[0] * w[1]) + ca.sum1(p)
     block = Block(
-        name="signed",
+        BlockEquations(
+            name="signed",
+            variables=w,
+            parameters=p,
+            cost=ca.SX(0),
+            rows=ca.SX(0, 1),
+            lower=np.zeros(0),
+            upper=np.zeros(0),
+            constraints=[],
+            complementarities=[Complementarity(Label(name), left[k], ca.SX(1)) for k, name in enumerate(NAMES)],
+        ),
         places=[Place(element=k) for k in range(len(copies))],
-        variables=w,
-        parameters=p,
-        cost=ca.SX(0),
-        rows=ca.SX(0, 1),
         index=np.array(copies).T,
         values=np.full((p.numel(), len(copies)), 0.0 if shift is None else shift),
-        lower=np.zeros(0),
-        upper=np.zeros(0),
-        constraints=[],
-        complementarities=[Complementarity(Label(name), left[k], ca.SX(1)) for k, name in enumerate(NAMES)],
     )
     n = len(lower)
     problem = Mpcc(lower=np.array(lower), upper=np.ones(n), start=np.zeros(n), blocks=[block])
@@ -156,7 +163,7 @@ def test_only_implied_signs_are_left_out(
     """A row G >= 0 goes only where the bounds of every copy imply it; nonlinear and parametric ones stay."""
     problem, nlp = _signed(lower, copies, shift)
     point = np.random.default_rng(3).uniform(-1, 1, len(lower))
-    rows = np.asarray(nlp.nlp(point, [0, 0])[1]).reshape(len(copies), -1)[:, len(NAMES) :]
+    rows = np.asarray(nlp.program.nlp(point, nlp.parameters([0, 0]))[1]).reshape(len(copies), -1)[:, len(NAMES) :]
     _, _, G, _ = problem.blocks[0].evaluate(point)
     expected = G[[NAMES.index(name) for name in remaining]].T
     assert rows.shape == expected.shape
@@ -170,7 +177,7 @@ def test_rows_and_bounds_together_say_every_sign(seed: int) -> None:
     problem, nlp = _signed(lower, [[0, 1], [0, 2]])
     seen = set()
     for point in np.random.default_rng(seed).uniform(lower, 1, (200, 3)):
-        rows = np.asarray(nlp.nlp(point, [10.0, 10.0])[1]).ravel()
+        rows = np.asarray(nlp.program.nlp(point, nlp.parameters([10.0, 10.0]))[1]).ravel()
         by_rows = bool((rows >= nlp.lower).all() and (rows <= nlp.upper).all())
         by_pairs = problem.residuals(point).constraint_violation == 0
         assert by_rows == by_pairs
@@ -182,14 +189,16 @@ def test_a_cost_may_be_another_while_pairs_are_relaxed(point: np.ndarray) -> Non
     """What is added depends on sigma of the velocity level and is gone below a small one, in value and gradient;
     residuals do not count it."""
     problem = _coupled()
-    chain = problem.blocks[0]
+    first, second = problem.blocks
+    chain = first.equations
     product = chain.variables[0] * chain.variables[1]
 
     def with_added(weight: float) -> Mpcc:
-        block = replace(chain, cost=chain.cost + weight * product)
-        return replace(problem, blocks=[block, problem.blocks[1]])
+        equations = replace(chain, cost=chain.cost + weight * product)
+        return replace(problem, blocks=[replace(first, equations=equations), second])
 
-    other = replace(problem, blocks=[replace(chain, while_relaxed=product * chain.sigma**2), problem.blocks[1]])
+    relaxed = replace(first, equations=replace(chain, while_relaxed=product * chain.sigma**2))
+    other = replace(problem, blocks=[relaxed, second])
     nlp = assemble(other, scholtes)
     for sigma, weight in (
         (20.0, 400.0),
@@ -197,10 +206,10 @@ def test_a_cost_may_be_another_while_pairs_are_relaxed(point: np.ndarray) -> Non
         (UNRELAXED_SIGMA, 0.0),
         (0.0, 0.0),
     ):
-        at, expected = np.array([0.3, sigma]), assemble(with_added(weight), scholtes)
+        at, expected = nlp.parameters([0.3, sigma]), assemble(with_added(weight), scholtes)
         for part in ("nlp", "gradient"):
             value, known = (
-                np.asarray(getattr(one, part)(point, at)[part == "gradient"]).ravel() for one in (nlp, expected)
+                np.asarray(getattr(one.program, part)(point, at)[part == "gradient"]).ravel() for one in (nlp, expected)
             )
             assert value == pytest.approx(known, rel=1e-12, abs=1e-12)
     assert other.residuals(point).objective == problem.residuals(point).objective

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import linprog
 
 from fesd_robot.complementarity import ActiveFactor, Place
-from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
+from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.b_stationarity import BCertificate, b_stationary
 from fesd_robot.mpcc.derivatives import active_set, linearise
 from fesd_robot.mpcc.lpcc import Lpcc, lpcc_at
@@ -243,11 +243,9 @@ def test_a_large_problem_is_decided_within_its_time_limit(odd: int | None) -> No
     if odd is not None:
         slope[0, odd] = -1.0
     p = ca.SX.sym("p")
-    block = replace(
-        SCHOLTES4.blocks[0],
+    block = Block(
+        replace(SCHOLTES4.blocks[0].equations, parameters=p, cost=p * X + Y - Z),
         places=[Place(name=f"copy {k}") for k in range(copies)],
-        parameters=p,
-        cost=p * X + Y - Z,
         index=np.arange(3 * copies).reshape(copies, 3).T,
         values=slope,
     )

@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import DimensionError, ModelError
-from fesd_robot.mpcc import Block, Mpcc
+from fesd_robot.mpcc import Block, BlockEquations, Mpcc
 
 W = ca.SX.sym("w", 3)
 TWO = [Label("first"), Label("second")]
@@ -71,23 +71,24 @@ def test_a_point_that_is_no_number_is_not_feasible(entry: int) -> None:
 def _block(**changes: Any) -> Block:
     """Two copies of p w0² + w1, w0 - w1 in [0, 1], w0 ⊥ w1 - p, on the variables (0, 1) and (2, 1)."""
     w, p = ca.SX.sym("w", 2), ca.SX.sym("p")
-    return replace(
-        Block(
-            name="piece",
-            places=[Place(name="left"), Place(name="right")],
-            variables=w,
-            parameters=p,
-            cost=p * w[0] ** 2 + w[1],
-            rows=w[0] - w[1],
-            index=np.array([[0, 2], [1, 1]]),
-            values=np.array([[1.0, 2.0]]),
-            lower=np.zeros(1),
-            upper=np.ones(1),
-            constraints=[Label("difference")],
-            complementarities=[Complementarity(Label("pair"), w[0], w[1] - p)],
-        ),
-        **changes,
+    of_copies = {
+        "places": [Place(name="left"), Place(name="right")],
+        "index": np.array([[0, 2], [1, 1]]),
+        "values": np.array([[1.0, 2.0]]),
+    }
+    equations = BlockEquations(
+        name="piece",
+        variables=w,
+        parameters=p,
+        cost=p * w[0] ** 2 + w[1],
+        rows=w[0] - w[1],
+        lower=np.zeros(1),
+        upper=np.ones(1),
+        constraints=[Label("difference")],
+        complementarities=[Complementarity(Label("pair"), w[0], w[1] - p)],
     )
+    own = {key: change for key, change in changes.items() if key not in of_copies}
+    return Block(replace(equations, **own), **{key: changes.get(key, value) for key, value in of_copies.items()})  # type: ignore[arg-type]
 
 
 def _mpcc(*blocks: Block) -> Mpcc:
@@ -113,7 +114,8 @@ def test_copies_read_their_own_variables() -> None:
 def test_a_vanishing_constraint_lets_g_be_negative() -> None:
     """With G of any sign only H >= 0 and G H <= 0 are asked for."""
     block = _block(lower=-np.full(1, np.inf))
-    block = replace(block, complementarities=[replace(one, vanishing=True) for one in block.complementarities])
+    conditions = [replace(one, vanishing=True) for one in block.complementarities]
+    block = replace(block, equations=replace(block.equations, complementarities=conditions))
     assert (block.vanishing.tolist(), block.velocity_level.tolist(), block.pairs) == ([True], [False], 1)
     problem = _mpcc(block)
     residuals = problem.residuals(np.array([-7.0, 3.0, -7.0]))
@@ -171,4 +173,4 @@ def test_a_block_has_no_third_factor() -> None:
     (block,) = _problem().blocks
     third = Complementarity(Label("impact"), W[0], W[1], vanishing=True, complement=W[2])
     with pytest.raises(ModelError, match="'impact' has a complement, expected it as a factor of G"):
-        replace(block, complementarities=[third])
+        replace(block.equations, complementarities=[third])

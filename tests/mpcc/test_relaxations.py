@@ -116,7 +116,7 @@ def test_rows_of_the_nlp(relaxation: Relaxation) -> None:
     nlp = assemble(mpcc(X + Y, X, Y, [0, 0]), relaxation)
     point = np.array([0.3, 0.7])
     expected = _rows(relaxation.name, *point[:, None])[0]
-    rows = np.asarray(nlp.nlp(point, [SIGMA, 1.0])[1]).ravel()
+    rows = np.asarray(nlp.program.nlp(point, [SIGMA, 1.0])[1]).ravel()
     signs = 2 if relaxation.signs else 0
     assert rows == pytest.approx([*expected, *point[:signs]])
     assert nlp.upper.tolist() == [0.0] * len(expected) + [np.inf] * signs

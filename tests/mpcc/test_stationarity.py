@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import DimensionError, SolverError
-from fesd_robot.mpcc import Block, Mpcc, linear_program, multipliers
+from fesd_robot.mpcc import Block, BlockEquations, Mpcc, linear_program, multipliers
 from fesd_robot.mpcc import stationarity as stationarity_module
 from fesd_robot.mpcc.derivatives import linearise
 from fesd_robot.mpcc.stationarity import stationarity
@@ -114,7 +114,8 @@ def test_stating_a_pair_twice_cannot_strengthen_the_demand(name: str) -> None:
     (block,) = problem.blocks
     conditions = [*block.complementarities, *block.complementarities]
     conditions += [replace(one, G=2 * one.G) for one in block.complementarities]
-    twice = replace(problem, blocks=[replace(block, complementarities=conditions)])
+    equations = replace(block.equations, complementarities=conditions)
+    twice = replace(problem, blocks=[replace(block, equations=equations)])
     weaker = stationarity(twice, np.array(point, dtype=float)).kind
     if kind in ("S", "none"):
         assert weaker == kind
@@ -176,18 +177,20 @@ def test_derivatives_of_copies() -> None:
     left, right = places = Place(interval=0), Place(interval=1)
     first, second, pair = Label("a"), Label("b"), Label("c")
     block = Block(
-        name="f",
+        BlockEquations(
+            name="f",
+            variables=w,
+            parameters=p,
+            cost=p * w[0] ** 2 * w[1],
+            rows=ca.sin(w),
+            lower=np.zeros(2),
+            upper=np.zeros(2),
+            constraints=[first, second],
+            complementarities=[Complementarity(pair, w[0] * w[1] + p, w[1] ** 3)],
+        ),
         places=places,
-        variables=w,
-        parameters=p,
-        cost=p * w[0] ** 2 * w[1],
-        rows=ca.sin(w),
         index=np.array([[0, 1], [1, 2]]),
         values=np.array([[2.0, 3.0]]),
-        lower=np.zeros(2),
-        upper=np.zeros(2),
-        constraints=[first, second],
-        complementarities=[Complementarity(pair, w[0] * w[1] + p, w[1] ** 3)],
     )
     problem = Mpcc(lower=-np.ones(3), upper=np.ones(3), start=np.zeros(3), blocks=[block])
     point, step = np.array([0.3, -0.5, 0.7]), 1e-6

@@ -11,7 +11,7 @@ import pytest
 
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import OptionError
-from fesd_robot.mpcc import Block, HomotopyOptions, Mpcc, Run, solve
+from fesd_robot.mpcc import Block, BlockEquations, HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.relaxations import RELAXATIONS
 from fesd_robot.mpcc.steering import Steering
@@ -26,34 +26,38 @@ def _chain() -> Mpcc:
     """Two copies, on variables (0, 1) and (2, 1), with a pair of each level, and a block without pairs."""
     w, v, none = ca.SX.sym("w", 2), ca.SX.sym("v", 1), ca.SX(0, 1)
     pairs = Block(
-        name="pairs",
+        BlockEquations(
+            name="pairs",
+            variables=w,
+            parameters=none,
+            cost=ca.sin(w[0]) * w[1],
+            rows=w[0] - w[1],
+            lower=np.zeros(1),
+            upper=np.zeros(1),
+            constraints=[Label("difference")],
+            complementarities=[
+                Complementarity(Label("first"), w[0], w[1] ** 2),
+                Complementarity(Label("second"), ca.exp(w[0]), w[1] + 3, level="velocity"),
+            ],
+        ),
         places=[Place(name="left"), Place(name="right")],
-        variables=w,
-        parameters=none,
-        cost=ca.sin(w[0]) * w[1],
-        rows=w[0] - w[1],
         index=np.array([[0, 2], [1, 1]]),
         values=np.zeros((0, 2)),
-        lower=np.zeros(1),
-        upper=np.zeros(1),
-        constraints=[Label("difference")],
-        complementarities=[
-            Complementarity(Label("first"), w[0], w[1] ** 2),
-            Complementarity(Label("second"), ca.exp(w[0]), w[1] + 3, level="velocity"),
-        ],
     )
     end = Block(
-        name="end",
+        BlockEquations(
+            name="end",
+            variables=v,
+            parameters=none,
+            cost=v**4,
+            rows=none,
+            lower=np.zeros(0),
+            upper=np.zeros(0),
+            constraints=[],
+        ),
         places=[Place()],
-        variables=v,
-        parameters=none,
-        cost=v**4,
-        rows=none,
         index=np.array([[1]]),
         values=np.zeros((0, 1)),
-        lower=np.zeros(0),
-        upper=np.zeros(0),
-        constraints=[],
     )
     free = np.full(3, np.inf)
     return Mpcc(lower=-free, upper=free, start=np.zeros(3), blocks=[pairs, end])
@@ -72,7 +76,7 @@ def test_cost_and_rows(relaxation: str, steering: Steering) -> None:
     """The cost has rho s; each pair's rows have its own slack, or the common one times the ratio of its level."""
     nlp, point = _nlp(relaxation, steering)
     w, slack, power = point[:3], point[3:], RELAXATIONS[relaxation].power
-    f, g = (np.asarray(value).ravel() for value in nlp.nlp(point, SIGMA))
+    f, g = (np.asarray(value).ravel() for value in nlp.program.nlp(point, SIGMA))
     ratio = (SIGMA[1] / SIGMA[0]) ** (1 / power)
     if steering == "l1":
         parameters, price = slack.reshape(2, 2).T, slack @ (1 / SIGMA[[0, 1, 0, 1]])
@@ -92,15 +96,15 @@ def test_derivatives(relaxation: str, steering: Steering) -> None:
     """Gradient, Jacobian and Hessian in the variables and the slacks are those of CasADi."""
     nlp, point = _nlp(relaxation, steering)
     x, sigma = ca.MX.sym("x", len(point)), ca.MX.sym("sigma", 2)
-    f, g = nlp.nlp(x, sigma)
+    f, g = nlp.program.nlp(x, sigma)
     multiplier = np.random.default_rng(1).normal(size=g.numel())
     lagrangian = 0.7 * f + ca.dot(multiplier, g)
     outputs = [ca.gradient(f, x), ca.jacobian(g, x), ca.hessian(lagrangian, x)[0]]
     whole = ca.Function("whole", [x, sigma], outputs)
     gradient, jacobian, hessian = (np.asarray(ca.DM(value).full()) for value in whole(point, SIGMA))
-    assert np.asarray(nlp.gradient(point, SIGMA)[1]) == pytest.approx(gradient, abs=1e-12)
-    assert np.asarray(nlp.jacobian(point, SIGMA)[1].full()) == pytest.approx(jacobian, abs=1e-12)
-    upper = np.asarray(nlp.hessian(point, SIGMA, 0.7, multiplier).full())
+    assert np.asarray(nlp.program.gradient(point, SIGMA)[1]) == pytest.approx(gradient, abs=1e-12)
+    assert np.asarray(nlp.program.jacobian(point, SIGMA)[1].full()) == pytest.approx(jacobian, abs=1e-12)
+    upper = np.asarray(nlp.program.hessian(point, SIGMA, 0.7, multiplier).full())
     assert upper == pytest.approx(np.triu(hessian), abs=1e-12)
 
 

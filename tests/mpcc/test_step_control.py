@@ -175,7 +175,7 @@ def test_a_cost_that_is_exploited_gives_way(gain: float) -> None:
     distance = 1 + (X - 1) ** 2 + Y**2
     problem = mpcc(distance - gain * X * Y, X, Y, [0.5, 0.5])
     (block,) = problem.blocks
-    problem = replace(problem, blocks=[replace(block, if_exploited=gain * X * Y)])
+    problem = replace(problem, blocks=[replace(block, equations=replace(block.equations, if_exploited=gain * X * Y))])
     end = solve(problem, Run(OPTIONS), polisher=PairPolisher(problem))
     exploited = end.reports[0].residuals.objective < 0
     assert exploited is (gain > 1)
@@ -189,7 +189,9 @@ def test_a_lost_nlp_with_a_cost_that_is_exploited_gives_way(monkeypatch: pytest.
     problem = mpcc(1 + (X - 1) ** 2 + Y**2 - 1.5 * X * Y, X, Y, [0.5, 0.5], g=X + Y - 1)
     (block,) = problem.blocks
     if has_other:
-        problem = replace(problem, blocks=[replace(block, if_exploited=1.5 * X * Y)])
+        problem = replace(
+            problem, blocks=[replace(block, equations=replace(block.equations, if_exploited=1.5 * X * Y))]
+        )
     solver = Solver(smallest=0.2)
     solution = _solved(monkeypatch, solver, problem)
     costs = [report.residuals.objective for report in solution.reports]

@@ -13,6 +13,7 @@ import pytest
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.native import CompilationError, kkt_library, linear_solver
+from fesd_robot.native.compiler import begin
 from fesd_robot.native.linear_solver import KktSystem, self_test
 
 LIBRARY = kkt_library()
@@ -231,9 +232,8 @@ def test_building_begins_beside_other_work(fails: bool, monkeypatch: pytest.Monk
         if fails:
             raise CompilationError("no compiler")
 
-    monkeypatch.setattr(linear_solver, "build_library", build)
     monkeypatch.setattr(threading, "excepthook", unhandled.append)
-    linear_solver.begin_building()
+    begin(build)
     assert begun.wait(10)
     threads[0].join(10)
     assert threads[0] is not threading.current_thread() and not unhandled

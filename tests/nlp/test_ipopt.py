@@ -40,7 +40,7 @@ def test_bounds_of_iterates_are_those_of_weak_duality() -> None:
         seen.append(at)
         return False
 
-    solver = prepared(nlp, NlpSettings(FREE, tolerance=1e-10))
+    solver = prepared(nlp.program, NlpSettings(FREE, tolerance=1e-10))
     solver.solve(numbers(nlp), NlpPoint.without_multipliers(START, 1), hopeless=watched)
     assert [one.iteration for one in seen] == list(range(1, len(seen) + 1))
     assert seen[-1].bound == pytest.approx(SOLUTION, abs=1e-7) and seen[-1].violation < 1e-9
@@ -51,17 +51,17 @@ def test_an_nlp_that_is_given_up_ends_like_one_without_iterations() -> None:
     """It ends in the iteration in which it is given up."""
     nlp = assemble(PROBLEM, relaxation_named("scholtes"), "never")
     start = NlpPoint.without_multipliers(START, 1)
-    found = prepared(nlp, NlpSettings(FREE)).solve(numbers(nlp), start, hopeless=lambda at: at.iteration == 3)
+    found = prepared(nlp.program, NlpSettings(FREE)).solve(numbers(nlp), start, hopeless=lambda at: at.iteration == 3)
     assert found.status is NlpStatus.ITERATION_LIMIT and found.iterations == 2
 
 
 def test_a_solver_is_made_once_for_all_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """With another bound the same solver leads to that bound's solution, (x, 1 - x), and nothing is made for it."""
     nlp = assemble(PROBLEM, relaxation_named("scholtes"), "never")
-    solver, start = prepared(nlp, NlpSettings(FREE, tolerance=1e-10)), NlpPoint.without_multipliers(START, 1)
+    solver, start = prepared(nlp.program, NlpSettings(FREE, tolerance=1e-10)), NlpPoint.without_multipliers(START, 1)
     monkeypatch.setattr(ca, "nlpsol", lambda *_: pytest.fail("another solver is made"))
     for least in (1.25, 1.5, 1.25):
-        again = prepared(nlp, NlpSettings(FREE, tolerance=1e-10))
+        again = prepared(nlp.program, NlpSettings(FREE, tolerance=1e-10))
         assert again is solver
         found = again.solve(numbers(nlp, np.array([least, -np.inf])), start)
         assert found.converged and found.point.x == pytest.approx([least, 1 - least], abs=1e-7)
@@ -70,8 +70,10 @@ def test_a_solver_is_made_once_for_all_numbers(monkeypatch: pytest.MonkeyPatch) 
 def test_a_solve_at_its_solution_ends_at_once() -> None:
     """With the multipliers of the solution no more than two iterations are left."""
     nlp = assemble(PROBLEM, relaxation_named("scholtes"), "never")
-    found = prepared(nlp, NlpSettings(FREE, tolerance=1e-9)).solve(numbers(nlp), NlpPoint.without_multipliers(START, 1))
-    again = prepared(nlp, NlpSettings(Start(1e-9, 1e-9, multipliers=True), tolerance=1e-8)).solve(
+    found = prepared(nlp.program, NlpSettings(FREE, tolerance=1e-9)).solve(
+        numbers(nlp), NlpPoint.without_multipliers(START, 1)
+    )
+    again = prepared(nlp.program, NlpSettings(Start(1e-9, 1e-9, multipliers=True), tolerance=1e-8)).solve(
         numbers(nlp), found.point
     )
     assert again.converged and again.iterations <= 2

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fesd_robot.mpcc import Mpcc
-from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
+from fesd_robot.mpcc.assembly import Compile, assemble
 from fesd_robot.mpcc.relaxations import relaxation_named
-from fesd_robot.nlp import FREE, NlpNumbers, NlpPoint, NlpSettings, ReducedNlp, prepared
+from fesd_robot.nlp import FREE, Nlp, NlpNumbers, NlpPoint, NlpSettings, ReducedNlp, prepared
 
 SIZE = 6
 W = ca.SX.sym("w", SIZE)
@@ -30,15 +30,15 @@ NUMBERS = NlpNumbers(LOWER, UPPER, G_LOWER, G_UPPER, np.zeros(2))
 
 
 @pytest.fixture(scope="module", params=["never", "always"])
-def whole(request: pytest.FixtureRequest) -> RelaxedNlp:
+def whole(request: pytest.FixtureRequest) -> Nlp:
     """All of an NLP with two fixed variables and two free rows, interpreted and compiled."""
     compiled: Compile = request.param
-    nlp = assemble(PROBLEM, relaxation_named("scholtes"), compiled)
+    nlp = assemble(PROBLEM, relaxation_named("scholtes"), compiled).program
     assert nlp.rows == len(G_LOWER)
     return nlp
 
 
-def test_functions_are_those_of_what_is_left(whole: RelaxedNlp) -> None:
+def test_functions_are_those_of_what_is_left(whole: Nlp) -> None:
     """Values and derivatives of the reduced NLP are the entries of the whole's with fixed variables at their bounds."""
     reduced = ReducedNlp.of(whole, NUMBERS)
     own, q = reduced.numbers(NUMBERS), reduced.numbers(NUMBERS).p
@@ -66,7 +66,7 @@ def test_functions_are_those_of_what_is_left(whole: RelaxedNlp) -> None:
     assert own.g_lower.tolist() == G_LOWER[rows].tolist() and own.g_upper.tolist() == G_UPPER[rows].tolist()
 
 
-def test_the_solution_is_that_of_the_whole(whole: RelaxedNlp) -> None:
+def test_the_solution_is_that_of_the_whole(whole: Nlp) -> None:
     """Variables and the multipliers of bounded rows agree; multipliers of what was left out are zero."""
     start = NlpPoint.without_multipliers(np.where(FIXED, 0.7, 0.5), len(G_LOWER))
     settings, reduced = NlpSettings(FREE, tolerance=1e-10), ReducedNlp.of(whole, NUMBERS)
@@ -78,7 +78,7 @@ def test_the_solution_is_that_of_the_whole(whole: RelaxedNlp) -> None:
     assert not found.lam_g[~reduced.bounded].any() and not found.lam_x[FIXED].any()
 
 
-def test_where_nothing_is_left_out_it_is_the_same(whole: RelaxedNlp) -> None:
+def test_where_nothing_is_left_out_it_is_the_same(whole: Nlp) -> None:
     """Without fixed variables and free rows the functions are those of the whole, and so are points."""
     unbounded = np.full(SIZE, np.inf)
     reduced = ReducedNlp.of(whole, NlpNumbers(-unbounded, unbounded, np.full(len(G_LOWER), -1.0), G_UPPER, np.zeros(2)))
@@ -88,7 +88,7 @@ def test_where_nothing_is_left_out_it_is_the_same(whole: RelaxedNlp) -> None:
     assert all(np.array_equal(getattr(back, name), getattr(point, name)) for name in ("x", "lam_x", "lam_g"))
 
 
-def test_other_values_of_fixed_variables_make_nothing_new(whole: RelaxedNlp) -> None:
+def test_other_values_of_fixed_variables_make_nothing_new(whole: Nlp) -> None:
     """Where the same variables are fixed elsewhere the reduced NLP is the same, and its solution that of the whole."""
     moved = NlpNumbers(LOWER - 0.1 * FIXED, UPPER - 0.1 * FIXED, G_LOWER, G_UPPER, np.zeros(2))
     settings, reduced = NlpSettings(FREE, tolerance=1e-10), ReducedNlp.of(whole, moved)

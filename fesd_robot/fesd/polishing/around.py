@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch, Label
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
-from fesd_robot.mpcc import Block, Mpcc
+from fesd_robot.mpcc import Block, BlockEquations, Mpcc
 
 
 def problem_around(branch_transcription: BranchTranscription, branch: Branch, held: Collection[int] = ()) -> Mpcc:
@@ -72,9 +72,8 @@ def _zero_block(
     where: Sequence[np.ndarray],
 ) -> Block:
     """Return a row that is zero, in elements whose variables are at the indices `where`."""
-    return Block(
+    equations = BlockEquations(
         name=name.replace(" ", "_"),
-        places=[branch_transcription.transcription.indices.place(e) for e in elements],
         variables=variables,
         parameters=ca.SX(0, 1),
         cost=ca.SX(0),
@@ -82,6 +81,10 @@ def _zero_block(
         lower=np.zeros(1),
         upper=np.zeros(1),
         constraints=[Label(name)],
+    )
+    return Block(
+        equations=equations,
+        places=[branch_transcription.transcription.indices.place(e) for e in elements],
         index=np.array(where, dtype=int).reshape(len(elements), variables.numel()).T,
         values=np.zeros((0, len(elements))),
     )

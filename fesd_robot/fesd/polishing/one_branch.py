@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd.apart import ELEMENT
+from fesd_robot.fesd.interval import REMEMBERED
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
-from fesd_robot.mpcc import Block, BranchBounds, Mpcc
+from fesd_robot.mpcc import Block, BlockEquations, BranchBounds, Mpcc
 
 
 @dataclass(frozen=True)
@@ -90,13 +91,20 @@ def _alike(held: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 def _part(block: Block, rows: np.ndarray, copies: np.ndarray) -> Block:
     """Return some copies of a block with some of its rows."""
-    return replace(
-        block,
+    return Block(
+        equations=_with_rows(block.equations, tuple(rows.tolist())),
         places=[block.places[copy] for copy in copies],
-        rows=block.rows[rows.tolist()],
-        lower=block.lower[rows],
-        upper=block.upper[rows],
-        constraints=[block.constraints[row] for row in rows],
         index=block.index[:, copies],
         values=block.values[:, copies],
+    )
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _with_rows(equations: BlockEquations, rows: tuple[int, ...]) -> BlockEquations:
+    return replace(
+        equations,
+        rows=equations.rows[list(rows)],
+        lower=equations.lower[list(rows)],
+        upper=equations.upper[list(rows)],
+        constraints=[equations.constraints[row] for row in rows],
     )

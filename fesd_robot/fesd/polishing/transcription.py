@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
+from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.element import read_elements
+from fesd_robot.fesd.interval import REMEMBERED
 from fesd_robot.fesd.layout import layout_of
+from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.polishing.bounds import BoundsBuilder
 from fesd_robot.fesd.polishing.conditions import ElementConditions, conditions_of
 from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, SHRUNK, drop_elements, out_of_elements, read_branch
 from fesd_robot.fesd.polishing.rows import ElementRows
 from fesd_robot.fesd.transcription import Transcription
-from fesd_robot.mpcc import Block, BranchBounds, Mpcc
+from fesd_robot.mpcc import BlockEquations, BranchBounds, Mpcc
 
 
 @dataclass(frozen=True)
@@ -42,25 +45,24 @@ class BranchTranscription:
     @cached_property
     def problem(self) -> Mpcc:
         """The problem without pairs, and with a row for every quantity that needs one at every point."""
-        full, kinds, apart = self.transcription.problem, len(self.transcription.intervals), self.transcription.apart
-        first, intervals = full.blocks[0], full.blocks[1 : 1 + kinds]
-        elements, others = full.blocks[1 + kinds :][:apart], full.blocks[1 + kinds + apart :]
+        full, own = self.transcription.problem, self.transcription
+        counts = [0, *own.intervals, *([ALONE] if own.apart else [])]
+        kinds = dict(enumerate(counts))
         blocks = [
-            _without_pairs(first, self._initial_rows(first)),
-            *(
-                _without_pairs(block, self._interval_rows(block, count))
-                for block, count in zip(intervals, self.transcription.intervals, strict=True)
-            ),
-            *(_without_pairs(block, self._element_rows(block, 1)[0]) for block in elements),
-            *(_unrelaxed(block) for block in others),
+            replace(block, equations=self._equations(block.equations, kinds.get(i)))
+            for i, block in enumerate(full.blocks)
         ]
         return replace(full, blocks=blocks)
+
+    def _equations(self, equations: BlockEquations, elements: int | None) -> BlockEquations:
+        """Return the equations of a block without pairs, see `_branch_equations`."""
+        system, options = self.transcription.ocp.system, replace(self.transcription.options, elements=1)
+        return _branch_equations(equations, system, options, elements, self.transcription.apart)
 
     @cached_property
     def row_patterns(self) -> list[np.ndarray]:
         """Which rows of every block of `problem` contain which of its variables, (n_g, n_w) of bool each."""
-        sparsities = [ca.jacobian_sparsity(block.rows, block.variables) for block in self.problem.blocks]
-        return [np.asarray(ca.DM(sparsity, 1).full()) > 0 for sparsity in sparsities]
+        return [block.equations.row_pattern for block in self.problem.blocks]
 
     def candidate_branches(self, w: np.ndarray) -> Iterator[Branch]:
         """Return the branches on which a point may lie, the likelier one first."""
@@ -146,41 +148,61 @@ class BranchTranscription:
     @cached_property
     def element_rows(self) -> ElementRows:
         """The rows of quantities that an element of `problem` has."""
-        layout = next(iter(self.transcription.layouts.values()))
-        return ElementRows(self.conditions, self.transcription.options.tableau, layout.stages + layout.own_end)
-
-    def _initial_rows(self, block: Block) -> ca.SX:
-        system = self.transcription.ocp.system
-        n_x, n_z = system.state.numel(), system.algebraic.numel()
-        return self.conditions.rows(block.variables[:n_x], block.variables[n_x : n_x + n_z])
-
-    def _interval_rows(self, block: Block, elements: int) -> ca.SX:
-        own = [] if self.transcription.apart else self._element_rows(block, elements)
-        left = block.variables.numel() - self.transcription.layouts[elements].size
-        steps = [block.variables[left + self.transcription.layouts[elements].step(n)] for n in range(elements)]
-        return ca.vertcat(ca.SX(0, 1), *own, *(after - before for before, after in pairwise(steps)))
-
-    def _element_rows(self, block: Block, elements: int) -> list[ca.SX]:
-        """Return the rows of every element whose variables are those of a block."""
-        system, options, w = self.transcription.ocp.system, self.transcription.options, block.variables
-        left = system.state.numel() + system.algebraic.numel()
-        parts = read_elements(layout_of(system, options, elements), options.tableau, w[:left], w[left:])
-        return [self.element_rows.expressions(part) for part in parts]
+        return _element_rows(self.transcription.ocp.system, replace(self.transcription.options, elements=1))
 
 
-def _without_pairs(block: Block, rows: ca.SX) -> Block:
-    """Return the block without its pairs, and with further rows that no branch holds yet."""
-    free = np.full(rows.numel(), np.inf)
+ALONE = -1
+"""Stands for the number of elements of a block that is one element by itself."""
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _branch_equations(
+    equations: BlockEquations,
+    system: ComplementaritySystem,
+    options: FesdOptions,
+    elements: int | None,
+    apart: bool,
+) -> BlockEquations:
+    """Return equations without pairs, with further rows that no branch holds yet; they are made once.
+
+    What is added to a cost while pairs are relaxed is left out, for here none ever is.
+
+    Args:
+        equations: of a block with pairs.
+        system: of the problem.
+        options: of the discretisation.
+        elements: of the block's interval; 0 for the start, `ALONE` for a block that is one element, None for one
+            without.
+        apart: whether elements have blocks of their own.
+    """
+    if elements is None:
+        if equations.while_relaxed.is_zero() and equations.if_exploited.is_zero():
+            return equations
+        return replace(equations, while_relaxed=ca.SX(0), if_exploited=ca.SX(0))
+    rows, w, left = list[ca.SX](), equations.variables, system.state.numel() + system.algebraic.numel()
+    if elements == 0:
+        rows.append(conditions_of(system).rows(w[: system.state.numel()], w[system.state.numel() : left]))
+    if elements == ALONE or (elements and not apart):
+        layout = layout_of(system, options, abs(elements))
+        parts = read_elements(layout, options.tableau, w[:left], w[left:])
+        rows += [_element_rows(system, options).expressions(part) for part in parts]
+    if elements > 0:
+        steps = [w[left + layout_of(system, options, elements).step(n)] for n in range(elements)]
+        rows += [after - before for before, after in pairwise(steps)]
+    added = ca.vertcat(ca.SX(0, 1), *rows)
+    free = np.full(added.numel(), np.inf)
     return replace(
-        _unrelaxed(block),
-        rows=ca.vertcat(block.rows, rows),
-        lower=np.append(block.lower, -free),
-        upper=np.append(block.upper, free),
-        constraints=[*block.constraints, *[Label("active factor", str(i)) for i in range(rows.numel())]],
+        equations,
+        rows=ca.vertcat(equations.rows, added),
+        lower=np.append(equations.lower, -free),
+        upper=np.append(equations.upper, free),
+        constraints=[*equations.constraints, *[Label("active factor", str(i)) for i in range(added.numel())]],
         complementarities=(),
+        while_relaxed=ca.SX(0),
+        if_exploited=ca.SX(0),
     )
 
 
-def _unrelaxed(block: Block) -> Block:
-    """Return the block without what is added to its cost while pairs are relaxed: here none ever is."""
-    return replace(block, while_relaxed=ca.SX(0), if_exploited=ca.SX(0))
+def _element_rows(system: ComplementaritySystem, options: FesdOptions) -> ElementRows:
+    layout = layout_of(system, options, 1)
+    return ElementRows(conditions_of(system), options.tableau, layout.stages + layout.own_end)

@@ -23,9 +23,8 @@ typedef struct {
 enum { COST, ROWS, GRADIENT, JACOBIAN, HESSIAN, KINDS };
 
 typedef struct {
-    int copies, variables, parameters, rows, first_row;
-    const double *parameter; /* copies x parameters */
-    places index;            /* local variables among x */
+    int copies, variables, parameters, first_parameter, rows, first_row;
+    places index; /* local variables among x */
     stage *function[KINDS];
     int size[KINDS];
     places at[KINDS];                      /* outputs among the entries of the result; none for the cost */
@@ -37,9 +36,9 @@ static int work_size;          /* lanes for in, out and work of any function */
 static const int *slack_level; /* the sigma of each slack variable */
 static block *blocks;
 static int *integers;
-static double *reals;
 static casadi_int *jacobian_sparsity, *hessian_sparsity, of_x[] = {0, 1, 1}, of_g[] = {0, 1, 1};
-static const casadi_int scalar[] = {1, 1, 1}, of_p[] = {2, 1, 1};
+static casadi_int of_p[] = {0, 1, 1};
+static const casadi_int scalar[] = {1, 1, 1};
 
 static const int *read_places(const int *next, int copies, places *p)
 {
@@ -52,18 +51,16 @@ static const int *read_places(const int *next, int copies, places *p)
 }
 
 /* Keep the tables of the NLP, in the order in which nlp_compiler.py writes them; 1 if there is no room. */
-int nlp_tables(const int *given, size_t count, const double *parameters, size_t parameter_count, void *const *functions)
+int nlp_tables(const int *given, size_t count, void *const *functions)
 {
     const int *next;
-    const double *parameter;
     integers = malloc(count * sizeof(int));
-    reals = malloc((parameter_count + 1) * sizeof(double));
-    if (!integers || !reals)
+    if (!integers)
         return 1;
     next = memcpy(integers, given, count * sizeof(int));
-    parameter = memcpy(reals, parameters, parameter_count * sizeof(double));
     block_count = *next++;
     variables = *next++;
+    of_p[0] = *next++;
     rows_in_all = *next++;
     work_size = *next++;
     for (int kind = JACOBIAN; kind <= HESSIAN; ++kind) {
@@ -84,10 +81,9 @@ int nlp_tables(const int *given, size_t count, const double *parameters, size_t 
         b->copies = *next++;
         b->variables = *next++;
         b->parameters = *next++;
+        b->first_parameter = *next++;
         b->rows = *next++;
         b->first_row = *next++;
-        b->parameter = parameter;
-        parameter += b->copies * b->parameters;
         next = read_places(next, b->copies, &b->index);
         for (int kind = 0; kind < KINDS; ++kind) {
             b->size[kind] = *next++;
@@ -110,7 +106,6 @@ int nlp_tables(const int *given, size_t count, const double *parameters, size_t 
 __attribute__((destructor)) static void forget(void)
 {
     free(integers);
-    free(reals);
     free(blocks);
     free(jacobian_sparsity);
     free(hessian_sparsity);
@@ -132,7 +127,7 @@ static void gather(const block *b, int kind, int copy, int valid, const double *
         double *to = in + lane;
         for (int i = 0; i < b->variables; ++i, to += LANES)
             *to = arg[0] ? arg[0][place[i] + shift] : 0.0;
-        to = copied(b->parameter + k * b->parameters, b->parameters, to);
+        to = copied(arg[1] ? arg[1] + b->first_parameter + k * b->parameters : 0, b->parameters, to);
         to = copied(arg[1], 2, to);
         if (kind == HESSIAN) {
             to = copied(arg[2], 1, to);
