@@ -12,6 +12,7 @@ __all__ = [
     "Actuation",
     "DeterminacyConstraint",
     "MotionProblem",
+    "Setup",
     "StateLimits",
     "TimeGrid",
     "assembled_plan",
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from fesd_robot.ocp.actuation import Actuation, build_actuation
     from fesd_robot.ocp.assembled import assembled_plan, model_motion_of, with_full_model, with_gaps
     from fesd_robot.ocp.determinacy import DeterminacyConstraint
-    from fesd_robot.ocp.formulation import AUTOMATIC_AUXILIARY_FORCE, TOUCHING, MotionProblem, formulate, gap_function
+    from fesd_robot.ocp.formulation import AUTOMATIC_AUXILIARY_FORCE, MotionProblem, formulate
     from fesd_robot.ocp.judged import (
         conflict_of,
         motion_audit,
@@ -63,8 +64,10 @@ if TYPE_CHECKING:
     from fesd_robot.ocp.reference_file import columns_of_csv, is_plan
     from fesd_robot.ocp.reference_types import reference_of
     from fesd_robot.ocp.scene import friction_of, scene_of, surfaces_of
+    from fesd_robot.ocp.setup import Setup, gap_function
     from fesd_robot.ocp.solver_options import homotopy_options
     from fesd_robot.ocp.standing import posture_of, standings_of, touching_configuration
+    from fesd_robot.ocp.start import TOUCHING
     from fesd_robot.ocp.targets import waypoint_times
     from fesd_robot.ocp.task_robot import load_task_robot
     from fesd_robot.ocp.timing import TimeGrid, time_grid
@@ -76,13 +79,7 @@ else:
             "fesd_robot.ocp.actuation": ["Actuation", "build_actuation"],
             "fesd_robot.ocp.assembled": ["assembled_plan", "model_motion_of", "with_full_model", "with_gaps"],
             "fesd_robot.ocp.determinacy": ["DeterminacyConstraint"],
-            "fesd_robot.ocp.formulation": [
-                "AUTOMATIC_AUXILIARY_FORCE",
-                "MotionProblem",
-                "TOUCHING",
-                "formulate",
-                "gap_function",
-            ],
+            "fesd_robot.ocp.formulation": ["AUTOMATIC_AUXILIARY_FORCE", "MotionProblem", "formulate"],
             "fesd_robot.ocp.judged": [
                 "conflict_of",
                 "motion_audit",
@@ -95,8 +92,10 @@ else:
             "fesd_robot.ocp.reference_file": ["columns_of_csv", "is_plan"],
             "fesd_robot.ocp.reference_types": ["reference_of"],
             "fesd_robot.ocp.scene": ["friction_of", "scene_of", "surfaces_of"],
+            "fesd_robot.ocp.setup": ["Setup", "gap_function"],
             "fesd_robot.ocp.solver_options": ["homotopy_options"],
             "fesd_robot.ocp.standing": ["posture_of", "standings_of", "touching_configuration"],
+            "fesd_robot.ocp.start": ["TOUCHING"],
             "fesd_robot.ocp.targets": ["waypoint_times"],
             "fesd_robot.ocp.task_robot": ["load_task_robot"],
             "fesd_robot.ocp.timing": ["TimeGrid", "time_grid"],

@@ -64,6 +64,21 @@ def with_contact_places(task: Task, robot: Robot) -> Task:
             raise task.error(
                 ("contacts", clashes[0]), f"found the name of one of the places of '{name}', expected another one"
             )
+    return with_names_of_places(task.model_copy(update={"contacts": contacts}), names)
+
+
+def names_of_places(asked: Task, placed: Task) -> dict[str, list[str]]:
+    """Return name of a contact as it was asked for -> names of its places in the task that has them."""
+    bodies = [name for name, one in asked.contacts.items() if isinstance(one, BodyContact)]
+    found = {name: [name] for name in asked.contacts}
+    for name in bodies:
+        numbered = [one for one in placed.contacts if one.rpartition("_")[0] == name and one not in asked.contacts]
+        found[name] = numbered or [name]
+    return found
+
+
+def with_names_of_places(task: Task, names: Mapping[str, Sequence[str]]) -> Task:
+    """Return the task whose costs, constraints, start, goal and waypoints name the places of contacts."""
     costs = task.costs.model_copy(
         update={
             key: {one: weight for name, weight in weights.items() for one in names[name]}
@@ -72,7 +87,6 @@ def with_contact_places(task: Task, robot: Robot) -> Task:
         }
     )
     update = {
-        "contacts": contacts,
         "costs": costs,
         "constraints": _constraints(task, names),
         "initial": _standing(task.initial, names),

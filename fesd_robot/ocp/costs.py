@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
 import casadi as ca
-import numpy as np
 
 from fesd_robot.fesd import RelaxedCost, TrajectoryConstraint
+from fesd_robot.ocp.constants import GOAL_CONFIGURATION, GOAL_VELOCITY
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES
-from fesd_robot.ocp.vectors import vector
 from fesd_robot.orientations import deviation_names
 from fesd_robot.robot import deviation
+from fesd_robot.task import KeyPath
 
 Terms = dict[str, ca.SX]
 """Name of a term -> expression."""
@@ -91,7 +91,7 @@ def _force(parts: ProblemParts) -> Terms:
     for i, name in enumerate(parts.task.contacts):
         if weights.get(name):
             normal = parts.contact_system.theta_auxiliary[i].normal
-            total = total + weights[name] * parts.auxiliary_force * normal
+            total = total + parts.constants["costs", "force", name] * parts.auxiliary_force * normal
     return {"force": total}
 
 
@@ -148,7 +148,7 @@ def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX, ca.SX, ca.SX], ca
             power = contact.friction * sum(works[1:], works[0])
             if contact.restitution > 0 and not contact.in_space:
                 power *= 1 - own.normal**2
-            total = total + weights[contact.name] * parts.auxiliary_force * power
+            total = total + parts.constants["costs", "slipping", contact.name] * parts.auxiliary_force * power
     return {"slipping": total}
 
 
@@ -157,7 +157,7 @@ def _center_of_mass(parts: ProblemParts) -> Terms:
     if not parts.task.costs.used("center_of_mass"):
         return {}
     position, _ = parts.points.center_of_mass(("costs", "center_of_mass"))
-    return {"center of mass": _rate(parts) * _tracking(parts, position, parts.task.costs.center_of_mass)}
+    return {"center of mass": _rate(parts) * _tracking(parts, position, ("center_of_mass",))}
 
 
 def _frames(parts: ProblemParts) -> Terms:
@@ -166,7 +166,7 @@ def _frames(parts: ProblemParts) -> Terms:
     for frame, weights in parts.task.costs.frames.items():
         if any(weights.values()):
             position, _ = parts.points.frame(frame)
-            terms[f"frame {frame}"] = _rate(parts) * _tracking(parts, position, weights)
+            terms[f"frame {frame}"] = _rate(parts) * _tracking(parts, position, ("frames", frame))
     return terms
 
 
@@ -175,7 +175,8 @@ def _terminal_configuration(parts: ProblemParts) -> Terms:
     if parts.task.goal.periodic is not None:
         return {}
     names = parts.dynamics.configuration_names
-    distance = deviation(names, parts.dynamics.configuration, parts.endpoints.goal_configuration)
+    goal = parts.constants.goal(GOAL_CONFIGURATION, len(names))
+    distance = deviation(names, parts.dynamics.configuration, goal)
     square = _square(parts, "terminal_configuration", distance, deviation_names(names))
     return {"terminal configuration": square}
 
@@ -185,13 +186,13 @@ def _terminal_velocity(parts: ProblemParts) -> Terms:
     dynamics = parts.dynamics
     if parts.task.goal.periodic is not None:
         return {}
-    distance = dynamics.velocity - parts.endpoints.goal_velocity
+    distance = dynamics.velocity - parts.constants.goal(GOAL_VELOCITY, len(dynamics.velocity_names))
     return {"terminal velocity": _square(parts, "terminal_velocity", distance, dynamics.velocity_names)}
 
 
 def _time(parts: ProblemParts) -> Terms:
     """w t at the end."""
-    return {"time": parts.task.costs.time * parts.clock} if parts.task.costs.time else {}
+    return {"time": parts.constants["costs", "time"] * parts.clock} if parts.task.costs.time else {}
 
 
 def _control_change(parts: ProblemParts) -> TrajectoryConstraint:
@@ -199,12 +200,16 @@ def _control_change(parts: ProblemParts) -> TrajectoryConstraint:
     system, names = parts.contact_system.system, parts.dynamics.control_names
     x, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
     change = (u - system.control)[: len(names)]
+    cost = _square(parts, "control_change", change, names)
+    parameters = parts.constants.used_in(cost)
     return TrajectoryConstraint(
         "control change",
         "coupling",
         ca.vertcat(system.state, system.control, x, u),
         parts.grid.everywhere,
-        cost={"control change": _square(parts, "control_change", change, names)},
+        cost={"control change": cost},
+        parameters=parameters,
+        values=parts.values_of(parameters),
     )
 
 
@@ -215,12 +220,16 @@ def _acceleration(parts: ProblemParts) -> TrajectoryConstraint:
     first = dynamics.configuration.numel()
     change = (x - state)[first : first + dynamics.velocity.numel()]
     length = (x - state)[parts.clock_index] if grid.moving else grid.nominal / grid.intervals
+    cost = _square(parts, "acceleration", change, dynamics.velocity_names) / length
+    parameters = parts.constants.used_in(cost)
     return TrajectoryConstraint(
         "acceleration",
         "interval",
         ca.vertcat(state, x),
         grid.everywhere,
-        cost={"acceleration": _square(parts, "acceleration", change, dynamics.velocity_names) / length},
+        cost={"acceleration": cost},
+        parameters=parameters,
+        values=parts.values_of(parameters),
     )
 
 
@@ -251,19 +260,17 @@ TRAJECTORY_COSTS: Mapping[str, Callable[[ProblemParts], TrajectoryConstraint]] =
 
 def _square(parts: ProblemParts, key: str, x: ca.SX, names: Sequence[str]) -> ca.SX:
     """Return sum_i w_i x_i^2 with the weights of a key of `costs`; names not listed have none."""
-    weights = vector(names, getattr(parts.task.costs, key), 0.0)
-    return ca.dot(ca.SX(ca.DM(weights)), x**2)
+    return ca.dot(parts.constants.weights((key,), names), x**2)
 
 
 def _rate(parts: ProblemParts) -> ca.SX:
     return parts.contact_system.clock_rate
 
 
-def _tracking(parts: ProblemParts, position: ca.SX, weights: Mapping[str, float]) -> ca.SX:
-    """Return sum_i w_i (p_i(q) - p_i(q_ref))^2."""
+def _tracking(parts: ProblemParts, position: ca.SX, key: KeyPath) -> ca.SX:
+    """Return sum_i w_i (p_i(q) - p_i(q_ref))^2 with the weights of the axes under a key of `costs`."""
     wanted = ca.substitute(position, parts.points.q, parts.reference_configuration)
-    values = ca.DM(np.array([weights.get(axis, 0.0) for axis in AXES]))
-    return ca.dot(ca.SX(values), (position - wanted) ** 2)
+    return ca.dot(parts.constants.weights(key, AXES), (position - wanted) ** 2)
 
 
 def _united(terms: Iterable[Terms]) -> Terms:

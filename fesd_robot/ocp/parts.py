@@ -11,12 +11,16 @@ import numpy as np
 
 from fesd_robot.contact import Contact, ContactSystem, Ground, MultibodyDynamics
 from fesd_robot.ocp.actuation import Actuation
+from fesd_robot.ocp.constants import Constants
 from fesd_robot.ocp.points import Points
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_spline import ReferenceSpline
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.task import Task
+
+CLOSED = 1e-12
+"""m; a gap that is not larger is none."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +31,9 @@ class ProblemParts:
         gap: q -> gaps of all contacts, m.
         auxiliary_force: a_n, N.
         reference: the motion that the costs compare with; guess: the one that the solver starts from.
-        parameters: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1); on a
-            moving grid of a window of the reference.
+        compared: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1); on a moving
+            grid of a window of the reference.
+        constants: symbols of the goal and of weights; values: of them, (n).
         reference_spline: the reference as a function of time that such windows are of.
     """
 
@@ -46,8 +51,16 @@ class ProblemParts:
     guess: ReferenceMotion
     grid: TimeGrid
     points: Points
-    parameters: ca.SX
+    compared: ca.SX
+    constants: Constants
+    values: np.ndarray
     reference_spline: ReferenceSpline
+
+    def values_of(self, symbols: ca.SX) -> np.ndarray:
+        """Return the values of some of the constants, (m)."""
+        values = self.constants.read(symbols, self.values)
+        assert values is not None
+        return values
 
     @property
     def clock_index(self) -> int:
@@ -74,13 +87,17 @@ class ProblemParts:
         """The reference that a state is compared with, (n_q): at the end of its interval or, on a moving grid, now."""
         names = self.dynamics.configuration_names
         if not self.grid.moving:
-            return self.parameters[: len(names)]
+            return self.compared[: len(names)]
         pace = self.contact_system.system.control[-1] if self.grid.free else 1.0
-        return self.reference_spline.expression(self.parameters, self.clock / pace)
+        return self.reference_spline.expression(self.compared, self.clock / pace)
 
     def state(self, configuration: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
-        """Return x of a configuration and velocity that has not slipped; gaps below the ground are closed."""
-        gaps = np.maximum(np.asarray(self.gap(configuration)).ravel(), 0.0) if self.gap_states else np.zeros(0)
+        """Return x of a configuration and velocity that has not slipped; gaps below the ground are closed.
+
+        So are those that are above it by rounding alone.
+        """
+        gaps = np.asarray(self.gap(configuration)).ravel() if self.gap_states else np.zeros(0)
+        gaps = np.where(gaps <= CLOSED, 0.0, gaps)
         return np.concatenate([configuration, velocity, [time], gaps, np.zeros(len(self.slip_limits))])
 
     def bounds(

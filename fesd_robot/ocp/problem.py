@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypedDict
+
 import casadi as ca
 import numpy as np
 
@@ -18,6 +21,24 @@ START_DRIFT = 1e-6
 """m; how far apart the true and the integrated gap of a contact may be at the start of a motion that repeats."""
 
 
+class OcpNumbers(TypedDict):
+    """The numbers of an optimal control problem, see there."""
+
+    parameters: np.ndarray
+    initial_lower: np.ndarray
+    initial_upper: np.ndarray
+    state_lower: np.ndarray
+    state_upper: np.ndarray
+    last_state_upper: np.ndarray
+    terminal_lower: np.ndarray
+    terminal_upper: np.ndarray
+    control_lower: np.ndarray
+    control_upper: np.ndarray
+    state_guess: Callable[[float], np.ndarray]
+    control_guess: np.ndarray
+    clock: Clock | None
+
+
 def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     """Return the optimal control problem.
 
@@ -28,13 +49,39 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     On a moving grid the clock holds the lengths of the intervals (`fesd.grid_rows`). Numerical time goes as fast as
     physical time then; of a free duration T the speed is T over the nominal one, the same everywhere.
     """
-    grid, limits, actuation = parts.grid, parts.limits, parts.actuation
-    contact_system, reference = parts.contact_system, parts.reference
+    grid, contact_system = parts.grid, parts.contact_system
+    on_grid = grid.free or not contact_system.clock_stops or grid.moving
     n_q = parts.dynamics.configuration.numel()
+    return OptimalControlProblem(
+        system=contact_system.system,
+        duration=grid.nominal,
+        intervals=grid.intervals,
+        running_cost=running_costs(parts),
+        relaxed_costs=relaxed_costs(parts),
+        terminal_cost=terminal_costs(parts),
+        interval_end=ca.SX(0, 1) if on_grid else parts.clock - parts.compared[n_q],
+        interval_end_names=() if on_grid else ("clock",),
+        constraints=_constraints(parts),
+        **ocp_numbers(parts),
+    )
+
+
+def ocp_numbers(parts: ProblemParts) -> OcpNumbers:
+    """Return the numbers of the optimal control problem: bounds, parameters and the guess."""
+    grid, limits, actuation = parts.grid, parts.limits, parts.actuation
+    contact_system, reference, spline, values = (
+        parts.contact_system,
+        parts.reference,
+        parts.reference_spline,
+        parts.values,
+    )
 
     def guess(time: float) -> np.ndarray:
         velocity = np.clip(parts.guess.velocity(time), limits.lower_velocity, limits.upper_velocity)
         return parts.state(parts.guess.configuration(time), velocity, time)
+
+    def parameters_at(time: float) -> np.ndarray:
+        return np.concatenate([spline.parameters(time), values])
 
     initial_lower, initial_upper = _initial_box(parts)
     goal_lower, goal_upper = _goal_box(parts)
@@ -42,17 +89,12 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
     speed = parts.task.limits.speed_of_time
     free_gaps, slip_limits = np.full(parts.gap_states, np.inf), parts.slip_limits
     free_slip = np.full_like(slip_limits, np.inf)
-    costs = running_costs(parts)
     pace = (speed.lower, speed.upper) if contact_system.clock_stops or grid.free else (1.0, 1.0)
     if grid.moving:
         pace = (grid.lower / grid.nominal, grid.upper / grid.nominal)
-    on_grid = grid.free or not contact_system.clock_stops or grid.moving
-    parameters = np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends])
-    clock = Clock(parts.clock_index, parts.reference_spline.parameters) if grid.moving else None
-    return OptimalControlProblem(
-        system=contact_system.system,
-        duration=grid.nominal,
-        intervals=grid.intervals,
+    compared = np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends])
+    parameters = np.vstack([compared, np.tile(values[:, None], grid.intervals)])
+    return OcpNumbers(
         parameters=parameters[:0] if grid.moving else parameters,
         initial_lower=initial_lower,
         initial_upper=initial_upper,
@@ -69,22 +111,14 @@ def optimal_control_problem(parts: ProblemParts) -> OptimalControlProblem:
         control_upper=np.append(actuation.upper, pace[1]),
         state_guess=guess,
         control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
-        running_cost=costs,
-        relaxed_costs=relaxed_costs(parts),
-        terminal_cost=terminal_costs(parts),
-        interval_end=ca.SX(0, 1) if on_grid else parts.clock - parts.parameters[n_q],
-        interval_end_names=() if on_grid else ("clock",),
-        constraints=_constraints(parts),
-        clock=clock,
+        clock=Clock(parts.clock_index, parameters_at) if grid.moving else None,
     )
 
 
 def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
     grid = parts.grid
     return [
-        *target_constraints(
-            parts.task, parts.points, parts.contact_system.system.state, grid, parts.endpoints.goal_configuration
-        ),
+        *target_constraints(parts),
         *trajectory_costs(parts),
         *path_constraints(parts),
         *angle_limits(parts),

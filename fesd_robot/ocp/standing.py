@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from functools import lru_cache
+from typing import Any, TypeVar, cast
 
 import casadi as ca
 import numpy as np
@@ -15,6 +16,7 @@ from fesd_robot.nlp import FREE, NlpSettings, ipopt_options
 from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_quaternions, with_values
 from fesd_robot.orientations import layered
 from fesd_robot.robot import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, Robot, changes_alone
+from fesd_robot.running import Identity
 from fesd_robot.task import Configured, KeyPath, Task
 
 GAP_TOLERANCE = 1e-9
@@ -105,6 +107,7 @@ def touching_configuration(
     adjust: Sequence[str],
     start: np.ndarray,
     limits: StateLimits,
+    within: float = GAP_TOLERANCE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the configuration (n_q) in which contacts touch, or are nearest to it, and their gaps, m, (n_c).
 
@@ -117,16 +120,10 @@ def touching_configuration(
         adjust: names of the coordinates that may change, lengths or angles.
         start: q where the search begins, (n_q).
         limits: of the positions, which the coordinates keep to.
+        within: gaps with which the start itself is one, m.
     """
     entries = [robot.configuration_names.index(name) for name in adjust]
-    gaps = ca.vertcat(*[contact.gap for contact in contacts])
-    slopes, rates = ca.horzcat(*[contact.normal for contact in contacts]).T, list(robot.velocity_names)
-    by_place = ca.jacobian(gaps, configuration)  # of a free flyer, whose velocity is in its own axes
-    columns = [
-        slopes[:, rates.index(n)] if n in rates else by_place[:, i] for n, i in zip(adjust, entries, strict=True)
-    ]
-    jacobian = ca.horzcat(*columns)
-    function = ca.Function("touching", [configuration], [gaps, jacobian])
+    function = _touching(robot, Identity(configuration, *contacts), tuple(adjust))
     lower, upper = limits.lower_position[entries], limits.upper_position[entries]
 
     def at(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -137,7 +134,7 @@ def touching_configuration(
 
     values, damping = np.clip(start[entries], lower, upper), _FIRST_DAMPING
     q, gap, slope = at(values)
-    if np.abs(gap).max() <= GAP_TOLERANCE:
+    if np.abs(gap).max() <= within:
         return q, gap
     for _ in range(_MAX_STEPS):
         if np.abs(gap).max() <= _CONVERGED or damping > _MOST_DAMPING:
@@ -150,7 +147,25 @@ def touching_configuration(
         else:
             damping *= 10
     rounded = at(np.clip(np.round(values, _DECIMALS) + 0.0, lower, upper))
-    return rounded[:2] if np.abs(rounded[1]).max() <= GAP_TOLERANCE else (q, gap)
+    return rounded[:2] if np.abs(rounded[1]).max() <= within else (q, gap)
+
+
+@lru_cache(maxsize=16)
+def _touching(robot: Robot, parts: Identity, adjust: tuple[str, ...]) -> ca.Function:
+    """Return q -> gaps, (n_c), and how they change with the coordinates that are adjusted, (n_c, n).
+
+    Args:
+        parts: q and the contacts.
+    """
+    configuration, *contacts = cast(tuple[Any, ...], parts.parts)
+    gaps = ca.vertcat(*[contact.gap for contact in contacts])
+    slopes, rates = ca.horzcat(*[contact.normal for contact in contacts]).T, list(robot.velocity_names)
+    by_place = ca.jacobian(gaps, configuration)  # of a free flyer, whose velocity is in its own axes
+    columns = [
+        slopes[:, rates.index(name)] if name in rates else by_place[:, robot.configuration_names.index(name)]
+        for name in adjust
+    ]
+    return ca.Function("touching", [configuration], [gaps, ca.horzcat(*columns)])
 
 
 def preferred_configuration(

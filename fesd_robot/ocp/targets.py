@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import cast
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.fesd import Span, TrajectoryConstraint
-from fesd_robot.ocp.points import AXES, Points
+from fesd_robot.ocp.constants import GOAL_CONFIGURATION
+from fesd_robot.ocp.parts import ProblemParts
+from fesd_robot.ocp.points import AXES
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.orientations import QUATERNION, angles_of, deviation_names
 from fesd_robot.robot import deviation
-from fesd_robot.task import Goal, PointTarget, Task, Waypoint
+from fesd_robot.running import Identity
+from fesd_robot.task import Goal, KeyPath, PointTarget, Task, Waypoint
 
 CENTER_OF_MASS = "center of mass"
+
+GOAL = "goal"
+"""Name of the constraint that holds the goals of points and orientations."""
 
 
 @dataclass
@@ -37,73 +45,116 @@ class _Rows:
         if weight:
             self.cost[name] = self.cost.get(name, ca.SX(0)) + weight * square
 
-    def constraint(self, name: str, state: ca.SX, intervals: Sequence[int] | Span) -> TrajectoryConstraint:
+    def constraint(self, name: str, parts: ProblemParts, intervals: Sequence[int] | Span) -> TrajectoryConstraint:
         width = np.array(self.width)
         rows = ca.vertcat(ca.SX(0, 1), *self.rows)
-        return TrajectoryConstraint(name, "interval_end", state, intervals, rows, -width, width, self.names, self.cost)
+        parameters = parts.constants.used_in(rows, *self.cost.values())
+        return TrajectoryConstraint(
+            name,
+            "interval_end",
+            parts.contact_system.system.state,
+            intervals,
+            rows,
+            -width,
+            width,
+            self.names,
+            self.cost,
+            parameters,
+            parts.values_of(parameters),
+        )
 
 
-def target_constraints(
-    task: Task, points: Points, state: ca.SX, grid: TimeGrid, goal: np.ndarray
-) -> list[TrajectoryConstraint]:
-    """Return a constraint for the goals of frames, the centre of mass and orientations, and one for every waypoint.
-
-    Args:
-        state: x, SX symbols, beginning with the configuration and velocity of `points`.
-        goal: the whole goal configuration, (n_q).
-
-    Raises:
-        TaskError: a frame cannot get to its target.
-    """
-    constraints = []
+def target_constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
+    """Return a constraint for the goals of frames, the centre of mass and orientations, and one for every waypoint."""
+    task, grid, constraints = parts.task, parts.grid, list[TrajectoryConstraint]()
     rows = _Rows()
     if task.goal.has_points:
-        _add_points(rows, ("goal",), "goal: ", task.goal, points)
-        _check_agreement(rows, task, points)
-    _add_orientations(rows, task, points, goal)
+        _add_points(rows, ("goal",), "goal: ", task.goal, parts)
+    _add_orientations(rows, parts)
     if rows.rows or rows.cost:
-        constraints.append(rows.constraint("goal", state, grid.between(grid.nominal, grid.nominal)))
+        constraints.append(rows.constraint(GOAL, parts, grid.between(grid.nominal, grid.nominal)))
     for i, (waypoint, time) in enumerate(zip(task.waypoints, waypoint_times(task, grid), strict=True)):
-        rows, name = _Rows(), f"waypoint {i + 1}"
-        _add_coordinates(rows, name, waypoint, points)
-        _add_points(rows, ("waypoints", str(i)), "", waypoint, points, cost=name)
+        rows, name, key = _Rows(), f"waypoint {i + 1}", ("waypoints", str(i))
+        _add_coordinates(rows, name, key, waypoint, parts)
+        _add_points(rows, key, "", waypoint, parts, cost=name)
         if rows.rows or rows.cost:
-            constraints.append(rows.constraint(name, state, grid.between(time, time)))
+            constraints.append(rows.constraint(name, parts, grid.between(time, time)))
     return constraints
 
 
-def _add_orientations(rows: _Rows, task: Task, points: Points, goal: np.ndarray) -> None:
+def check_targets(parts: ProblemParts, constraints: Iterable[TrajectoryConstraint]) -> None:
+    """Raise if a point cannot get to where it should be, or the goal's configuration puts it elsewhere.
+
+    Args:
+        constraints: of the problem, the targets' among them.
+
+    Raises:
+        TaskError: at the goal or waypoint.
+    """
+    task = parts.task
+    targets: list[tuple[KeyPath, Goal | Waypoint]] = [(("goal",), task.goal)]
+    targets += [(("waypoints", str(i)), waypoint) for i, waypoint in enumerate(task.waypoints)]
+    for key, target in targets:
+        for name, point in target.frames.items():
+            check_reach(parts.points, name, point, (*key, "frames", name, "position"))
+        if target.center_of_mass is not None:
+            check_reach(parts.points, None, target.center_of_mass, (*key, "center_of_mass", "position"))
+    for constraint in constraints:
+        if constraint.name == GOAL and task.goal.has_points:
+            _check_agreement(constraint, parts)
+
+
+def _add_orientations(rows: _Rows, parts: ProblemParts) -> None:
     """Bound log(R_goal^T R) of orientations that have a tolerance; other coordinates are bounds of the last state."""
-    names, widths = points.robot.configuration_names, task.goal.tolerance.configuration
+    points, widths = parts.points, parts.task.goal.tolerance.configuration
+    names = points.robot.configuration_names
     turns = {name for name in deviation_names(names) if name not in names and name in widths}
     if turns:
-        from_goal = ca.vertsplit(deviation(names, points.q, ca.SX(ca.DM(goal))))
+        goal = parts.constants.goal(GOAL_CONFIGURATION, len(names))
+        from_goal = ca.vertsplit(deviation(names, points.q, goal))
         for name, row in zip(deviation_names(names), from_goal, strict=True):
             if name in turns:
                 rows.bound(row, widths[name], f"goal: {name}")
 
 
-def _check_agreement(rows: _Rows, task: Task, points: Points) -> None:
+def _check_agreement(constraint: TrajectoryConstraint, parts: ProblemParts) -> None:
     """Raise if the goal's configuration puts a point elsewhere than the point's own goal, beyond both tolerances.
 
     Raises:
         TaskError: at the goal, with the point and how far it would be from its goal.
     """
-    goal, names = task.goal, points.robot.configuration_names
+    points, goal = parts.points, parts.task.goal
+    names = points.robot.configuration_names
     q = ca.DM([goal.configuration.get(name, np.nan) for name in names])
     widths = np.array([_width(goal.tolerance.configuration, name) for name in names])
-    for row, width, name in zip(rows.rows, rows.width, rows.names, strict=True):
-        if ca.depends_on(row, points.v):
+    at_goal = _rows_of_configuration(Identity(constraint.rows, points.q, points.v, constraint.parameters))
+    values, slopes, of_velocity = (
+        np.asarray(part.full()) for part in at_goal(q, parts.values_of(constraint.parameters))
+    )
+    for i, (width, name) in enumerate(zip(constraint.upper, constraint.row_names, strict=True)):
+        if of_velocity[i]:
             continue
-        at_goal = ca.Function("row", [points.q], [row, ca.densify(ca.jacobian(row, points.q))])
-        value, slope = (np.asarray(each).ravel() for each in at_goal(q))
+        slope = slopes[i]
         allowed = width + float(np.abs(slope[slope != 0]) @ widths[slope != 0])
-        if abs(float(value[0])) > allowed:  # not so where it depends on a coordinate without a goal, which is NaN
-            raise task.error(
+        if abs(float(values[i, 0])) > allowed:  # not so where it depends on a coordinate without a goal, which is NaN
+            raise parts.task.error(
                 "goal.configuration",
-                f"found a configuration in which '{name}' is {abs(float(value[0])):.4g} m from its own goal, expected "
-                f"at most {allowed:.4g} m or one of the two",
+                f"found a configuration in which '{name}' is {abs(float(values[i, 0])):.4g} m from its own goal, "
+                f"expected at most {allowed:.4g} m or one of the two",
             )
+
+
+@lru_cache
+def _rows_of_configuration(parts: Identity) -> ca.Function:
+    """Return (q, p) -> rows at rest, their slopes in q, and whether each depends on the velocity.
+
+    Args:
+        parts: rows, q, v and p, SX.
+    """
+    rows, q, v, p = cast(tuple[ca.SX, ca.SX, ca.SX, ca.SX], parts.parts)
+    of_velocity = [float(ca.depends_on(rows[i], v)) for i in range(rows.numel())]
+    still = ca.substitute(rows, v, ca.SX(v.numel(), 1))
+    return ca.Function("rows", [q, p], [still, ca.densify(ca.jacobian(still, q)), ca.DM(of_velocity)])
 
 
 def _width(widths: Mapping[str, float], name: str) -> float:
@@ -126,11 +177,16 @@ def waypoint_times(task: Task, grid: TimeGrid) -> list[float]:
     ]
 
 
-def _add_coordinates(rows: _Rows, cost: str, waypoint: Waypoint, points: Points) -> None:
-    robot, tolerance = points.robot, waypoint.tolerance
-    names, velocities = robot.configuration_names, robot.velocity_names
-    wanted = ca.SX(ca.DM([waypoint.configuration.get(name, np.nan) for name in names]))
-    wanted_velocity = ca.SX(ca.DM([waypoint.velocity.get(name, np.nan) for name in velocities]))
+def _add_coordinates(rows: _Rows, cost: str, key: KeyPath, waypoint: Waypoint, parts: ProblemParts) -> None:
+    points, tolerance = parts.points, waypoint.tolerance
+    names, velocities = points.robot.configuration_names, points.robot.velocity_names
+
+    def symbol(what: str, name: str, given: Iterable[str]) -> ca.SX:
+        one = (*key, what, name)
+        return parts.constants[one] if name in given else ca.SX(np.nan)
+
+    wanted = ca.vertcat(*[symbol("configuration", name, waypoint.configuration) for name in names])
+    wanted_velocity = ca.vertcat(*[symbol("velocity", name, waypoint.velocity) for name in velocities])
     from_wanted = dict(zip(deviation_names(names), ca.vertsplit(deviation(names, points.q, wanted)), strict=True))
     too_fast = dict(zip(velocities, ca.vertsplit(points.v - wanted_velocity), strict=True))
     listed = deviation_names(waypoint.configuration)
@@ -146,27 +202,32 @@ def _add_coordinates(rows: _Rows, cost: str, waypoint: Waypoint, points: Points)
 
 
 def _add_points(
-    rows: _Rows, key: tuple[str, ...], prefix: str, target: Goal | Waypoint, points: Points, cost: str | None = None
+    rows: _Rows, key: KeyPath, prefix: str, target: Goal | Waypoint, parts: ProblemParts, cost: str | None = None
 ) -> None:
     for name, point in target.frames.items():
-        at = (*key, "frames", name)
-        check_reach(points, name, point, (*at, "position"))
-        _add_point(rows, point, points.frame(name), f"{prefix}{name}", cost, (points, at))
+        motion = parts.points.frame(name)
+        _add_point(rows, (*key, "frames", name), point, motion, parts, (f"{prefix}{name}", cost))
     if target.center_of_mass is not None:
         at = (*key, "center_of_mass")
-        symbols = points.center_of_mass(at)
-        check_reach(points, None, target.center_of_mass, (*at, "position"))
-        _add_point(rows, target.center_of_mass, symbols, f"{prefix}{CENTER_OF_MASS}", cost, (points, at))
+        motion = parts.points.center_of_mass(at)
+        _add_point(rows, at, target.center_of_mass, motion, parts, (f"{prefix}{CENTER_OF_MASS}", cost))
 
 
 def _add_point(
     rows: _Rows,
+    key: KeyPath,
     target: PointTarget,
     motion: tuple[ca.SX, ca.SX],
-    name: str,
-    cost: str | None,
-    where: tuple[Points, tuple[str, ...]],
+    parts: ProblemParts,
+    names: tuple[str, str | None],
 ) -> None:
+    """Add rows and costs of a point.
+
+    Args:
+        key: of the target.
+        motion: position and velocity of the point.
+        names: of the rows and of the cost; without one the cost has that of the rows.
+    """
     groups = [
         (target.position, motion[0], target.tolerance, target.weight, "position", "m"),
         (target.velocity, motion[1], target.velocity_tolerance, target.velocity_weight, "velocity", "m/s"),
@@ -176,15 +237,15 @@ def _add_point(
             goal = None if wanted is None else wanted[i]
             if goal is None:
                 continue
-            miss = value[i] - goal
-            rows.add_cost(cost or name, weight, miss**2)
+            number = (*key, kind, axis)
+            miss = value[i] - parts.constants[number]
+            rows.add_cost(names[1] or names[0], weight, miss**2)
             if width is None:
                 continue
-            if not miss.is_constant():
-                rows.bound(miss, width, f"{name} {axis} {kind}")
-            elif abs(float(miss)) > width:
-                points, key = where
-                raise points.task.error(
+            if not value[i].is_constant():
+                rows.bound(miss, width, f"{names[0]} {axis} {kind}")
+            elif abs(float(value[i]) - goal) > width:
+                raise parts.task.error(
                     (*key, kind),
                     f"found {goal:g} {unit} along {axis}, where it always is {float(value[i]):g} {unit}; expected null "
                     "for an axis along which it cannot move",
