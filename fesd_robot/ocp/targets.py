@@ -153,7 +153,7 @@ def _rows_of_configuration(parts: Identity) -> ca.Function:
     """
     rows, q, v, p = cast(tuple[ca.SX, ca.SX, ca.SX, ca.SX], parts.parts)
     of_velocity = [float(ca.depends_on(rows[i], v)) for i in range(rows.numel())]
-    still = ca.substitute(rows, v, ca.SX(v.numel(), 1))
+    still = ca.substitute(rows, v, ca.SX.zeros(v.numel()))
     return ca.Function("rows", [q, p], [still, ca.densify(ca.jacobian(still, q)), ca.DM(of_velocity)])
 
 

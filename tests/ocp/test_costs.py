@@ -34,7 +34,7 @@ def test_tracking_of_points(short: str, load: Load) -> None:
     z, speed, theta = [0, 0, 1], 1.5, 1.0
     still = np.zeros(4)
     for x, y in zip(states(), states(8)[4:], strict=True):
-        p = np.append(y[:4], 0.0)
+        p = np.concatenate([y[:4], [0.0], motion.parts.values])
         foot, body = (
             frame(motion.robot, name, x[:4], still)[0] - frame(motion.robot, name, y[:4], still)[0]
             for name in ("foot", "body")
@@ -58,7 +58,7 @@ def test_slipping_while_pairs_are_relaxed(short: str, load: Load) -> None:
     weighed, opposed = (
         ca.Function("relaxed", [*ocp.system.arguments, sigma], [one(sigma)]) for one in ocp.relaxed_costs["slipping"]
     )
-    exact, p, negative = running(motion, "slipping"), np.zeros(5), 0
+    exact, p, negative = running(motion, "slipping"), np.append(np.zeros(5), motion.parts.values), 0
     for x in states():
         for plus, minus in ((0.3, 0.0), (0.0, 0.3), (0.1, 0.2)):
             point = x, [1.0, 1.0, 1.0], [plus, minus, 1 - plus - minus], p
@@ -76,7 +76,7 @@ def test_slipping_while_pairs_are_relaxed(short: str, load: Load) -> None:
 def test_force_is_the_impulse_of_the_contact(short: str, load: Load) -> None:
     """The integrand is a_n (theta_+ + theta_-), whatever the speed of time: force in stance, impulse in an impact."""
     motion = formulate(load(short + "costs: {force: {foot: 0.2}}\n"))
-    x, p = states()[0], np.zeros(5)
+    x, p = states()[0], np.append(np.zeros(5), motion.parts.values)
     for plus, minus in ((0.1, 0.2), (1.0, 0.0), (0.0, 0.0)):
         for speed in (0.5, 3.0):
             integrand = float(running(motion, "force")(x, [1.0, 1.0, speed], [plus, minus, 1 - plus - minus], p))

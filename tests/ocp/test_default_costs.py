@@ -112,9 +112,13 @@ def test_the_same_motion_of_a_larger_robot_costs_the_same(
 def _terms(motion: MotionProblem, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float) -> dict[str, float]:
     """The integrands times the duration in flight, and the terms of the end."""
     ocp = motion.ocp
-    running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))(x, u, [0, 0, 1], p)
-    terminal = ca.Function("terminal", [ocp.system.state], list(ocp.terminal_cost.values()))(x)
+    running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))
+    terminal = ca.Function("terminal", [ocp.system.state, ocp.system.parameters], list(ocp.terminal_cost.values()))
+    p = np.append(p, motion.parts.values)
     return {
-        **{name: duration * float(term) for name, term in zip(ocp.running_cost, running, strict=True)},
-        **{name: float(term) for name, term in zip(ocp.terminal_cost, terminal, strict=True)},
+        **{
+            name: duration * float(term)
+            for name, term in zip(ocp.running_cost, running(x, u, [0, 0, 1], p), strict=True)
+        },
+        **{name: float(term) for name, term in zip(ocp.terminal_cost, terminal(x, p), strict=True)},
     }

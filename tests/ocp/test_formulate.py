@@ -52,7 +52,8 @@ def test_default_weights(short: str, load: Load) -> None:
     problem = formulate(load(short))
     ocp, costs = problem.ocp, problem.task.costs
     running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))
-    terminal = ca.Function("terminal", [ocp.system.state], list(ocp.terminal_cost.values()))
+    terminal = ca.Function("terminal", [ocp.system.state, ocp.system.parameters], list(ocp.terminal_cost.values()))
+    p = np.append(np.zeros(5), problem.parts.values)
     x, u = np.arange(10.0), np.array([2.0, 3.0, 1.0])
     q, v, to_goal = x[:4], x[4:8], x[:4] - [1, 0.6, 0, 0.5]
 
@@ -60,19 +61,20 @@ def test_default_weights(short: str, load: Load) -> None:
         assert weights
         return float(np.array(list(weights.values())) @ values**2)
 
-    flight = dict(zip(ocp.running_cost, map(float, running(x, u, [0, 0, 1], np.zeros(5))), strict=True))
+    flight = dict(zip(ocp.running_cost, map(float, running(x, u, [0, 0, 1], p)), strict=True))
     on_the_way = [weighted(costs.configuration, q), weighted(costs.velocity, v), weighted(costs.control, u[:2])]
     names = ["configuration", "velocity", "control", "slipping"]
     assert flight == pytest.approx(dict(zip(names, [*on_the_way, 0.0], strict=True)))
     at_end = [weighted(costs.terminal_configuration, to_goal), weighted(costs.terminal_velocity, v)]
-    assert [float(term) for term in terminal(x)] == pytest.approx(at_end)
+    assert [float(term) for term in terminal(x, p)] == pytest.approx(at_end)
 
 
 def test_weights_not_listed_are_zero(short: str, load: Load) -> None:
     """In a map of weights that is given, names left out have no weight."""
-    ocp = formulate(load(short + "costs:\n  terminal_configuration: {leg: 7}\n")).ocp
-    terminal = ca.Function("terminal", [ocp.system.state], [ocp.terminal_cost["terminal configuration"]])
-    assert float(terminal(np.full(10, 2.5))) == pytest.approx(7 * 2.0**2)
+    problem = formulate(load(short + "costs:\n  terminal_configuration: {leg: 7}\n"))
+    system, cost = problem.ocp.system, problem.ocp.terminal_cost["terminal configuration"]
+    terminal = ca.Function("terminal", [system.state, system.parameters], [cost])
+    assert float(terminal(np.full(10, 2.5), np.append(np.zeros(5), problem.parts.values))) == pytest.approx(7 * 2.0**2)
 
 
 def test_goal_tolerance_becomes_terminal_bounds(short: str, load: Load) -> None:

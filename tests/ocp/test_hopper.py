@@ -41,14 +41,14 @@ def test_reference_at_interval_ends(hopper: MotionProblem) -> None:
     """Every interval compares with the five published arcs at its end, and ends when the clock says so."""
     ends = 0.1 * np.arange(1, 51)
     expected = np.array([published_reference(end) for end in ends]).T
-    np.testing.assert_allclose(hopper.ocp.parameters, np.vstack([expected, ends]), atol=1e-9)
+    np.testing.assert_allclose(hopper.ocp.parameters[:5], np.vstack([expected, ends]), atol=1e-9)
 
 
 def test_clock_is_held_at_interval_ends(hopper: MotionProblem) -> None:
     """The one constraint at an interval's end is clock = kT/N."""
     ocp = hopper.ocp
     end = ca.Function("end", [ocp.system.state, ocp.system.parameters], [ocp.interval_end])
-    x, p = np.random.default_rng(0).normal(size=10), np.arange(5.0)
+    x, p = np.random.default_rng(0).normal(size=10), np.arange(float(ocp.system.parameters.numel()))
     assert ocp.interval_end_names == ("clock",)
     assert float(end(x, p)) == pytest.approx(x[8] - p[4], abs=1e-15)
 
@@ -113,20 +113,21 @@ def test_running_cost(hopper: MotionProblem) -> None:
             "velocity": rate * 0.1 * x[4:8] @ x[4:8],
             "control": rate * 0.01 * u[:2] @ u[:2],
         }
-        values = dict(zip(ocp.running_cost, map(float, terms(x, u, z, p)), strict=True))
+        values = dict(zip(ocp.running_cost, map(float, terms(x, u, z, np.append(p, hopper.parts.values))), strict=True))
         assert values == pytest.approx(expected, rel=1e-12)
 
 
 def test_terminal_cost(hopper: MotionProblem) -> None:
     """The end is compared with (5, 0.5, 0, 0.5) at rest, weights 300 and 0.1."""
     ocp = hopper.ocp
-    terms = ca.Function("terms", [ocp.system.state], list(ocp.terminal_cost.values()))
+    terms = ca.Function("terms", [ocp.system.state, ocp.system.parameters], list(ocp.terminal_cost.values()))
+    p = np.append(np.zeros(5), hopper.parts.values)
     for x in np.random.default_rng(4).normal(size=(10, 10)):
         expected = {
             "terminal configuration": 300 * np.sum((x[:4] - [5, 0.5, 0, 0.5]) ** 2),
             "terminal velocity": 0.1 * x[4:8] @ x[4:8],
         }
-        assert dict(zip(ocp.terminal_cost, map(float, terms(x)), strict=True)) == pytest.approx(expected, rel=1e-12)
+        assert dict(zip(ocp.terminal_cost, map(float, terms(x, p)), strict=True)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_auxiliary_force(hopper: MotionProblem) -> None:

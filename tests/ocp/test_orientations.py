@@ -52,9 +52,10 @@ def angles_at(motion: MotionProblem, time: float) -> np.ndarray:
 
 def final_cost(motion: MotionProblem, q: np.ndarray) -> float:
     """Return the cost of the distance from the goal in a configuration, at rest."""
-    state = motion.ocp.system.state
+    state, parameters = motion.ocp.system.state, motion.ocp.system.parameters
     x = np.concatenate([q, np.zeros(state.numel() - len(q))])
-    return float(ca.Function("cost", [state], [motion.ocp.terminal_cost["terminal configuration"]])(x))
+    cost = ca.Function("cost", [state, parameters], [motion.ocp.terminal_cost["terminal configuration"]])
+    return float(cost(x, motion.ocp.parameters[:, -1]))
 
 
 def test_angles_that_are_left_out_are_those_of_the_start(formulated: Formulated) -> None:

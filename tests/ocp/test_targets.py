@@ -49,9 +49,10 @@ def test_goals_of_points_leave_coordinates_free(short: str, load: Load) -> None:
     from casadi import Function
 
     ocp = formulate(load(short + POINTS)).ocp
-    terminal = Function("terminal", [ocp.system.state], [ocp.terminal_cost["terminal configuration"]])
+    symbols, cost = [ocp.system.state, ocp.system.parameters], ocp.terminal_cost["terminal configuration"]
+    terminal = Function("terminal", symbols, [cost])
     for x in states():
-        assert float(terminal(x)) == pytest.approx(400 * (x[0] - 1) ** 2)
+        assert float(terminal(x, ocp.parameters[:, -1])) == pytest.approx(400 * (x[0] - 1) ** 2)
 
 
 WAYPOINTS = """\
