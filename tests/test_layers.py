@@ -30,7 +30,7 @@ BELOW: dict[str, set[str]] = {
     "optimal_control": {"complementarity", "dcs", "fesd", "mpcc", "running"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
-    "replay": {"recovery"},
+    "replay": {"contact", "recovery"},
     "plans": {"contact", "mpcc", "recovery", "replay", "robot", "task"},
     "ocp": {
         "complementarity", "contact", "fesd", "mpcc", "nlp", "plans", "recovery", "replay", "robot", "running", "task",

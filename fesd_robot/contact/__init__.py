@@ -16,24 +16,22 @@ from fesd_robot.contact.geometry import (
     needs_space,
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
-from fesd_robot.contact.kinds import (
-    BACKWARDS,
-    FORWARDS,
-    FRICTION_AFTER_IMPACT,
-    FRICTION_ALONG_SLIDING,
-    SLIDING_INSIDE_CONE,
-)
+from fesd_robot.contact.kinds import FRICTION_AFTER_IMPACT
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
-from fesd_robot.contact.modes import ContactMode, acting_impulses, contact_modes, factors_of, joint_modes, modes_of
+from fesd_robot.contact.modes import (
+    ContactMode,
+    Modes,
+    acting_impulses,
+    contact_modes,
+    factors_of,
+    joint_modes,
+    modes_of,
+)
 from fesd_robot.contact.points import leaves_plane, point_contact
 from fesd_robot.contact.two_in_space import Facing, axes_about, ball_box_contact, two_balls_contact
 
 __all__ = [
-    "BACKWARDS",
-    "FORWARDS",
     "FRICTION_AFTER_IMPACT",
-    "FRICTION_ALONG_SLIDING",
-    "SLIDING_INSIDE_CONE",
     "CircleOnBox",
     "CircleOnCircle",
     "CircleOnSurface",
@@ -44,6 +42,7 @@ __all__ = [
     "ContactSystem",
     "Facing",
     "Ground",
+    "Modes",
     "MultibodyDynamics",
     "Plane",
     "PointOnSurface",

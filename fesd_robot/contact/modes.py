@@ -25,7 +25,7 @@ Active = Mapping[tuple[str, str], ActiveFactor]
 
 
 class ContactMode(str, Enum):
-    """What one contact does."""
+    """What one contact, or one joint with dry friction, does; a joint is never in flight, and has no impacts."""
 
     FLIGHT = "flight"
     """No force."""
@@ -38,7 +38,7 @@ class ContactMode(str, Enum):
     SLIP_BACKWARDS = "slip-"
     """Closed, and moving against the tangent."""
     SLIP = "slip"
-    """Closed without friction, or in space: the branch leaves the direction of the tangential velocity open."""
+    """Closed without friction, or in space: the direction of the tangential velocity is not a part of the mode."""
 
     IMPACT_STICK = "impact, stick"
     """An impact in which the contact does not slip."""
@@ -46,6 +46,9 @@ class ContactMode(str, Enum):
     """An impact in which the contact moves along the tangent."""
     IMPACT_BACKWARDS = "impact, slip-"
     """An impact in which the contact moves against the tangent."""
+
+    def __str__(self) -> str:
+        return str(self.value)
 
     @property
     def hits(self) -> bool:
@@ -78,6 +81,12 @@ class ContactMode(str, Enum):
         slips = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
         return ContactMode.SLIP if self in slips else self
 
+    @property
+    def direction(self) -> int:
+        """Sign of the velocity along the heading of the contact, which a slip in space has along its slide: 1 or -1; 0
+        of a contact that flies or sticks."""
+        return _DIRECTIONS.get(self.running, 0)
+
 
 _RUNNING = {
     ContactMode.IMPACT: ContactMode.SLIP,
@@ -85,6 +94,11 @@ _RUNNING = {
     ContactMode.IMPACT_FORWARDS: ContactMode.SLIP_FORWARDS,
     ContactMode.IMPACT_BACKWARDS: ContactMode.SLIP_BACKWARDS,
 }
+
+_DIRECTIONS = {ContactMode.SLIP: 1, ContactMode.SLIP_FORWARDS: 1, ContactMode.SLIP_BACKWARDS: -1}
+
+Modes = tuple[ContactMode, ...]
+"""Modes of some contacts, of some joints with dry friction, or of contacts with the joints behind them, in order."""
 
 
 def modes_of(branch: Branch, element: int) -> dict[str, ContactMode]:

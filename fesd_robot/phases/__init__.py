@@ -4,14 +4,13 @@ from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.guessed import guessed_sequences, hops
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.search import SequenceSearch
-from fesd_robot.phases.sequence import Modes, Phase, Sequence
+from fesd_robot.phases.sequence import Phase, Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
 from fesd_robot.phases.start import Along
 
 __all__ = [
     "Along",
     "Discretised",
-    "Modes",
     "Phase",
     "PhaseMotion",
     "PhaseSolver",

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.contact import ContactMode, factors_of
+from fesd_robot.contact import ContactMode, Modes, factors_of
 from fesd_robot.fesd import PHASE, SHORTEST_PHASE, ControlGrid, Transcription
 from fesd_robot.fesd.polishing import BranchTranscription, ElementConditions
 from fesd_robot.mpcc import BranchBounds, Mpcc
 from fesd_robot.ocp import MotionProblem
-from fesd_robot.phases.sequence import Modes, Phase, Sequence
+from fesd_robot.phases.sequence import Phase, Sequence
 
 WITH_FORCE = 2
 """Least number of intervals of a phase in which a contact has a force: with one control it could only push evenly."""

@@ -9,9 +9,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import Contact, ContactMode
+from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.ocp import MotionProblem, gap_function
-from fesd_robot.phases.sequence import SIDES, Modes, Phase, Sequence, flying, hits, joined, landings, stuck
+from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
 from fesd_robot.phases.stepping import steppings
 
 SAMPLES = 4

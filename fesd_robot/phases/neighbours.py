@@ -8,9 +8,9 @@ from itertools import chain, combinations, zip_longest
 
 import numpy as np
 
-from fesd_robot.contact import Contact, ContactMode
+from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.phases.profile import Profile
-from fesd_robot.phases.sequence import SIDES, Modes, Phase, Sequence, flying, hits, joined, landings, switching
+from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, switching
 
 INSERTED = 0.25
 """Part of a phase that what is put into it takes, in its middle or at one of its ends."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence as ListOf
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import ContactMode, acting_impulses, modes_of
+from fesd_robot.contact import ContactMode, Modes, acting_impulses, modes_of
 from fesd_robot.fesd import Element
-from fesd_robot.phases.sequence import Modes, Phase, Sequence, joined
+from fesd_robot.phases.sequence import Phase, Sequence, joined
 
 SHORTEST = 1e-4
 """Of the duration: what is read as a phase lasts longer; a shorter mode comes from a point that is not exact."""

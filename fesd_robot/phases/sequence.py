@@ -7,10 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fesd_robot.contact import ContactMode
-
-Modes = tuple[ContactMode, ...]
-"""What everything does that touches or rubs, in the order of `Sequence.names`."""
+from fesd_robot.contact import ContactMode, Modes
 
 _LETTERS = {
     ContactMode.FLIGHT: "F",
@@ -54,7 +51,7 @@ class Sequence:
     """Phases in the order of time.
 
     Attributes:
-        names: of the contacts and, behind them, of the joints with dry friction.
+        names: of the contacts and, behind them, of the joints with dry friction, in the order of their `Modes`.
         phases: at least one.
         at_end: impacts where the last phase ends, as where another one would begin.
     """

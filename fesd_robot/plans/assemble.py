@@ -8,7 +8,7 @@ import platform
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def contacts_of(motion: PhysicalMotion, names: Sequence[str], physics: NumericPh
             normal_force=motion.force[:, i, 0],
             tangential_force=motion.force[:, i, 1],
             lateral_force=motion.force[:, i, 2] if motion.force.shape[2] > 2 else None,
-            mode=cast(list[Literal["flight", "impact", "stick", "slip"]], list(motion.mode[:, i])),
+            mode=list(motion.mode[:, i]),
         )
         for i, name in enumerate(names)
     }

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, Slide
 from fesd_robot.recovery import SLIP_VELOCITY, NumericPhysics, PhysicalMotion, normal_rows, tangential_rows
 
@@ -60,7 +61,7 @@ class _Samples:
     def flights(self, contact: int) -> Iterator[Flight]:
         """Yield the flights of a contact."""
         time, point = self._motion.time, self._point[:, contact]
-        for first, last in self._stretches(contact, "flight"):
+        for first, last in self._stretches(contact, ContactMode.FLIGHT):
             yield Flight(
                 start=float(time[first]),
                 end=float(time[last]),
@@ -73,7 +74,7 @@ class _Samples:
     def slides(self, contact: int) -> Iterator[Slide]:
         """Yield the slides of a contact."""
         motion = self._motion
-        for first, last in self._stretches(contact, "slip"):
+        for first, last in self._stretches(contact, ContactMode.SLIP):
             inside = slice(first + 1, last + 1)
             distance = motion.weight[inside] @ self._speed[inside, contact]
             yield Slide(start=float(motion.time[first]), end=float(motion.time[last]), distance=float(distance))
@@ -104,9 +105,9 @@ class _Samples:
         """Whether a sample is the one after an impact, which no time separates from the one before."""
         return sample in self._impact_before
 
-    def _stretches(self, contact: int, mode: str) -> Iterator[tuple[int, int]]:
+    def _stretches(self, contact: int, mode: ContactMode) -> Iterator[tuple[int, int]]:
         """Yield (first, last) sample of every unbroken row of steps in a mode."""
-        steps = [k for k in range(1, len(self._motion.time)) if not self._jump(k) and self._mode(k, contact) == mode]
+        steps = [k for k in range(1, len(self._motion.time)) if not self._jump(k) and self._mode(k, contact) is mode]
         rows: list[list[int]] = []
         for k in steps:
             if rows and self._goes_on(contact, rows[-1][-1], k, mode):
@@ -116,7 +117,7 @@ class _Samples:
         for row in rows:
             yield row[0] - 1, row[-1]
 
-    def _goes_on(self, contact: int, last: int, step: int, mode: str) -> bool:
+    def _goes_on(self, contact: int, last: int, step: int, mode: ContactMode) -> bool:
         """Whether a step continues that of sample `last`: it is the next, or only an impact lies between them.
 
         A flight does not go on over an impact of its own contact.
@@ -124,20 +125,20 @@ class _Samples:
         if step == last + 1:
             return True
         over_impact = step == last + 2 and self._jump(last + 1)
-        return over_impact and not (mode == "flight" and self._takes_part(contact, last + 1))
+        return over_impact and not (mode is ContactMode.FLIGHT and self._takes_part(contact, last + 1))
 
-    def _mode(self, sample: int, contact: int) -> str:
+    def _mode(self, sample: int, contact: int) -> ContactMode:
         """Mode in the step that ends with a sample; one before an impact only says that it hits."""
-        mode = str(self._motion.mode[sample, contact])
-        if mode != "impact":
+        mode: ContactMode = self._motion.mode[sample, contact]
+        if mode is not ContactMode.IMPACT:
             return mode
         time = self._motion.time[sample]
         if any(
             switch.contact == contact and switch.kind == "touchdown" and abs(switch.time - time) <= _SAME_TIME
             for switch in self._motion.switches
         ):
-            return "flight"
-        return "slip" if self._speed[sample, contact] >= SLIP_VELOCITY else "stick"
+            return ContactMode.FLIGHT
+        return ContactMode.SLIP if self._speed[sample, contact] >= SLIP_VELOCITY else ContactMode.STICK
 
     def _height(self, contact: int, first: int, last: int) -> float:
         time, gap, rate = self._motion.time, self._gap[:, contact], self._rate[:, contact]

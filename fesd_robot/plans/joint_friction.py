@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, cast
+from typing import Literal
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.plans.record import Array, Record
 from fesd_robot.recovery import PhysicalMotion
 
@@ -16,14 +17,14 @@ class JointFrictionHistory(Record):
         unit: ``N`` or ``N m``.
         limit: F: the friction is -F sgn(v) where the joint moves, and in [-F, F] where it sticks.
         force: of the friction on the joint, N or N m, shape (n,); zero at a state that an impact at the end leaves.
-        mode: ``stick`` or ``slip`` at each sample.
+        mode: what it does at each sample: stick or slip.
         work: of the friction over the whole motion, J; negative where it has taken energy.
     """
 
     unit: Literal["N", "N m"]
     limit: float
     force: Array
-    mode: list[Literal["stick", "slip"]]
+    mode: list[Literal[ContactMode.STICK, ContactMode.SLIP]]
     work: float
 
 
@@ -61,7 +62,7 @@ def joint_friction_of(motion: PhysicalMotion, velocity_units: Mapping[str, str])
             unit="N" if velocity_units[names[row]] == "m/s" else "N m",
             limit=float(joints.limit[i]),
             force=joints.force[:, i],
-            mode=cast(list[Literal["stick", "slip"]], list(joints.mode[:, i])),
+            mode=list(joints.mode[:, i]),
             work=float(work[i]),
         )
         for i, row in enumerate(joints.rows)

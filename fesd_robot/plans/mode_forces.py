@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fesd_robot.contact import ContactMode
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
 from fesd_robot.recovery import (
     SLIP_VELOCITY,
@@ -21,9 +21,6 @@ from fesd_robot.recovery import (
 )
 from fesd_robot.replay import (
     ContactDynamics,
-    JointModes,
-    Mode,
-    Modes,
     contact_dynamics,
     is_proper,
     motion_in_modes,
@@ -35,14 +32,6 @@ EVERY = 2
 
 _SAME_TIME = 1e-9
 """s; an impact this near to the left end of an element is before it."""
-
-_MODES = {
-    ContactMode.FLIGHT: Mode.FLIGHT,
-    ContactMode.STICK: Mode.STICK,
-    ContactMode.SLIP: Mode.SLIP_FORWARDS,
-    ContactMode.SLIP_FORWARDS: Mode.SLIP_FORWARDS,
-    ContactMode.SLIP_BACKWARDS: Mode.SLIP_BACKWARDS,
-}
 
 
 @dataclass(frozen=True)
@@ -111,7 +100,7 @@ class ModeForces:
             self._at_joint(point, i, float(abs(point.joint_force[i]) - limits[i]))
             for point in self._points
             for i, mode in enumerate(point.joint_modes)
-            if mode is Mode.STICK
+            if mode is ContactMode.STICK
         )
 
     def joint_slides(self) -> Measured:
@@ -153,7 +142,7 @@ class ModeForces:
         if point.dynamics is None or following.dynamics is None:
             return np.full_like(point.force, np.nan)
         jacobian = point.dynamics.jacobian
-        closed = np.array([mode is not Mode.FLIGHT for mode in point.modes])
+        closed = np.array([mode is not ContactMode.FLIGHT for mode in point.modes])
         effect = jacobian.T @ stacked_rows(point.force)
         return split_contact_force(effect, jacobian, closed, self.physics.friction, following.force)[0]
 
@@ -173,7 +162,7 @@ class ModeForces:
         touching = [
             e
             for e in range(len(dense.time))
-            if self.physics.rubbing.size or any(mode is not Mode.FLIGHT for mode in self._modes(e))
+            if self.physics.rubbing.size or any(mode is not ContactMode.FLIGHT for mode in self._modes(e))
         ]
         return [self._point(e, j) for e in touching for j in range(0, dense.time.shape[1], EVERY)]
 
@@ -187,13 +176,13 @@ class ModeForces:
         ]
 
     def _modes(self, element: int) -> Modes:
-        return tuple(_MODES[mode] for mode in self.motion.between.mode[element])
+        return tuple(self.motion.between.mode[element])
 
     def _point(self, element: int, j: int) -> _Point:
         dense, modes = self.motion.between, self._modes(element)
         q, v, u = dense.configuration[element, j], dense.velocity[element, j], dense.control[element]
         time = float(dense.time[element, j])
-        joints = tuple(_MODES[mode] for mode in dense.joint_mode[element])
+        joints = tuple(dense.joint_mode[element])
         if not all(np.isfinite(part).all() for part in (q, v, u)):
             nowhere = np.full(len(joints), np.nan)
             return _Point(
@@ -215,13 +204,13 @@ class _Point:
     modes: Modes
     force: np.ndarray
     dynamics: ContactDynamics | None
-    joint_modes: JointModes
+    joint_modes: Modes
     joint_force: np.ndarray
     joint_velocity: np.ndarray
 
     @property
     def closed_contacts(self) -> list[int]:
-        return [i for i, mode in enumerate(self.modes) if mode is not Mode.FLIGHT]
+        return [i for i, mode in enumerate(self.modes) if mode is not ContactMode.FLIGHT]
 
     @cached_property
     def improper(self) -> bool:
@@ -233,5 +222,5 @@ class _Point:
         return any(mode.direction and slides[i] for i, mode in enumerate(self.modes))
 
 
-def _opens(before: Mode, after: Mode) -> bool:
-    return before is not Mode.FLIGHT and after is Mode.FLIGHT
+def _opens(before: ContactMode, after: ContactMode) -> bool:
+    return before is not ContactMode.FLIGHT and after is ContactMode.FLIGHT

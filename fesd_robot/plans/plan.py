@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.lazy import by_name
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.finite_elements import FiniteElements
@@ -48,14 +49,14 @@ class ContactHistory(Record):
         normal_force: N, shape (n,); zero in flight.
         tangential_force: N, shape (n,); positive along the ground's tangent in the x-z plane.
         lateral_force: N, shape (n,), along the second tangent, y on level ground; None of a contact in the plane.
-        mode: ``flight``, ``impact``, ``stick`` or ``slip`` at each sample.
+        mode: what it does at each sample: flight, impact, stick or slip.
     """
 
     gap: Array
     normal_force: Array
     tangential_force: Array
     lateral_force: Array | None = None
-    mode: list[Literal["flight", "impact", "stick", "slip"]]
+    mode: list[Literal[ContactMode.FLIGHT, ContactMode.IMPACT, ContactMode.STICK, ContactMode.SLIP]]
 
     @property
     def force(self) -> np.ndarray:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.errors import PlanFileError
 from fesd_robot.plans.plan import ContactHistory, Plan, Trajectory
 from fesd_robot.plans.sampling import planned_motion
@@ -64,7 +65,7 @@ def resampled(plan: Plan, rate: float) -> Plan:
             normal_force=np.asarray(force.normal),
             tangential_force=np.asarray(force.tangential),
             lateral_force=None if force.lateral is None else np.asarray(force.lateral),
-            mode=np.where(struck, "impact", force.mode).tolist(),
+            mode=[ContactMode.IMPACT if hit else mode for hit, mode in zip(struck, force.mode, strict=True)],
         )
     joints = {
         name: history.model_copy(update={"force": at.joint_friction[name], "mode": list(at.joint_modes[name])})

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.errors import PlanFileError
 from fesd_robot.orientations import with_unit_quaternions
 
@@ -36,12 +37,12 @@ class ContactForce:
 
     Attributes:
         normal, tangential, lateral: N, the last along the second tangent, y on level ground; None of a planar contact.
-        mode: ``flight``, ``impact``, ``stick`` or ``slip``.
+        mode: `ContactMode`: flight, impact, stick or slip.
     """
 
     normal: Value
     tangential: Value
-    mode: str | np.ndarray
+    mode: ContactMode | np.ndarray
     lateral: Value | None = None
 
 
@@ -58,7 +59,7 @@ class MotionAt:
         controls: name -> N or N m.
         contacts: name -> force.
         joint_friction: name of a velocity coordinate with dry friction -> force on it, N or N m.
-        joint_modes: the same names -> ``stick`` or ``slip``.
+        joint_modes: the same names -> `ContactMode`: stick or slip.
     """
 
     time: Value
@@ -68,7 +69,7 @@ class MotionAt:
     controls: dict[str, Value]
     contacts: dict[str, ContactForce]
     joint_friction: dict[str, Value]
-    joint_modes: dict[str, str | np.ndarray]
+    joint_modes: dict[str, ContactMode | np.ndarray]
 
 
 class PlannedMotion:
@@ -135,9 +136,8 @@ class PlannedMotion:
         def named(names: Sequence[str], columns: np.ndarray) -> dict[str, Value]:
             return {name: given(column) for name, column in zip(names, columns.T, strict=True)}
 
-        def modes(history: Sequence[str]) -> str | np.ndarray:
-            found = np.array([history[k] for k in row])
-            return found if moments.ndim else str(found[0])
+        def modes(history: Sequence[ContactMode]) -> ContactMode | np.ndarray:
+            return np.array([history[k] for k in row], dtype=object) if moments.ndim else history[row[0]]
 
         plan, joints = self._plan, self._plan.joint_friction
         return MotionAt(

@@ -60,7 +60,7 @@ class StageForces:
         q, v, place = motion.configuration[k], motion.velocity[k], (float(motion.time[k]), int(motion.interval[k]))
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
-        closed = np.array([mode in ("stick", "slip") for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
+        closed = np.array([mode.closed for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
         rubbing, planned = physics.rubbing, motion.dry_friction(k)[physics.rubbing]
         force, rubs, unexplained = split_forces(
             required, jacobian, closed, rubbing, physics.friction, motion.force[k], planned

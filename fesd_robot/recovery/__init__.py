@@ -25,6 +25,7 @@ __all__ = [
     "closest",
     "cone_facets",
     "holding_effort",
+    "kinds_of_change",
     "normal_rows",
     "recover",
     "split_contact_force",
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     from fesd_robot.recovery.polynomials import ElementPolynomials
     from fesd_robot.recovery.samples import ImpactRecord
     from fesd_robot.recovery.statics import holding_effort
-    from fesd_robot.recovery.switches import Kind, SwitchRecord
+    from fesd_robot.recovery.switches import Kind, SwitchRecord, kinds_of_change
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
@@ -57,6 +58,7 @@ else:
             "fesd_robot.recovery.contact_rows": [
                 "by_contact",
                 "cone_facets",
+                "kinds_of_change",
                 "normal_rows",
                 "stacked_rows",
                 "tangential_rows",
@@ -69,6 +71,6 @@ else:
             "fesd_robot.recovery.polynomials": ["ElementPolynomials"],
             "fesd_robot.recovery.samples": ["ImpactRecord"],
             "fesd_robot.recovery.statics": ["holding_effort"],
-            "fesd_robot.recovery.switches": ["Kind", "SwitchRecord"],
+            "fesd_robot.recovery.switches": ["Kind", "SwitchRecord", "kinds_of_change"],
         },
     )

@@ -24,7 +24,7 @@ class JointFriction:
         rows: their velocity coordinates, (n_f).
         limit: F, N or N m, (n_f).
         force: of the friction on the joint, N or N m, (n, n_f).
-        mode: ``stick`` or ``slip``, (n, n_f).
+        mode: `ContactMode`, stick or slip, (n, n_f).
         switches: changes between sticking and sliding in time order; their contact is a number of a joint.
     """
 
@@ -48,7 +48,7 @@ class PhysicalMotion:
         control: (n, n_u), without the speed of time.
         force: (n, n_c, rows), normal and tangential, N; two rows in the plane, three in space.
         gap_state: (n, n_c), integrated gap, m; (n, 0) if there is none.
-        mode: (n, n_c) of ``flight``, ``impact``, ``stick``, ``slip``.
+        mode: (n, n_c) of `ContactMode`: flight, impact, stick or slip, without its direction.
         impacts, switches: in time order.
         clock: physical time at the end of every control interval, (N,).
         theta_sum_error: largest deviation of the multipliers from their definition and their sum from one.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,13 +34,19 @@ class ImpactRecord:
         normal = self.impulse[:, 0]
         return np.asarray(normal > _TAKES_PART * normal.max())
 
+    def modes_before(self, modes: np.ndarray) -> np.ndarray:
+        """Return the modes of all contacts at the sample before it, (n_c): an impact of those that take part."""
+        shown = modes.copy()
+        shown[self.taking_part] = ContactMode.IMPACT
+        return shown
+
 
 class Samples:
     """Collects samples, those between stages, impacts and phases in time order."""
 
     def __init__(self, reader: ElementReader) -> None:
         self._reader = reader
-        self._rows: list[dict[str, object]] = []
+        self._rows: list[dict[str, Any]] = []
         self._pending = np.zeros((reader.n_c, reader.rows))
         self._provisional = False
         self.between: list[DenseElement] = []
@@ -102,7 +109,7 @@ class Samples:
             return
         impact = ImpactRecord(len(self._rows) - 1, len(self._rows), self._pending.copy())
         hit, before = impact.taking_part, self._rows[-1]
-        before["mode"] = np.where(hit, ContactMode.IMPACT.value, np.asarray(before["mode"], dtype=object))
+        before["mode"] = impact.modes_before(before["mode"])
         self.impacts.append(impact)
         self.phases.append(ContactPhase(time, [ContactMode.IMPACT if h else None for h in hit]))
         self._pending[:] = 0.0
@@ -130,8 +137,8 @@ class Samples:
                 "control": element.u[:-1],
                 "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
                 "gap_state": gap_state,
-                "mode": np.array([mode.without_direction.value for mode in modes], dtype=object),
+                "mode": np.array([mode.without_direction for mode in modes], dtype=object),
                 "joint_force": friction,
-                "joint_mode": np.array([mode.without_direction.value for mode in joint_modes], dtype=object),
+                "joint_mode": np.array([mode.without_direction for mode in joint_modes], dtype=object),
             }
         )

@@ -45,13 +45,15 @@ def switches_between(phases: Sequence[ContactPhase]) -> list[SwitchRecord]:
             following = phase.modes[contact]
             if following is None or following is mode:
                 continue
-            switches += [SwitchRecord(phase.start, contact, kind) for kind in _kinds(mode, following)]
+            if mode is not None:
+                switches += [SwitchRecord(phase.start, contact, kind) for kind in kinds_of_change(mode, following)]
             mode = following
     return sorted(switches, key=lambda switch: switch.time)
 
 
-def _kinds(mode: ContactMode | None, following: ContactMode) -> list[Kind]:
-    if mode is None:
+def kinds_of_change(mode: ContactMode, following: ContactMode) -> list[Kind]:
+    """Return the names of a change of mode: none or one."""
+    if following is mode:
         return []
     if following is ContactMode.FLIGHT:
         return ["takeoff"]

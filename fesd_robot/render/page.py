@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.errors import DimensionError, FesdRobotError
 from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import BoxVisual, CircleVisual, add_circles
@@ -164,7 +165,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
         "ticks": tick_labels(ground, floor),
         "labels": add_marks(window, content.marks, meshes, size),
         "story": content.story,
-        "modes": {**MODES, "flight": GREY},
+        "modes": {**MODES, ContactMode.FLIGHT: GREY},
         "colors": {"force": BLACK, "cone": GREEN},
     }
     page = _fill(
@@ -243,8 +244,8 @@ def _legend(content: PageContent, names: list[str], spacing: float) -> str:
     """Return the list entries that explain the coloured paths, modes and arrows, the grid and the ghost."""
     colors = [(f"path of {name}", series_color(index)) for index, name in enumerate(names)]
     if content.story is not None:
-        colors += [(mode, MODES[mode]) for mode in ("flight", "stick", "slip")]
-        colors += [("force", BLACK), ("friction cone", GREEN), ("impulse", MODES["impact"])]
+        colors += [(str(mode), MODES[mode]) for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP)]
+        colors += [("force", BLACK), ("friction cone", GREEN), ("impulse", MODES[ContactMode.IMPACT])]
     entries = [f'<li><i style="background:{color}"></i>{html.escape(name)}</li>' for name, color in colors]
     entries += [f"<li>transparent: {html.escape(content.ghost.name)}</li>"] if isinstance(content.ghost, Ghost) else []
     return "".join([*entries, f"<li>grid {spacing:g} m</li>"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fesd_robot.contact import ContactMode
+
 BLACK = "#1f2328"
 GREY = "#8b949e"
 BLUE = "#0072b2"
@@ -14,7 +16,12 @@ SKY = "#56b4e9"
 SERIES = (VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY)
 """Colours of things that come in a row, such as the feet."""
 
-MODES = {"flight": "#e3e7eb", "stick": BLUE, "slip": ORANGE, "impact": VERMILION}
+MODES = {
+    ContactMode.FLIGHT: "#e3e7eb",
+    ContactMode.STICK: BLUE,
+    ContactMode.SLIP: ORANGE,
+    ContactMode.IMPACT: VERMILION,
+}
 """Colour of each contact mode."""
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.orientations import columns_with_angles
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
@@ -63,7 +64,7 @@ def _foot(foot: Foot, number: int, plan: Plan, time: np.ndarray) -> dict[str, An
 
 def _rows(plan: Plan, time: np.ndarray) -> list[dict[str, Any]]:
     """Return the rows of the contact timeline, each with its stretches of one mode."""
-    modes: dict[str, Sequence[str]] = {name: contact.mode for name, contact in plan.contacts.items()}
+    modes: dict[str, Sequence[ContactMode]] = {name: contact.mode for name, contact in plan.contacts.items()}
     modes |= {f"{name} (joint)": joint.mode for name, joint in plan.joint_friction.items()}
     return [
         {"name": name, "spans": [[span.mode, span.start, span.end] for span in mode_spans(time, mode)]}

@@ -13,9 +13,6 @@ __all__ = [
     "Event",
     "Impact",
     "IntervalReplay",
-    "JointModes",
-    "Mode",
-    "Modes",
     "MotionReplay",
     "Note",
     "Segments",
@@ -38,7 +35,6 @@ if TYPE_CHECKING:
     from fesd_robot.replay.impacts import Impact, impact, rebounds
     from fesd_robot.replay.integrator import Segments, States, events_along
     from fesd_robot.replay.intervals import IntervalReplay, MotionReplay, replay_intervals
-    from fesd_robot.replay.mode import JointModes, Mode, Modes
     from fesd_robot.replay.modes import is_proper, motion_in_modes
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -51,7 +47,6 @@ else:
             "fesd_robot.replay.impacts": ["Impact", "impact", "rebounds"],
             "fesd_robot.replay.integrator": ["Segments", "States", "events_along"],
             "fesd_robot.replay.intervals": ["IntervalReplay", "MotionReplay", "replay_intervals"],
-            "fesd_robot.replay.mode": ["JointModes", "Mode", "Modes"],
             "fesd_robot.replay.modes": ["is_proper", "motion_in_modes"],
         },
     )

@@ -7,11 +7,12 @@ from enum import Enum
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.recovery import NumericPhysics, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact, impact, levelled
-from fesd_robot.replay.mode import ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, ModeMotion, Modes
+from fesd_robot.replay.mode_motion import ZERO_TANGENTIAL_VELOCITY, ModeMotion
 from fesd_robot.replay.modes import rated_modes, slips_are_proper
 
 CLOSED_GAP = 1e-5
@@ -65,7 +66,7 @@ class Contacts:
     modes: Modes
     closed: np.ndarray
     ground: np.ndarray
-    joints: JointModes
+    joints: Modes
     headings: np.ndarray
 
 
@@ -123,9 +124,12 @@ class ContactLaw:
         gaps, normal = self._physics.gaps(q), self._normal_velocity(q, v)
         closed = (gaps <= CLOSED_GAP) & (np.abs(normal) <= CLOSED_VELOCITY) & ~(flying & (gaps > 0))
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
-        ground, joints = np.where(closed, gaps, np.minimum(gaps, 0.0)), (Mode.STICK,) * len(self._physics.rubbing)
+        ground, joints = (
+            np.where(closed, gaps, np.minimum(gaps, 0.0)),
+            (ContactMode.STICK,) * len(self._physics.rubbing),
+        )
         nowhere = slip_headings(np.zeros((len(gaps), self._physics.rows - 1)))
-        contacts = Contacts((Mode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere)
+        contacts = Contacts((ContactMode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere)
         hits, result = (gaps <= 0) & (normal < -CLOSED_VELOCITY), None
         if hits.any():
             contacts, result = self.hit(contacts, hits, q, v)
@@ -194,12 +198,12 @@ class ContactLaw:
             left: modes that have just ceased to be possible.
         """
         if not contacts.closed.any() and not contacts.joints:
-            return replace(contacts, modes=(Mode.FLIGHT,) * len(contacts.modes)), v
+            return replace(contacts, modes=(ContactMode.FLIGHT,) * len(contacts.modes)), v
         v = self._settled(contacts.closed, q, v)
         choices = rated_modes(contact_dynamics(self._physics, q, v, self._control), contacts.closed, left)
         self._judge(choices)
         chosen = self._going_on(choices, contacts.modes)
-        closed = contacts.closed & np.array([mode is not Mode.FLIGHT for mode in chosen.modes], dtype=bool)
+        closed = contacts.closed & np.array([mode is not ContactMode.FLIGHT for mode in chosen.modes], dtype=bool)
         return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints, headings=chosen.headings), v
 
     def _not_parting(self, touching: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:

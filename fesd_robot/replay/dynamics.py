@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.recovery import NumericPhysics, tangential_rows
 from fesd_robot.replay.headings import slip_headings
-from fesd_robot.replay.mode import JointModes, Mode
 
 _STEP = 3e-6
 """Step in s of the central difference for the derivative of the contact Jacobian along the motion."""
@@ -48,7 +48,7 @@ class ContactDynamics:
         """Rows of a contact."""
         return 1 + self.headings.shape[1]
 
-    def in_joint_modes(self, modes: JointModes) -> ContactDynamics:
+    def in_joint_modes(self, modes: Modes) -> ContactDynamics:
         """Return the dynamics in which joints with dry friction stick or slide as given, from that without friction.
 
             slide: tau_f = -F s;   stick: a_i = 0, with the tau_f that this takes
@@ -59,7 +59,7 @@ class ContactDynamics:
         if not modes:
             return self
         joints, rows = self.joints, self.joints.rows
-        sticking = np.array([mode is Mode.STICK for mode in modes])
+        sticking = np.array([mode is ContactMode.STICK for mode in modes])
         force = -joints.limit * np.array([mode.direction for mode in modes])
         acceleration = self.acceleration + joints.response @ force
         held = np.linalg.inv(joints.response[rows][np.ix_(sticking, sticking)])

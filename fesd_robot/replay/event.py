@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fesd_robot.recovery import SwitchRecord
-from fesd_robot.replay.changes import kinds_of_change
+from fesd_robot.contact import ContactMode
+from fesd_robot.recovery import Kind, SwitchRecord, kinds_of_change
 from fesd_robot.replay.contacts import Contacts
 from fesd_robot.replay.impacts import Impact
 
@@ -38,7 +38,7 @@ class Event:
         return [
             SwitchRecord(start + self.time, i, kind)
             for i, (old, new, hit) in enumerate(changes)
-            for kind in kinds_of_change(old, new, hit=hit)
+            for kind in (_kinds_of_hit(old, new) if hit else kinds_of_change(old, new))
         ]
 
     def joint_switches(self, start: float) -> list[SwitchRecord]:
@@ -47,5 +47,12 @@ class Event:
         return [
             SwitchRecord(start + self.time, i, kind)
             for i, (old, new) in enumerate(changes)
-            for kind in kinds_of_change(old, new, hit=False)
+            for kind in kinds_of_change(old, new)
         ]
+
+
+def _kinds_of_hit(old: ContactMode, new: ContactMode) -> list[Kind]:
+    """Return the names of the change of a contact that has met the ground: one that flies on has also taken off."""
+    if old is not ContactMode.FLIGHT:
+        return kinds_of_change(old, new)
+    return [*kinds_of_change(old, ContactMode.IMPACT), *kinds_of_change(ContactMode.IMPACT, new)]

@@ -10,10 +10,10 @@ import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.headings import beginning_headings, slip_headings
 from fesd_robot.replay.impact_state import ImpactState
-from fesd_robot.replay.mode import Mode
 from fesd_robot.replay.splits import widest_split
 
 ZERO = 1e-12
@@ -42,7 +42,7 @@ follows that one within an impulse in proportion to the speed, and an explicit m
 _TOLERANCE = 1e-12
 """Relative tolerance of phases that are integrated."""
 
-Choice = tuple[tuple[str, Mode] | None, ...]
+Choice = tuple[tuple[str, ContactMode] | None, ...]
 """What every contact does: it pushes or holds, and sticks or slips; None if it has no impulse."""
 
 
@@ -81,7 +81,7 @@ class ImpactProcess:
         Args:
             left: a choice that has just ceased to be possible.
         """
-        options: list[Sequence[tuple[str, Mode] | None]] = [
+        options: list[Sequence[tuple[str, ContactMode] | None]] = [
             self._options(*self._of(velocity, i)) if on else [None] for i, on in enumerate(self.touching)
         ]
         for choice in self._likely(velocity, options):
@@ -93,7 +93,9 @@ class ImpactProcess:
                 return ImpactPhase(choice, headings, rates)
         return None
 
-    def _likely(self, velocity: np.ndarray, options: list[Sequence[tuple[str, Mode] | None]]) -> Iterator[Choice]:
+    def _likely(
+        self, velocity: np.ndarray, options: list[Sequence[tuple[str, ContactMode] | None]]
+    ) -> Iterator[Choice]:
         """Yield all choices, in space those first that pivoting leads to.
 
         From the choice in which contacts that do not part stay, one that pulls gives up, one that would have to push
@@ -116,8 +118,8 @@ class ImpactProcess:
                         choice[i] = None
                     elif one[0] == "hold" and push > 1:
                         choice[i] = ("push", one[1])
-                    elif one[1] is Mode.STICK and float(np.linalg.norm(friction)) > self.friction[i] * push:
-                        choice[i] = (one[0], Mode.SLIP_FORWARDS)
+                    elif one[1] is ContactMode.STICK and float(np.linalg.norm(friction)) > self.friction[i] * push:
+                        choice[i] = (one[0], ContactMode.SLIP)
         yield from product(*options)
 
     def after(self, phase: ImpactPhase, state: ImpactState) -> _End | None:
@@ -130,7 +132,7 @@ class ImpactProcess:
         for i, one in enumerate(choice):
             if one and one[0] == "hold":
                 normal_rows(velocity, self.rows)[i] = 0.0
-            if one and one[1] is Mode.STICK:
+            if one and one[1] is ContactMode.STICK:
                 tangential_rows(velocity, self.rows)[i] = 0.0
 
     def _straight(self, phase: ImpactPhase, state: ImpactState) -> _End | None:
@@ -238,13 +240,13 @@ class ImpactProcess:
     def _of(self, values: np.ndarray, i: int) -> tuple[float, np.ndarray]:
         return float(normal_rows(values, self.rows)[i]), tangential_rows(values, self.rows)[i]
 
-    def _options(self, normal: float, tangential: np.ndarray) -> list[tuple[str, Mode] | None]:
+    def _options(self, normal: float, tangential: np.ndarray) -> list[tuple[str, ContactMode] | None]:
         if normal > 0:
             return [None]
         if self.rows > 2:
-            slips = [Mode.SLIP_FORWARDS] if tangential.any() else [Mode.STICK, Mode.SLIP_FORWARDS]
+            slips = [ContactMode.SLIP] if tangential.any() else [ContactMode.STICK, ContactMode.SLIP]
         else:
-            slips = {1: [Mode.SLIP_FORWARDS], -1: [Mode.SLIP_BACKWARDS], 0: list(_TANGENTIAL)}[
+            slips = {1: [ContactMode.SLIP_FORWARDS], -1: [ContactMode.SLIP_BACKWARDS], 0: list(_TANGENTIAL)}[
                 int(np.sign(tangential[0]))
             ]
         pushes = ["push"] if normal < 0 else ["hold", "push"]
@@ -263,7 +265,7 @@ class ImpactProcess:
 
     def _beginning(self, choice: Choice, headings: np.ndarray, starting: Sequence[int]) -> np.ndarray:
         """Return the directions of all slides, (n_c, n_t): of those in `starting` that of their acceleration."""
-        held = tuple((one[0], Mode.STICK) if one and i in starting else one for i, one in enumerate(choice))
+        held = tuple((one[0], ContactMode.STICK) if one and i in starting else one for i, one in enumerate(choice))
         pulls = -tangential_rows(self._rates_of(held, headings), self.rows)
 
         def drift(directions: np.ndarray) -> np.ndarray:
@@ -293,7 +295,7 @@ class ImpactProcess:
                 columns.append(direction)
                 bounds += [unit[size * i], -unit[size * i]]
                 offsets += [0.0, 1.0]
-            if slip is Mode.STICK:
+            if slip is ContactMode.STICK:
                 rows += tangents
                 columns += [unit[row] for row in tangents]
                 for facet in cone_facets(size - 1):
@@ -316,7 +318,7 @@ class ImpactProcess:
             push, friction = self._of(rates, i)
             if chosen[0] == "hold":
                 least = min(least, push, 1.0 - push)
-            if chosen[1] is Mode.STICK:
+            if chosen[1] is ContactMode.STICK:
                 least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
         return least + 1e3 * ZERO
 
@@ -345,24 +347,24 @@ class ImpactProcess:
                 return False
             if kind == "hold" and (not -small_rate <= push <= 1 + small_rate or abs(rising) > small_held):
                 return False
-            if slip is Mode.STICK:
+            if slip is ContactMode.STICK:
                 too_much = float(np.linalg.norm(friction)) > self.friction[i] * push + small_rate
                 if too_much or np.abs(drifting).max() > small_held:
                     return False
             elif not tangential.any() and self.friction[i] > 0:
                 before = left[i] if left else None
-                stuck = before is not None and before[1] is Mode.STICK
+                stuck = before is not None and before[1] is ContactMode.STICK
                 if slip.direction * headings[i] @ drifting <= (0.0 if stuck else small_slope):
                     return False
         return True
 
 
-def _holding(choice: tuple[str, Mode] | None) -> tuple[bool, bool, bool]:
+def _holding(choice: tuple[str, ContactMode] | None) -> tuple[bool, bool, bool]:
     """Order in which contacts are taken to do things at first: hold before push, stick before slip."""
     return (
         choice is not None,
         choice is not None and choice[0] == "hold",
-        choice is not None and choice[1] is Mode.STICK,
+        choice is not None and choice[1] is ContactMode.STICK,
     )
 
 
@@ -376,4 +378,4 @@ def _root(function: Callable[[float], float], stepper: DOP853) -> float:
     return float(brentq(function, stepper.t_old, stepper.t, xtol=1e-15))
 
 
-_TANGENTIAL = (Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)
+_TANGENTIAL = (ContactMode.STICK, ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)

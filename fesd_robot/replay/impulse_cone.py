@@ -6,12 +6,14 @@ from itertools import product
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.recovery import NumericPhysics
 
 _ZERO = 1e-9
 """Velocity or impulse, relative to the largest, that counts as zero."""
 
-_STICKS, _SLIPS_FORWARDS, _SLIPS_BACKWARDS, _NO_IMPULSE = range(4)
+_MODES = (ContactMode.IMPACT_STICK, ContactMode.IMPACT_FORWARDS, ContactMode.IMPACT_BACKWARDS, ContactMode.FLIGHT)
+"""Of a contact that touches, the last without an impulse, in the order in which they are tried."""
 
 
 def impact_at_once(
@@ -36,7 +38,7 @@ def impact_at_once(
     rebound = np.zeros(len(before))
     rebound[::2] = physics.restitution * np.maximum(-before[::2], 0.0)
     closed, zero = np.flatnonzero(touching), _ZERO * max(1.0, float(np.abs(before).max(initial=0.0)))
-    for modes in product(range(4), repeat=len(closed)):
+    for modes in product(_MODES, repeat=len(closed)):
         impulse = _impulse(compliance, rebound - before, physics.friction, closed, modes)
         after = before + compliance @ impulse
         if _possible(after - rebound, impulse, physics.friction, dict(zip(closed.tolist(), modes, strict=True)), zero):
@@ -45,19 +47,18 @@ def impact_at_once(
 
 
 def _impulse(
-    compliance: np.ndarray, change: np.ndarray, friction: np.ndarray, closed: np.ndarray, modes: tuple[int, ...]
+    compliance: np.ndarray, change: np.ndarray, friction: np.ndarray, closed: np.ndarray, modes: Modes
 ) -> np.ndarray:
     """Return the impulse that changes the velocities that modes prescribe, normal and tangential in turn, (2 n_c)."""
     columns, rows = list[np.ndarray](), list[int]()
     for contact, mode in zip(closed.tolist(), modes, strict=True):
         normal, tangent = np.zeros(len(change)), np.zeros(len(change))
         normal[2 * contact] = tangent[2 * contact + 1] = 1.0
-        if mode == _STICKS:
+        if mode is ContactMode.IMPACT_STICK:
             columns += [normal, tangent]
             rows += [2 * contact, 2 * contact + 1]
-        elif mode != _NO_IMPULSE:
-            side = -1.0 if mode == _SLIPS_FORWARDS else 1.0
-            columns.append(normal + side * friction[contact] * tangent)
+        elif mode.hits:
+            columns.append(normal - mode.direction * friction[contact] * tangent)
             rows.append(2 * contact)
     if not columns:
         return np.zeros(len(change))
@@ -65,14 +66,16 @@ def _impulse(
     return np.asarray(basis @ np.linalg.lstsq((compliance @ basis)[rows], change[rows], rcond=1e-12)[0])
 
 
-def _possible(after: np.ndarray, impulse: np.ndarray, friction: np.ndarray, modes: dict[int, int], zero: float) -> bool:
+def _possible(
+    after: np.ndarray, impulse: np.ndarray, friction: np.ndarray, modes: dict[int, ContactMode], zero: float
+) -> bool:
     for contact, mode in modes.items():
         normal, tangential = after[2 * contact], after[2 * contact + 1]
         push, rub = impulse[2 * contact], impulse[2 * contact + 1]
-        if normal < -zero or push < -zero or (mode != _NO_IMPULSE and normal > zero):
+        if normal < -zero or push < -zero or (mode.hits and normal > zero):
             return False
-        if mode == _STICKS and (abs(rub) > friction[contact] * push + zero or abs(tangential) > zero):
+        if mode is ContactMode.IMPACT_STICK and (abs(rub) > friction[contact] * push + zero or abs(tangential) > zero):
             return False
-        if (mode == _SLIPS_FORWARDS and tangential < -zero) or (mode == _SLIPS_BACKWARDS and tangential > zero):
+        if mode.direction * tangential < -zero:
             return False
     return True

@@ -9,13 +9,14 @@ from functools import partial
 import numpy as np
 from scipy.integrate import DOP853
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import NumericPhysics, SwitchRecord, normal_rows, stacked_rows, tangential_rows
 from fesd_robot.replay.budget import Budget
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
 from fesd_robot.replay.event import Event
 from fesd_robot.replay.headings import NO_SPEED, slip_headings
-from fesd_robot.replay.mode import ADMISSIBLE, Mode, scale_of
+from fesd_robot.replay.mode_motion import ADMISSIBLE, scale_of
 from fesd_robot.replay.modes import (
     acceleration_in_modes,
     force_margin,
@@ -364,7 +365,7 @@ class Segments:
         slip = np.array([mode.direction for mode in contacts.modes]) * (self.physics.friction > 0)
         touches, count = bool(contacts.closed.any()), len(contacts.modes)
         slide = np.array([mode.direction for mode in contacts.joints], dtype=float)
-        sticking = np.array([mode is Mode.STICK for mode in contacts.joints], dtype=bool)
+        sticking = np.array([mode is ContactMode.STICK for mode in contacts.joints], dtype=bool)
 
         def values(y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)

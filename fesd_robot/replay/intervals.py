@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion, SwitchRecord
 from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
 from fesd_robot.replay.impact_orders import impacts_in_turn
@@ -120,7 +121,11 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
             (impact_error, in_turn), start = _impact_error(motion, physics, hit.before, hit.after), hit.after
     begin, finish = float(motion.time[start]), float(motion.time[end])
     control = motion.control[end]
-    q, v, flying = motion.configuration[start], motion.velocity[start], motion.mode[min(start + 1, end)] == "flight"
+    q, v, flying = (
+        motion.configuration[start],
+        motion.velocity[start],
+        motion.mode[min(start + 1, end)] == ContactMode.FLIGHT,
+    )
     result = replay_motion(physics, q, v, control, finish - begin, begin, flying)
     sides = [end]
     for hit in motion.impacts:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.replay.dynamics import ContactDynamics
-from fesd_robot.replay.mode import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, JointModes, Mode, scale_of
+from fesd_robot.replay.mode_motion import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, scale_of
 
 _AT_ONCE = 3
 """Rounds in which all joints that violate the law change their modes; from then on only the first one does."""
@@ -16,7 +17,7 @@ _AT_ONCE = 3
 _PIVOTS = 200
 """Changes of single modes after which no modes are found."""
 
-_ALONG = {1: Mode.SLIP_FORWARDS, -1: Mode.SLIP_BACKWARDS}
+_ALONG = {1: ContactMode.SLIP_FORWARDS, -1: ContactMode.SLIP_BACKWARDS}
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class JointsInMotion:
             largest; infinite if none does.
     """
 
-    modes: JointModes
+    modes: Modes
     dynamics: ContactDynamics
     margin: float
     motion_margin: float
@@ -57,7 +58,7 @@ def joints_in_motion(dynamics: ContactDynamics, forces: Callable[[ContactDynamic
     joints = dynamics.joints
     resting = np.abs(joints.velocity) <= ZERO_TANGENTIAL_VELOCITY
     modes = [
-        Mode.STICK if rests else _ALONG[int(np.sign(speed))]
+        ContactMode.STICK if rests else _ALONG[int(np.sign(speed))]
         for rests, speed in zip(resting, joints.velocity, strict=True)
     ]
     found = _judged(dynamics, forces, modes, resting)
@@ -76,16 +77,16 @@ class _Judged:
     """Modes of joints, and number of a joint -> the mode it should have instead."""
 
     motion: JointsInMotion
-    wanted: dict[int, Mode]
+    wanted: dict[int, ContactMode]
 
 
 def _judged(
     without: ContactDynamics,
     forces: Callable[[ContactDynamics], np.ndarray],
-    modes: list[Mode],
+    modes: list[ContactMode],
     resting: np.ndarray,
 ) -> _Judged:
-    dynamics, wanted = without.in_joint_modes(tuple(modes)), dict[int, Mode]()
+    dynamics, wanted = without.in_joint_modes(tuple(modes)), dict[int, ContactMode]()
     margin = motion_margin = np.inf
     if modes:
         contacts, limit = forces(dynamics), without.joints.limit
@@ -93,7 +94,7 @@ def _judged(
         acceleration = (dynamics.acceleration + dynamics.response @ contacts)[without.joints.rows]
         force_scale, acceleration_scale = scale_of(friction), scale_of(acceleration)
         for i, mode in enumerate(modes):
-            if mode is Mode.STICK:
+            if mode is ContactMode.STICK:
                 left = float(limit[i] - abs(friction[i])) / force_scale
                 margin = min(margin, left)
                 if left < -ADMISSIBLE:
@@ -102,5 +103,5 @@ def _judged(
                 along = mode.direction * float(acceleration[i]) / acceleration_scale
                 motion_margin = min(motion_margin, along)
                 if along < -ADMISSIBLE:
-                    wanted[i] = Mode.STICK
+                    wanted[i] = ContactMode.STICK
     return _Judged(JointsInMotion(tuple(modes), dynamics, margin, motion_margin), wanted)

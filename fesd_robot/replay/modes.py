@@ -8,11 +8,12 @@ from itertools import combinations, product
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.recovery import by_contact, cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import beginning_headings
 from fesd_robot.replay.joints import joints_in_motion
-from fesd_robot.replay.mode import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, Mode, ModeMotion, Modes, scale_of
+from fesd_robot.replay.mode_motion import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, ModeMotion, scale_of
 from fesd_robot.replay.pivoting import pivoted
 from fesd_robot.replay.splits import widest_split
 
@@ -104,20 +105,20 @@ def _plausibility(motion: ModeMotion) -> tuple[bool, bool, int, float]:
     return not motion.admissible, not motion.proper, sum(abs(mode.direction) for mode in motion.modes), -distance
 
 
-def _options(dynamics: ContactDynamics, closed: np.ndarray) -> Iterator[Sequence[Mode]]:
+def _options(dynamics: ContactDynamics, closed: np.ndarray) -> Iterator[Sequence[ContactMode]]:
     in_space, velocities = dynamics.rows > 2, tangential_rows(dynamics.velocity, dynamics.rows)
     for touches, mu, velocity in zip(closed, dynamics.friction, velocities, strict=True):
         slides = float(np.linalg.norm(velocity)) > ZERO_TANGENTIAL_VELOCITY
         if not touches:
-            yield (Mode.FLIGHT,)
-        elif mu == 0 or (slides and (in_space or velocity[0] > 0)):
-            yield (Mode.SLIP_FORWARDS, Mode.FLIGHT)
+            yield (ContactMode.FLIGHT,)
+        elif mu == 0 or (slides and in_space):
+            yield (ContactMode.SLIP, ContactMode.FLIGHT)
         elif slides:
-            yield (Mode.SLIP_BACKWARDS, Mode.FLIGHT)
+            yield (ContactMode.SLIP_FORWARDS if velocity[0] > 0 else ContactMode.SLIP_BACKWARDS, ContactMode.FLIGHT)
         elif in_space:
-            yield (Mode.STICK, Mode.SLIP_FORWARDS, Mode.FLIGHT)
+            yield (ContactMode.STICK, ContactMode.SLIP, ContactMode.FLIGHT)
         else:
-            yield (Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS, Mode.FLIGHT)
+            yield (ContactMode.STICK, ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS, ContactMode.FLIGHT)
 
 
 def _constraints(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
@@ -126,18 +127,18 @@ def _constraints(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, n
     columns: list[np.ndarray] = []
     size, unit = dynamics.rows, np.eye(dynamics.rows * len(modes))
     for i, mode in enumerate(modes):
-        if mode is Mode.FLIGHT:
+        if mode is ContactMode.FLIGHT:
             continue
         normal, tangents = size * i, range(size * i + 1, size * (i + 1))
         rows.append(normal)
         columns.append(slip_direction(dynamics, i, mode))
-        if mode is Mode.STICK:
+        if mode is ContactMode.STICK:
             rows += tangents
             columns += [unit[row] for row in tangents]
     return np.array(rows, dtype=int), np.array(columns).reshape(len(rows), size * len(modes)).T
 
 
-def slip_direction(dynamics: ContactDynamics, contact: int, mode: Mode) -> np.ndarray:
+def slip_direction(dynamics: ContactDynamics, contact: int, mode: ContactMode) -> np.ndarray:
     """Return how a unit of normal force acts on the rows, (rows n_c): on the normal, and against a slip."""
     size = dynamics.rows
     direction = np.zeros(size * len(dynamics.friction))
@@ -192,9 +193,9 @@ def _least_room(dynamics: ContactDynamics, modes: Modes, forces: np.ndarray) -> 
     """Smallest of what must not be negative: f_n of closed contacts, mu f_n - |f_t| of sticking ones."""
     least = np.inf
     for force, mu, mode in zip(by_contact(forces, dynamics.rows), dynamics.friction, modes, strict=True):
-        if mode is Mode.STICK:
+        if mode is ContactMode.STICK:
             least = min(least, float(mu * force[0] - np.linalg.norm(force[1:])))
-        if mode is not Mode.FLIGHT:
+        if mode is not ContactMode.FLIGHT:
             least = min(least, float(force[0]))
     return least
 
@@ -225,9 +226,9 @@ def _bounds(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray) -> np.n
     facets = cone_facets(dynamics.rows - 1)
     for i, mode in enumerate(modes):
         own = spread[dynamics.rows * i : dynamics.rows * (i + 1)]
-        if mode is Mode.STICK:
+        if mode is ContactMode.STICK:
             rows += [dynamics.friction[i] * own[0] - facet @ own[1:] / np.linalg.norm(facet) for facet in facets]
-        if mode is not Mode.FLIGHT:
+        if mode is not ContactMode.FLIGHT:
             rows.append(own[0])
     return np.array(rows)
 
@@ -237,7 +238,7 @@ def _touching(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray, force
     rows = list[np.ndarray]()
     for i, force in enumerate(by_contact(forces, dynamics.rows)):
         size = float(np.linalg.norm(force[1:]))
-        if modes[i] is Mode.STICK and size > 0:
+        if modes[i] is ContactMode.STICK and size > 0:
             own = spread[dynamics.rows * i : dynamics.rows * (i + 1)]
             rows.append(dynamics.friction[i] * own[0] - (force[1:] / size) @ own[1:])
     return rows
@@ -257,7 +258,7 @@ def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMo
     parting, drifting = normal_rows(following, dynamics.rows), tangential_rows(following, dynamics.rows)
     needed = [-unmet]
     for i in np.flatnonzero(closed).tolist():
-        if modes[i] is Mode.FLIGHT:
+        if modes[i] is ContactMode.FLIGHT:
             needed.append(parting[i] / scale_of(dynamics.free))
         elif dynamics.friction[i] > 0 and not _slides(dynamics, i):
             needed.append(_beginning(dynamics, i, modes[i], drifting[i]))
@@ -284,7 +285,7 @@ def _loads_move(dynamics: ContactDynamics, modes: Modes) -> bool:
     return bool(np.abs(dynamics.response @ free).max(initial=0.0) > _MOVED * sizes[0])
 
 
-def _beginning(dynamics: ContactDynamics, contact: int, mode: Mode, acceleration: np.ndarray) -> float:
+def _beginning(dynamics: ContactDynamics, contact: int, mode: ContactMode, acceleration: np.ndarray) -> float:
     """Return the acceleration along its slide of a contact that begins to, as a ratio; -1 without a direction."""
     heading = dynamics.headings[contact]
     if mode.direction and not heading.any():
@@ -307,7 +308,7 @@ def with_beginning_headings(dynamics: ContactDynamics, modes: Modes, starting: S
     """
     if not starting:
         return dynamics
-    held = tuple(Mode.STICK if i in starting else mode for i, mode in enumerate(modes))
+    held = tuple(ContactMode.STICK if i in starting else mode for i, mode in enumerate(modes))
     pulls = -tangential_rows(_forces(dynamics, held)[0], dynamics.rows)
 
     def drift(headings: np.ndarray) -> np.ndarray:
@@ -324,12 +325,12 @@ def is_proper(dynamics: ContactDynamics, modes: Modes) -> bool:
 
     Source: Genot and Brogliato, New results on Painleve paradoxes, European Journal of Mechanics A 18 (1999).
     """
-    closed = [i for i, mode in enumerate(modes) if mode is not Mode.FLIGHT]
+    closed = [i for i, mode in enumerate(modes) if mode is not ContactMode.FLIGHT]
     if not any(modes[i].direction for i in closed):
         return True
     size, w = dynamics.rows, dynamics.compliance
     normal = [size * i for i in closed]
-    sticking = [row for i in closed if modes[i] is Mode.STICK for row in range(size * i + 1, size * (i + 1))]
+    sticking = [row for i in closed if modes[i] is ContactMode.STICK for row in range(size * i + 1, size * (i + 1))]
     columns = np.column_stack([w @ slip_direction(dynamics, i, modes[i]) for i in closed])
     held = np.linalg.pinv(w[np.ix_(sticking, sticking)], rcond=_SINGULAR, hermitian=True)
     matrix = columns[normal] - w[np.ix_(normal, sticking)] @ held @ columns[sticking]
@@ -352,14 +353,16 @@ def slips_are_proper(dynamics: ContactDynamics, closed: np.ndarray) -> bool:
     """
     if dynamics.rows > 2:
         return is_proper(*_in_worst_directions(dynamics, closed))
-    slips = (Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS)
-    return all(is_proper(dynamics, modes) for modes in product(*(slips if on else (Mode.FLIGHT,) for on in closed)))
+    slips = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
+    return all(
+        is_proper(dynamics, modes) for modes in product(*(slips if on else (ContactMode.FLIGHT,) for on in closed))
+    )
 
 
 def _in_worst_directions(dynamics: ContactDynamics, closed: np.ndarray) -> tuple[ContactDynamics, Modes]:
     """Return every closed contact sliding in the direction in which friction presses it into the ground most."""
     size = dynamics.rows
     coupling = [dynamics.compliance[size * i, size * i + 1 : size * (i + 1)] for i in range(len(closed))]
-    modes = tuple(Mode.SLIP_FORWARDS if on else Mode.FLIGHT for on in closed)
+    modes = tuple(ContactMode.SLIP if on else ContactMode.FLIGHT for on in closed)
     size_of = np.maximum(np.linalg.norm(coupling, axis=1, keepdims=True), 1e-300)
     return replace(dynamics, headings=np.array(coupling) / size_of), modes

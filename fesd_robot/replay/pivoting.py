@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.recovery import normal_rows, tangential_rows
 from fesd_robot.replay.cone_problem import forces_by_projection
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import slip_headings
-from fesd_robot.replay.mode import ADMISSIBLE, Mode, ModeMotion, Modes, scale_of
+from fesd_robot.replay.mode_motion import ADMISSIBLE, ModeMotion, scale_of
 
 Rated = Callable[[ContactDynamics, Modes], ModeMotion]
 
@@ -59,7 +60,9 @@ def pivoted(
                         return nearest
             pivots = _pivots(dynamics, motion, closed, stays)
             if motion.admissible and modes != left:
-                idle = {i: mode for i, mode in pivots.items() if mode is Mode.STICK and motion.modes[i].direction}
+                idle = {
+                    i: mode for i, mode in pivots.items() if mode is ContactMode.STICK and motion.modes[i].direction
+                }
                 steady = rated(dynamics, _changed(modes, idle)) if idle else motion
                 return steady if steady.admissible and steady.modes != left else motion
             changed = pivots if at_once else dict(list(pivots.items())[:1])
@@ -72,7 +75,7 @@ def _shown(dynamics: ContactDynamics, closed: np.ndarray, stays: Modes) -> tuple
 
     Contacts that rest get the directions in which they accelerate, from which that of a beginning slide is solved for.
     """
-    resting = np.array([mode is Mode.STICK for mode in stays])
+    resting = np.array([mode is ContactMode.STICK for mode in stays])
     forces = forces_by_projection(dynamics, closed, resting)
     after = dynamics.free + dynamics.compliance @ forces.ravel()
     parting, drifting = normal_rows(after, dynamics.rows), tangential_rows(after, dynamics.rows)
@@ -80,34 +83,35 @@ def _shown(dynamics: ContactDynamics, closed: np.ndarray, stays: Modes) -> tuple
     flies = closed & (forces[:, 0] <= pushes) & (parting > moves)
     slides = resting & ~flies & (np.linalg.norm(drifting, axis=1) > moves)
     modes = [
-        Mode.FLIGHT if f else Mode.SLIP_FORWARDS if s else stay for f, s, stay in zip(flies, slides, stays, strict=True)
+        ContactMode.FLIGHT if f else ContactMode.SLIP if s else stay
+        for f, s, stay in zip(flies, slides, stays, strict=True)
     ]
     begins = slip_headings(drifting, dynamics.headings, slow=moves)
     return replace(dynamics, headings=np.where(resting[:, None], begins, dynamics.headings)), tuple(modes)
 
 
-def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, Mode]:
+def _without_room(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, ContactMode]:
     """Return the contact that is nearest to a bound in modes that have just been left -> its mode beyond that.
 
     Where the state has drifted by a round-off since, the modes may be admissible still.
     """
-    rooms, unused = list[tuple[float, int, Mode]](), _unused(dynamics, motion)
+    rooms, unused = list[tuple[float, int, ContactMode]](), _unused(dynamics, motion)
     for i, mode in enumerate(motion.modes):
-        if mode is Mode.STICK:
-            rooms.append((float(unused[i]), i, Mode.SLIP_FORWARDS))
-        if mode is not Mode.FLIGHT:
-            rooms.append((float(motion.force[i, 0]), i, Mode.FLIGHT))
+        if mode is ContactMode.STICK:
+            rooms.append((float(unused[i]), i, ContactMode.SLIP))
+        if mode is not ContactMode.FLIGHT:
+            rooms.append((float(motion.force[i, 0]), i, ContactMode.FLIGHT))
     _, contact, becomes = min(rooms, key=lambda room: room[0])
     return {contact: becomes}
 
 
-def _at_bound(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, Mode]:
+def _at_bound(dynamics: ContactDynamics, motion: ModeMotion) -> dict[int, ContactMode]:
     """Return the contacts that stick at the edges of their friction cones -> that they slide."""
     room = _unused(dynamics, motion) / scale_of(motion.force)
     return {
-        i: Mode.SLIP_FORWARDS
+        i: ContactMode.SLIP
         for i, mode in enumerate(motion.modes)
-        if mode is Mode.STICK and dynamics.friction[i] > 0 and room[i] <= _AT_BOUND
+        if mode is ContactMode.STICK and dynamics.friction[i] > 0 and room[i] <= _AT_BOUND
     }
 
 
@@ -116,11 +120,11 @@ def _unused(dynamics: ContactDynamics, motion: ModeMotion) -> np.ndarray:
     return np.asarray(dynamics.friction * motion.force[:, 0] - np.linalg.norm(motion.force[:, 1:], axis=1))
 
 
-def _changed(modes: Modes, changes: Mapping[int, Mode]) -> Modes:
+def _changed(modes: Modes, changes: Mapping[int, ContactMode]) -> Modes:
     return tuple(changes.get(i, mode) for i, mode in enumerate(modes))
 
 
-def _pivots(dynamics: ContactDynamics, motion: ModeMotion, closed: np.ndarray, stays: Modes) -> dict[int, Mode]:
+def _pivots(dynamics: ContactDynamics, motion: ModeMotion, closed: np.ndarray, stays: Modes) -> dict[int, ContactMode]:
     """Return the contacts that violate the law -> the modes that their violations point to.
 
     One that pulls parts, one outside its friction cone slides, one that approaches stays, and one that would begin to
@@ -129,16 +133,16 @@ def _pivots(dynamics: ContactDynamics, motion: ModeMotion, closed: np.ndarray, s
     drift = dynamics.free - dynamics.jacobian @ dynamics.acceleration
     following = dynamics.jacobian @ motion.acceleration + drift
     parting, drifting = normal_rows(following, dynamics.rows), tangential_rows(following, dynamics.rows)
-    found, still = dict[int, Mode](), ADMISSIBLE * scale_of(dynamics.free)
+    found, still = dict[int, ContactMode](), ADMISSIBLE * scale_of(dynamics.free)
     for i in np.flatnonzero(closed).tolist():
         mode, push, friction = motion.modes[i], motion.force[i, 0], float(np.linalg.norm(motion.force[i, 1:]))
-        if mode is Mode.FLIGHT:
+        if mode is ContactMode.FLIGHT:
             if parting[i] < 0:
                 found[i] = stays[i]
         elif push < 0:
-            found[i] = Mode.FLIGHT
-        elif mode is Mode.STICK and friction > dynamics.friction[i] * push:
-            found[i] = Mode.SLIP_FORWARDS
-        elif mode.direction and stays[i] is Mode.STICK and motion.headings[i] @ drifting[i] <= still:
-            found[i] = Mode.STICK
+            found[i] = ContactMode.FLIGHT
+        elif mode is ContactMode.STICK and friction > dynamics.friction[i] * push:
+            found[i] = ContactMode.SLIP
+        elif mode.direction and stays[i] is ContactMode.STICK and motion.headings[i] @ drifting[i] <= still:
+            found[i] = ContactMode.STICK
     return found

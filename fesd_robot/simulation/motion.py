@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from fesd_robot.contact import ContactMode
@@ -16,20 +18,13 @@ from fesd_robot.recovery import (
     stacked_elements,
     stacked_rows,
 )
-from fesd_robot.replay import Contacts, Mode, contact_dynamics, motion_in_modes
+from fesd_robot.replay import Contacts, contact_dynamics, motion_in_modes
 from fesd_robot.simulation.drive import Drive, Hit, Piece
 from fesd_robot.simulation.schedule import Schedule
 
 STAGES = 4
 """Of the Radau IIA formula at whose nodes every step of the integrator is sampled: its weights integrate powers and
 velocities to order 7."""
-
-_MODES = {
-    Mode.FLIGHT: ContactMode.FLIGHT,
-    Mode.STICK: ContactMode.STICK,
-    Mode.SLIP_FORWARDS: ContactMode.SLIP_FORWARDS,
-    Mode.SLIP_BACKWARDS: ContactMode.SLIP_BACKWARDS,
-}
 
 
 def driven_motion(driven: Drive, physics: NumericPhysics, schedule: Schedule, n_u: int) -> PhysicalMotion:
@@ -73,7 +68,7 @@ class _Samples:
 
     def __init__(self, physics: NumericPhysics, tableau: Tableau) -> None:
         self._physics, self._tableau = physics, tableau
-        self._rows: list[dict[str, object]] = []
+        self._rows: list[dict[str, Any]] = []
         self.impacts: list[ImpactRecord] = []
         self.between: list[DenseElement] = []
 
@@ -84,7 +79,7 @@ class _Samples:
             self._append(piece.start, q, v, piece.contacts, piece.interval, piece.control, np.nan * v, 0.0)
             return
         flying = Contacts(
-            (Mode.FLIGHT,) * len(piece.contacts.modes),
+            (ContactMode.FLIGHT,) * len(piece.contacts.modes),
             np.zeros_like(piece.contacts.closed),
             piece.contacts.ground,
             piece.contacts.joints,
@@ -98,8 +93,7 @@ class _Samples:
         """Add the state after an impact; the one before it is the last one."""
         record = ImpactRecord(len(self._rows) - 1, len(self._rows), hit.impact.impulse)
         before = self._rows[-1]
-        mode = np.where(record.taking_part, ContactMode.IMPACT.value, np.asarray(before["mode"], dtype=object))
-        before["mode"] = mode
+        before["mode"] = record.modes_before(before["mode"])
         self.impacts.append(record)
         v = hit.impact.velocity
         self._append(time, hit.configuration, v, after, interval, control, np.nan * v, 0.0)
@@ -120,8 +114,8 @@ class _Samples:
                 velocity=np.array([v for _, v in states]),
                 interval=piece.interval,
                 control=piece.control,
-                mode=[_MODES[mode] for mode in piece.contacts.modes],
-                joint_mode=[_MODES[mode] for mode in piece.contacts.joints],
+                mode=piece.contacts.modes,
+                joint_mode=piece.contacts.joints,
             )
         )
 
@@ -152,10 +146,8 @@ class _Samples:
                 "interval": interval,
                 "control": control,
                 "force": force,
-                "mode": np.array([_MODES[mode].without_direction.value for mode in contacts.modes], dtype=object),
+                "mode": np.array([mode.without_direction for mode in contacts.modes], dtype=object),
                 "joint_force": dynamics.joint_force(stacked_rows(force)),
-                "joint_mode": np.array(
-                    [_MODES[mode].without_direction.value for mode in contacts.joints], dtype=object
-                ),
+                "joint_mode": np.array([mode.without_direction for mode in contacts.joints], dtype=object),
             }
         )

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity, Label
-from fesd_robot.contact import BACKWARDS, FORWARDS, FRICTION_AFTER_IMPACT, FRICTION_ALONG_SLIDING, SLIDING_INSIDE_CONE
+from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity
+from fesd_robot.contact import FRICTION_AFTER_IMPACT, ContactMode, Modes, factors_of
 from fesd_robot.errors import SolverError
 from fesd_robot.fesd import Element, Transcription
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
@@ -17,7 +17,7 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import MpccSolution, Run
 from fesd_robot.ocp import MotionProblem, numeric_physics
 from fesd_robot.recovery import NumericPhysics
-from fesd_robot.replay import Mode, contact_dynamics, motion_in_modes
+from fesd_robot.replay import contact_dynamics, motion_in_modes
 from fesd_robot.simulation import Drive, Hit, Piece, Schedule
 from fesd_robot.simulation.drive import drive
 from fesd_robot.starts.force_variables import ForceVariables
@@ -94,16 +94,13 @@ class _Known:
             self._add_motion(piece, elements, factors)
         for hit in hits:
             self._add_impact(hit, elements, factors)
-        branch = Branch(self._labels, tuple(factors), (False,) * len(factors))
+        labels = tuple(one.label for one in self._conditions)
+        branch = Branch(labels, tuple(factors), (False,) * len(factors))
         return KnownElements(elements, branch, self.transcription.options.tableau, self._clock)
 
     @cached_property
-    def _conditions(self) -> dict[Label, Complementarity]:
-        return {one.label: one for one in self.motion.ocp.system.complementarities}
-
-    @cached_property
-    def _labels(self) -> tuple[Label, ...]:
-        return BranchTranscription(self.transcription).conditions.labels
+    def _conditions(self) -> list[Complementarity]:
+        return [member.condition for member in BranchTranscription(self.transcription).conditions.members]
 
     @cached_property
     def _variables(self) -> ForceVariables:
@@ -166,17 +163,9 @@ class _Known:
     def _clock(self) -> int:
         return len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names)
 
-    def _of_modes(self, modes: Sequence[Mode]) -> _Factors:
+    def _of_modes(self, modes: Modes) -> _Factors:
         """Return the active factors while the clock runs."""
-        by_name = dict(zip((contact.name for contact in self.motion.contacts), modes, strict=True))
-
-        def factor(label: Label) -> ActiveFactor:
-            mode = by_name[label.contact or ""]
-            if mode is Mode.FLIGHT and not self._conditions[label].met_by:
-                return ActiveFactor.H
-            return _of_slide(label, mode.direction)
-
-        return tuple(factor(label) for label in self._labels)
+        return factors_of(self._conditions, self._by_name(modes))
 
     def _of_impact(self, part: np.ndarray, tangential: np.ndarray) -> _Factors:
         """Return the active factors of an impact.
@@ -185,24 +174,23 @@ class _Known:
             part: contacts that take part in it, (n_c) of bool.
             tangential: their velocities at the points of the element, in space the speeds, m/s, (n_c, points).
         """
-        numbers, conditions = {contact.name: i for i, contact in enumerate(self.motion.contacts)}, self._conditions
+        during, after = (
+            self._by_name(
+                [_hit(velocity) if on else ContactMode.FLIGHT for on, velocity in zip(part, own, strict=True)]
+            )
+            for own in (tangential.mean(axis=1), tangential[:, -1])
+        )
+        return tuple(
+            factor
+            for one in self._conditions
+            for factor in factors_of([one], after if one.label.kind == FRICTION_AFTER_IMPACT else during)
+        )
 
-        def factor(label: Label) -> ActiveFactor:
-            i = numbers[label.contact or ""]
-            if not part[i] and not conditions[label].met_by:
-                return ActiveFactor.H
-            if conditions[label].complement is not None:
-                return ActiveFactor.COMPLEMENT
-            at = tangential[i, -1] if label.kind == FRICTION_AFTER_IMPACT else tangential[i].mean()
-            return _of_slide(label, int(np.sign(np.round(at, 9))))
-
-        return tuple(factor(label) for label in self._labels)
+    def _by_name(self, modes: Sequence[ContactMode]) -> dict[str, ContactMode]:
+        return dict(zip((contact.name for contact in self.motion.contacts), modes, strict=True))
 
 
-def _of_slide(label: Label, direction: int) -> ActiveFactor:
-    """Return the active factor of a contact's condition where it slides to a side: friction does not push there."""
-    if label.kind == SLIDING_INSIDE_CONE:
-        return ActiveFactor.H if direction else ActiveFactor.G
-    against = {FORWARDS: 1, BACKWARDS: -1}.get(label.subject, 0)
-    friction = label.kind in (FRICTION_ALONG_SLIDING, FRICTION_AFTER_IMPACT)
-    return ActiveFactor.H if friction and direction == against != 0 else ActiveFactor.G
+def _hit(velocity: float) -> ContactMode:
+    """Return the mode of an impact with a tangential velocity, m/s."""
+    sides = {0: ContactMode.IMPACT_STICK, 1: ContactMode.IMPACT_FORWARDS, -1: ContactMode.IMPACT_BACKWARDS}
+    return sides[int(np.sign(np.round(velocity, 9)))]

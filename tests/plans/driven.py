@@ -13,7 +13,7 @@ from fesd_robot.recovery import PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.between import FRACTIONS, DenseElement, stacked_elements
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
-from fesd_robot.replay.modes import Mode, motion_in_modes
+from fesd_robot.replay.modes import motion_in_modes
 
 from .motions import NODES, WEIGHTS
 
@@ -42,12 +42,12 @@ def driven(physics: NumericPhysics, q: Sequence[float], v: Sequence[float], span
     time, n_v, y = 0.0, len(v), np.array([*q, *v], dtype=float)
 
     def solved(span: Span, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        modes, u = tuple(Mode(mode.value) for mode in span.modes), np.asarray(span.control, dtype=float)
+        modes, u = span.modes, np.asarray(span.control, dtype=float)
         return motion_in_modes(contact_dynamics(physics, state[:n_v], state[n_v:], u), modes)
 
     def add(span: Span, at: float, state: np.ndarray, weight: float) -> None:
         a, force = solved(span, state)
-        shown = [mode.without_direction.value for mode in span.modes]
+        shown = [mode.without_direction for mode in span.modes]
         u, gap = np.asarray(span.control, dtype=float), physics.gaps(state[:n_v])
         rows.append((at, state[:n_v], state[n_v:], a, weight, span.interval, u, force, gap, shown))
 
@@ -81,6 +81,6 @@ def driven(physics: NumericPhysics, q: Sequence[float], v: Sequence[float], span
         time, y = time + span.duration, path(span.duration)
         clock[span.interval] = time
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    columns[-1] = columns[-1].astype(object)
+    columns[-1] = np.array([row[-1] for row in rows], dtype=object)
     elements = stacked_elements(dense, (n_v, n_v, len(spans[0].control), len(spans[0].modes)))
     return PhysicalMotion(*columns, [], switches, np.array(list(clock.values())), 0.0, elements)

@@ -76,7 +76,7 @@ def motion_of(q: np.ndarray, v: np.ndarray, parts: Sequence[Segment | Hit]) -> P
     def add(segment: Segment | None, a: np.ndarray, weight: float) -> None:
         force = (0.0, 0.0) if segment is None else segment.force
         u = np.zeros(2) if segment is None else segment.control(q)
-        mode = "flight" if segment is None else segment.mode
+        mode = ContactMode.FLIGHT if segment is None else ContactMode(segment.mode)
         gap = q[1] - q[3] * np.cos(q[2])
         rows.append((time, q, v, a, weight, interval, u, [force], [gap], [mode]))
 
@@ -84,7 +84,7 @@ def motion_of(q: np.ndarray, v: np.ndarray, parts: Sequence[Segment | Hit]) -> P
         if isinstance(part, Hit):
             if not rows:
                 add(None, np.full(4, np.nan), 0.0)
-            rows[-1] = (*rows[-1][:-1], ["impact"])
+            rows[-1] = (*rows[-1][:-1], [ContactMode.IMPACT])
             impulse = np.array([part.normal, part.tangential])
             v = v + (jacobian(q).T @ impulse) / MASS + part.kick * np.array([0, 0, 1, 0])
             impacts.append(ImpactRecord(len(rows) - 1, len(rows), impulse[None]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.between import stacked_elements
 from fesd_robot.replay.contacts import Note
@@ -79,7 +80,7 @@ def fallen(after: tuple[float, float]) -> PhysicalMotion:
         control=np.zeros((4, 3)),
         force=np.zeros((4, 2, 2)),
         gap_state=np.zeros((4, 0)),
-        mode=np.full((4, 2), "flight", dtype=object),
+        mode=np.full((4, 2), ContactMode.FLIGHT, dtype=object),
         impacts=[ImpactRecord(1, 2, np.ones((2, 2)))],
         switches=[SwitchRecord(step, i, "touchdown") for i in range(2)],
         clock=step * np.arange(1, 3),

@@ -10,13 +10,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.contact import PointOnSurface, Scene
+from fesd_robot.contact import ContactMode, PointOnSurface, Scene
 from fesd_robot.contact.ground import Plane
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
-from fesd_robot.replay.mode import Mode
 from fesd_robot.robot import load_robot
 from tests.bodies_in_space import BOX_SIDES, box
 from tests.replay.bodies import ROD_LENGTH, body, rod
@@ -67,7 +66,7 @@ def on_a_face(friction: float) -> NumericPhysics:
     return NumericPhysics(robot, scene, dict.fromkeys(names, friction), lambda _: np.zeros((6, 0)), in_space=True)
 
 
-FLYING = Contacts((Mode.FLIGHT,) * 4, np.zeros(4, dtype=bool), np.zeros(4), (), np.zeros((4, 2)))
+FLYING = Contacts((ContactMode.FLIGHT,) * 4, np.zeros(4, dtype=bool), np.zeros(4), (), np.zeros((4, 2)))
 
 
 def test_a_face_that_is_level_but_for_what_is_at_once_hits_as_a_level_one() -> None:

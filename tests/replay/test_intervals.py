@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.plans import Plan
@@ -53,7 +54,7 @@ def sliding_landing(step: float = STEP) -> PhysicalMotion:
         control=np.zeros((count, 2)),
         force=np.zeros((count, 1, 2)),
         gap_state=np.zeros((count, 0)),
-        mode=np.array([["slip" if row[2] else "flight"] for row in rows], dtype=object),
+        mode=np.array([[ContactMode.SLIP if row[2] else ContactMode.FLIGHT] for row in rows], dtype=object),
         impacts=[ImpactRecord(after - 1, after, impulse)],
         switches=[SwitchRecord(LANDING, 0, "touchdown")],
         clock=step * np.arange(1, 5),

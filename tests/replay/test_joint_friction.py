@@ -10,12 +10,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from fesd_robot.contact import Scene
+from fesd_robot.contact import ContactMode, Scene
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import ContactDynamics, JointDynamics, contact_dynamics
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.replay.joints import joints_in_motion
-from fesd_robot.replay.mode import Mode
 from fesd_robot.robot import load_robot
 
 from .bodies import GRAVITY, body
@@ -123,10 +122,12 @@ def test_the_modes_are_those_that_obey_the_law(seed: int) -> None:
         )
         found = joints_in_motion(dynamics, lambda _: np.zeros(0))
         obeying = []
-        for modes in itertools.product((Mode.STICK, Mode.SLIP_FORWARDS, Mode.SLIP_BACKWARDS), repeat=n):
+        for modes in itertools.product(
+            (ContactMode.STICK, ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS), repeat=n
+        ):
             if any(v and mode.direction != np.sign(v) for v, mode in zip(velocity, modes, strict=True)):
                 continue
-            held = [mode is Mode.STICK for mode in modes]
+            held = [mode is ContactMode.STICK for mode in modes]
             force = -limit * [mode.direction for mode in modes]
             rows = np.flatnonzero(held)
             force[rows] = -np.linalg.solve(inverse[np.ix_(rows, rows)], (free + inverse @ force)[rows])
@@ -180,7 +181,7 @@ def test_friction_of_sliding_joints_is_mujocos(tmp_path: Path, seed: int) -> Non
         data = mujoco.MjData(model)
         data.qpos[:] = random.uniform(-1, 1, 3)
         data.qvel[:] = random.choice([-1, 1], 3) * random.uniform(1, 3, 3)
-        modes = tuple(Mode.SLIP_FORWARDS if v > 0 else Mode.SLIP_BACKWARDS for v in data.qvel)
+        modes = tuple(ContactMode.SLIP_FORWARDS if v > 0 else ContactMode.SLIP_BACKWARDS for v in data.qvel)
         dynamics = contact_dynamics(physics, data.qpos, data.qvel, np.zeros(0)).in_joint_modes(modes)
         # The acceleration without any motor: MuJoCo's inverse dynamics of it must find that none is needed.
         data.qacc[:] = dynamics.acceleration

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
-from fesd_robot.replay.modes import Mode, admissible_modes, is_proper, motion_in_modes, rated_modes
+from fesd_robot.replay.modes import admissible_modes, is_proper, motion_in_modes, rated_modes
 
 from .bodies import GRAVITY, ROD_LENGTH, block, body, disc, point, rod
 
@@ -29,7 +30,7 @@ def pushed_block(push: float, friction: float = 0.4, speed: float = 0.0) -> Cont
 
 def test_a_sliding_block_leans_on_its_front_corner() -> None:
     """Friction at height h below the centre shifts f_n by mu m g h / L, and decelerates by mu g."""
-    a, force = motion_in_modes(pushed_block(0.0, speed=1.0), (Mode.SLIP_FORWARDS,) * 2)
+    a, force = motion_in_modes(pushed_block(0.0, speed=1.0), (ContactMode.SLIP_FORWARDS,) * 2)
     shift = 0.4 * WEIGHT * 0.1 / 0.3
     np.testing.assert_allclose(a, [-0.4 * GRAVITY, 0, 0], atol=1e-12)
     np.testing.assert_allclose(force[:, 0], [WEIGHT / 2 - shift, WEIGHT / 2 + shift], atol=1e-11)
@@ -40,7 +41,7 @@ def test_a_sliding_block_leans_on_its_front_corner() -> None:
 def test_a_block_sticks_up_to_the_limit_of_both_corners_together(part: float) -> None:
     """It sticks if and only if the push is at most mu m g, though equal shares would leave the rear corner's cone."""
     best = admissible_modes(pushed_block(part * 0.4 * WEIGHT), BOTH)[0]
-    assert best.modes == ((Mode.STICK if part < 1 else Mode.SLIP_FORWARDS),) * 2
+    assert best.modes == ((ContactMode.STICK if part < 1 else ContactMode.SLIP_FORWARDS),) * 2
     assert best.proper
     np.testing.assert_allclose(best.acceleration[0], max(0.0, (part - 1) * 0.4 * GRAVITY), atol=1e-10)
     assert (np.abs(best.force[:, 1]) <= 0.4 * best.force[:, 0] + 1e-10).all()
@@ -52,8 +53,8 @@ def test_a_block_tips_over_its_front_corner(part: float) -> None:
     """With much friction the rear corner lifts where the push times the height exceeds m g L / 2."""
     push = part * WEIGHT * 0.15 / 0.1
     choices = admissible_modes(pushed_block(push, friction=3.0), BOTH)
-    tips = (Mode.FLIGHT, Mode.STICK)
-    assert choices[0].modes == ((Mode.STICK, Mode.STICK) if part < 1 else tips)
+    tips = (ContactMode.FLIGHT, ContactMode.STICK)
+    assert choices[0].modes == ((ContactMode.STICK, ContactMode.STICK) if part < 1 else tips)
     around_corner = 0.0217 + 2.0 * (0.15**2 + 0.1**2)
     expected = max(0.0, push * 0.1 - WEIGHT * 0.15) / around_corner
     assert choices[0].acceleration[2] == pytest.approx(expected, abs=1e-10)
@@ -65,7 +66,7 @@ def test_a_slope_steeper_than_the_cone_makes_a_point_slip(slope: float) -> None:
     physics = point(0.5, slope)
     (best,) = admissible_modes(dynamics_of(physics, [0, 0], [0, 0], [0, 0]), ONE)
     slides = math.tan(slope) > 0.5
-    assert best.modes == ((Mode.SLIP_BACKWARDS if slides else Mode.STICK),)
+    assert best.modes == ((ContactMode.SLIP_BACKWARDS if slides else ContactMode.STICK),)
     along = best.acceleration @ [math.cos(slope), math.sin(slope)]
     assert along == pytest.approx(-GRAVITY * (math.sin(slope) - 0.5 * math.cos(slope)) if slides else 0.0, abs=1e-12)
 
@@ -73,14 +74,14 @@ def test_a_slope_steeper_than_the_cone_makes_a_point_slip(slope: float) -> None:
 def test_a_contact_that_is_pulled_off_flies() -> None:
     """A pull of more than the weight leaves flight as the only mode."""
     (best,) = admissible_modes(dynamics_of(point(0.5), [0, 0], [0, 0], [0, 1.2 * GRAVITY]), ONE)
-    assert best.modes == (Mode.FLIGHT,)
+    assert best.modes == (ContactMode.FLIGHT,)
     np.testing.assert_allclose(best.acceleration, [0, 0.2 * GRAVITY], atol=1e-12)
 
 
 def test_a_rolling_disc_keeps_its_curved_contact_closed() -> None:
     """A disc that rolls at constant speed needs the weight and no friction: dJ/dt v is right on its rim."""
     (best,) = admissible_modes(dynamics_of(disc(0.3), [0, 0.25, 0.7], [2.0, 0, 8.0], [0, 0, 0]), ONE)
-    assert best.modes == (Mode.STICK,)
+    assert best.modes == (ContactMode.STICK,)
     np.testing.assert_allclose(best.acceleration, 0, atol=1e-9)
     np.testing.assert_allclose(best.force, [[3 * GRAVITY, 0]], atol=1e-9)
 
@@ -106,7 +107,7 @@ def test_a_rod_that_slides_in_the_sense_of_painleve_is_not_proper(friction: floa
     angles = np.linspace(0.05, 1.5, 60)
     found = {1: 0, -1: 0}
     for angle in angles:
-        for sign, mode in ((1, Mode.SLIP_FORWARDS), (-1, Mode.SLIP_BACKWARDS)):
+        for sign, mode in ((1, ContactMode.SLIP_FORWARDS), (-1, ContactMode.SLIP_BACKWARDS)):
             dynamics = rod_dynamics(friction, angle, float(sign))
             proper = is_proper(dynamics, (mode,))
             cos, sin = math.cos(angle), math.sin(angle)
@@ -126,7 +127,9 @@ def test_a_rod_in_paradox_has_no_mode_or_a_proper_flight_and_an_improper_slip() 
         dynamics = rod_dynamics(2.0, 1.1, -1.0, omega)
         choices = admissible_modes(dynamics, ONE)
         lifts = ROD_LENGTH / 2 * omega**2 * math.sin(1.1) > GRAVITY
-        assert [choice.modes for choice in choices] == ([(Mode.FLIGHT,), (Mode.SLIP_BACKWARDS,)] if lifts else [])
+        assert [choice.modes for choice in choices] == (
+            [(ContactMode.FLIGHT,), (ContactMode.SLIP_BACKWARDS,)] if lifts else []
+        )
         assert [choice.proper for choice in choices] == ([True, False] if lifts else [])
 
 
@@ -158,8 +161,8 @@ def test_open_contacts_stay_open() -> None:
     dynamics = pushed_block(1.0, friction=0.0)
     choices = rated_modes(dynamics, np.array([True, False]))
     assert {choice.modes for choice in choices} == {
-        (Mode.SLIP_FORWARDS, Mode.FLIGHT),
-        (Mode.FLIGHT, Mode.FLIGHT),
+        (ContactMode.SLIP_FORWARDS, ContactMode.FLIGHT),
+        (ContactMode.FLIGHT, ContactMode.FLIGHT),
     }
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fesd_robot import Plan, load_task, simulate
+from fesd_robot.contact import ContactMode
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.judged import numeric_physics
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import contact_dynamics
-from fesd_robot.replay.mode import Mode
 from fesd_robot.replay.modes import rated_modes
 from tests.bodies_in_space import MASS, written
 from tests.replay.moreau_in_space import step_through
@@ -153,7 +153,7 @@ def test_a_box_on_corners_sticks_up_to_the_limit_of_all_together(tmp_path: Path,
         dynamics = replace(alone, acceleration=alone.acceleration + moved, free=alone.free + alone.jacobian @ moved)
         (best,) = rated_modes(dynamics, np.array([True] * 4 + [False]))
         assert best.admissible
-        assert best.modes == (*[Mode.STICK if part < 1 else Mode.SLIP_FORWARDS] * 4, Mode.FLIGHT)
+        assert best.modes == (*[ContactMode.STICK if part < 1 else ContactMode.SLIP] * 4, ContactMode.FLIGHT)
         expected = max(0.0, part - 1) * FLOOR * GRAVITY
         np.testing.assert_allclose(
             best.acceleration[3:5], [expected * np.cos(along), expected * np.sin(along)], atol=1e-9

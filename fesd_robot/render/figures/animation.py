@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.render.figures.look import TEXT, write_title
 from fesd_robot.render.figures.robot_motion import RobotMotion
 from fesd_robot.render.figures.snapshots import ARROW, draw_robot, draw_world, drawn_box, largest_force
@@ -86,7 +87,7 @@ def animation(robot: RobotMotion, title: str) -> bytes:
 def _palette(frames: Sequence[Image.Image]) -> Image.Image:
     """Return the colours for all frames: those of some of them, and of signs and arrows that are in others."""
     width, height = frames[0].size
-    colors = ["#ffffff", GREEN, MODES["stick"], MODES["slip"], MODES["impact"], *SERIES]
+    colors = ["#ffffff", GREEN, MODES[ContactMode.STICK], MODES[ContactMode.SLIP], MODES[ContactMode.IMPACT], *SERIES]
     together = Image.new("RGB", (width, height * len(frames) + SWATCH * len(colors)), "white")
     for number, frame in enumerate(frames):
         together.paste(frame, (0, number * height))

@@ -11,12 +11,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.plans import Plan
 from fesd_robot.render.figures.lines import SAME_TIME
 from fesd_robot.render.palette import GREY, MODES
 from fesd_robot.render.timeline import ModeSpan, mode_spans
 
-SHADE = {"flight": "#f6f7f8", "stick": "#d3e5f1", "slip": "#fbe8c2"}
+SHADE = {ContactMode.FLIGHT: "#f6f7f8", ContactMode.STICK: "#d3e5f1", ContactMode.SLIP: "#fbe8c2"}
 """Mode -> colour behind a curve: those of the timeline, paler."""
 
 
@@ -75,7 +76,7 @@ def shade(panel: Axes, phases: Phases) -> None:
             panel.add_collection(
                 PolyCollection(boxes, facecolors=color, linewidths=0, transform=across, zorder=-2), autolim=False
             )
-    for times, color in ((phases.switches, GREY), (phases.impacts, MODES["impact"])):
+    for times, color in ((phases.switches, GREY), (phases.impacts, MODES[ContactMode.IMPACT])):
         if times:
             panel.vlines(times, 0, 1, transform=across, colors=color, linewidth=0.6, alpha=0.7, zorder=-1)
 
@@ -84,10 +85,10 @@ def legend_of(phases: Phases) -> tuple[list[Patch | Line2D], list[str]]:
     """Return handles and labels of the shading, for `add_legend`."""
     modes = [mode for mode in SHADE if any(span.mode == mode for spans in phases.spans.values() for span in spans)]
     handles: list[Patch | Line2D] = [Patch(facecolor=SHADE[mode], edgecolor=GREY, linewidth=0.4) for mode in modes]
-    labels = [*modes]
+    labels = [str(mode) for mode in modes]
     if phases.impacts:
-        handles.append(Line2D([], [], color=MODES["impact"], linewidth=0.8))
-        labels.append("impact")
+        handles.append(Line2D([], [], color=MODES[ContactMode.IMPACT], linewidth=0.8))
+        labels.append(str(ContactMode.IMPACT))
     if len(phases.spans) > 1:
         handles.append(Line2D([], [], linestyle="none"))
         names = ", ".join(phases.spans)

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.plans import ContactHistory, Plan
 from fesd_robot.render.figures.background import Phases, legend_of, shade
 from fesd_robot.render.figures.lines import LINE, draw_series, edges_of, with_steps
@@ -126,8 +127,8 @@ def cones_figure(plan: Plan, title: str, look: Look) -> Figure:
             for side in (-1, 1):
                 panel.plot([0, 1.1 * top], [0, side * 1.1 * friction * top], color=GREY, linewidth=0.7)
             shown.append(np.array([-1, 1]) * 1.1 * friction * top)
-        modes = np.array(contact.mode)
-        for mode in ("stick", "slip"):
+        modes = np.array(contact.mode, dtype=object)
+        for mode in (ContactMode.STICK, ContactMode.SLIP):
             own = modes == mode
             panel.plot(contact.normal_force[own], friction_force[own], ".", color=MODES[mode], markersize=3)
         set_range(panel, shown, "N")
@@ -137,7 +138,10 @@ def cones_figure(plan: Plan, title: str, look: Look) -> Figure:
         if friction is not None:
             note_panel(panel, f"µ = {friction:g}")
         panel.set_xlabel("normal force (N)", fontsize=TEXT, labelpad=2)
-    marks = [Line2D([], [], linestyle="none", marker=".", color=MODES[mode]) for mode in ("stick", "slip")]
+    marks = [
+        Line2D([], [], linestyle="none", marker=".", color=MODES[mode])
+        for mode in (ContactMode.STICK, ContactMode.SLIP)
+    ]
     add_legend(figure, [*marks, Patch(facecolor=CONE, edgecolor=GREY)], ["stick", "slip", "friction cone"])
     return figure
 
@@ -147,7 +151,7 @@ def timeline_figure(plan: Plan, title: str, look: Look) -> Figure:
 
     Joints with dry friction have a bar each below them.
     """
-    modes: dict[str, Sequence[str]] = {name: contact.mode for name, contact in plan.contacts.items()}
+    modes: dict[str, Sequence[ContactMode]] = {name: contact.mode for name, contact in plan.contacts.items()}
     modes |= {f"{name} (joint)": joint.mode for name, joint in plan.joint_friction.items()}
     names = list(modes)
     figure, axes = new_figure(title, 1, 1, look, 0.15 + 0.34 * len(names), legend=True)
@@ -159,7 +163,9 @@ def timeline_figure(plan: Plan, title: str, look: Look) -> Figure:
         labelled = -np.inf
         own = sorted((entry for entry in plan.impulses if entry.contact == name), key=lambda entry: entry.time)
         for impulse in own:
-            panel.vlines(impulse.time, row - BAR / 2 - 0.08, row + BAR / 2, colors=MODES["impact"], linewidth=1.8)
+            panel.vlines(
+                impulse.time, row - BAR / 2 - 0.08, row + BAR / 2, colors=MODES[ContactMode.IMPACT], linewidth=1.8
+            )
             # Labels of impacts in quick succession would cover each other.
             if impulse.time - labelled >= (0.16 if look.narrow else 0.08) * (end - start):
                 labelled = impulse.time
@@ -179,8 +185,10 @@ def timeline_figure(plan: Plan, title: str, look: Look) -> Figure:
     panel.tick_params(axis="y", length=0, labelsize=TEXT)
     longest = max(len(name) for name in names)
     figure.subplots_adjust(left=min(0.15 + 0.068 * longest, 0.4 * look.inches) / look.inches)
-    handles: list[Patch | Line2D] = [Patch(facecolor=MODES[mode]) for mode in ("flight", "stick", "slip")]
-    handles.append(Line2D([], [], color=MODES["impact"], linewidth=1.8))
+    handles: list[Patch | Line2D] = [
+        Patch(facecolor=MODES[mode]) for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP)
+    ]
+    handles.append(Line2D([], [], color=MODES[ContactMode.IMPACT], linewidth=1.8))
     add_legend(
         figure, handles, ["flight", "stick", "slip", "impact, N s" if look.narrow else "impact with its impulse (N s)"]
     )

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch
 from scipy.spatial import ConvexHull
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.render.figures.background import Phases
 from fesd_robot.render.figures.lines import SAME_TIME
 from fesd_robot.render.figures.look import DPI, TEXT, Look, add_legend, write_title
@@ -66,13 +67,13 @@ def snapshot_legend(robot: RobotMotion, samples: Sequence[int]) -> tuple[list[Ar
     seen = {contact.mode[sample] for contact in robot.plan.contacts.values() for sample in samples}
     handles: list[Artist] = []
     labels: list[str] = []
-    for mode in ("flight", "stick", "slip", "impact"):
+    for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP, ContactMode.IMPACT):
         if mode in seen:
             handles.append(
                 Line2D([], [], linestyle="none", marker="o", markersize=4, color=_face(mode), markeredgecolor=BLACK)
             )
-            labels.append(mode)
-    if {"stick", "slip"} & seen:
+            labels.append(str(mode))
+    if {ContactMode.STICK, ContactMode.SLIP} & seen:
         handles.append(Line2D([], [], color=GREEN, linewidth=1.5))
         labels.append("contact force")
     handles.append(Line2D([], [], linestyle="none", marker="P", markersize=5, color=BLACK, markeredgecolor="white"))
@@ -80,8 +81,8 @@ def snapshot_legend(robot: RobotMotion, samples: Sequence[int]) -> tuple[list[Ar
     return handles, labels
 
 
-def _face(mode: str) -> str:
-    return "white" if mode == "flight" else MODES[mode]
+def _face(mode: ContactMode) -> str:
+    return "white" if mode == ContactMode.FLIGHT else MODES[mode]
 
 
 def chosen_samples(time: np.ndarray, events: Sequence[float], count: int) -> list[int]:
