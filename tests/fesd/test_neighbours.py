@@ -10,7 +10,7 @@ import pytest
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, make_tableau
 from fesd_robot.fesd.neighbours import Pivots, filled, moves, with_room, without_room
-from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.contact_conditions import ContactConditions
 from fesd_robot.fesd.neighbours.patterns import intervals_of
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
 from fesd_robot.mpcc import BranchPoint, HomotopyOptions, Run, continue_on_branch, solve
@@ -103,16 +103,16 @@ def test_a_touchdown_beside_another_gets_an_impact_or_loses_it(hopper: BranchTra
 
     hard = neighbour(soft, "touchdown of contact 'front' in interval 3 with impact")
     before, *impact = patterns(feet, front, hard)[3]
-    assert before == flight and impact and all(front.is_impact(mode) for mode in impact)
+    assert before == flight and impact and all(front.is_impact(active) for active in impact)
     assert patterns(feet, front, hard)[4] == (stick,) and patterns(feet, hind, hard) == patterns(feet, hind, soft)
     back = neighbour(hard, "touchdown of contact 'front' in interval 3 without impact")
     assert patterns(feet, front, back) == patterns(feet, front, soft)
     other = neighbour(hard, "touchdown of contacts 'front', 'hind' in interval 3 exchanged")
     assert patterns(feet, front, other) == patterns(feet, front, soft)
-    assert any(hind.is_impact(mode) for mode in patterns(feet, hind, other)[3])
+    assert any(hind.is_impact(active) for active in patterns(feet, hind, other)[3])
     both = neighbour(hard, "touchdown of contact 'hind' in interval 3 with impact")
     for foot in (front, hind):
-        assert any(foot.is_impact(mode) for mode in patterns(feet, foot, both)[3])
+        assert any(foot.is_impact(active) for active in patterns(feet, foot, both)[3])
     alone, _ = branch_of(hopper, {2, 3})
     start = hopper.transcription.problem.start
     found = [move.what for move in moves(hopper.transcription, hopper.conditions, start, alone)]
@@ -140,10 +140,10 @@ def test_contacts_move_together() -> None:
     flying = [
         [
             k
-            for k, pattern in enumerate(patterns(feet, modes, together.branch))
-            if pattern == (flight_and_stick(modes)[0],)
+            for k, pattern in enumerate(patterns(feet, contact, together.branch))
+            if pattern == (flight_and_stick(contact)[0],)
         ]
-        for modes in (front, hind)
+        for contact in (front, hind)
     ]
     assert flying == [[1, 2, 3], [2, 3]]
 
@@ -155,9 +155,10 @@ def test_what_happens_at_once_moves_together() -> None:
     found = list(moves(feet.transcription, feet.conditions, feet.transcription.problem.start, branch))
     words = "take-off of contact 'front' and touchdown of contact 'hind' in interval 2 an interval later"
     together = next(move for move in found if move.what == words)
-    flight = {modes: (flight_and_stick(modes)[0],) for modes in (front, hind)}
+    flight = {contact: (flight_and_stick(contact)[0],) for contact in (front, hind)}
     flying = [
-        [k for k, one in enumerate(patterns(feet, modes, together.branch)) if one == flight[modes]] for modes in flight
+        [k for k, one in enumerate(patterns(feet, contact, together.branch)) if one == flight[contact]]
+        for contact in flight
     ]
     assert flying == [[4], [1, 2, 3]]
 
@@ -173,7 +174,7 @@ def test_a_block_slides_off_as_it_is_hit() -> None:
     for e in range(intervals[3].start, intervals[6].stop):
         factors[e] = tuple(ActiveFactor.H if i == forwards else one for i, one in enumerate(factors[e]))
     branch = replace(resting, factors=tuple(factors))
-    sole, push = ContactModes.of(pushed.conditions, branch)
+    sole, push = ContactConditions.of(pushed.conditions, branch)
     stick, slip = (patterns(pushed, sole, branch)[k][0] for k in (0, 3))
     found = list(moves(pushed.transcription, pushed.conditions, start, branch))
 
@@ -214,12 +215,12 @@ def test_short_runs_at_the_ends_can_be_left_out(hopper: BranchTranscription) -> 
     """A flight in the last interval becomes contact, one in the first two as well; a longer one stays."""
     w = hopper.transcription.problem.start
     for flying, left_out in (({5}, [{5}]), ({0, 1}, [{0, 1}]), ({0, 1, 2, 3}, [])):
-        branch, (modes,) = branch_of(hopper, flying)
+        branch, (contact,) = branch_of(hopper, flying)
         found = [move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "no flight" in move.what]
         assert [set(move.intervals) for move in found] == left_out
         for move in found:
-            flight, stick = flight_and_stick(modes)
-            assert patterns(hopper, modes, move.branch) == [(stick,)] * 6 and flight != stick
+            flight, stick = flight_and_stick(contact)
+            assert patterns(hopper, contact, move.branch) == [(stick,)] * 6 and flight != stick
 
 
 def test_elements_without_length_are_put_to_use(hopper: BranchTranscription) -> None:
@@ -321,30 +322,30 @@ def test_a_long_contact_is_interrupted_by_a_flight(hopper: BranchTranscription) 
     """A stance of six intervals may fly in its third and fourth; stances of two stay whole."""
     w = hopper.transcription.problem.start
     for flying, inserted in ((set(), [{2, 3}]), ({2, 3}, [])):
-        branch, (modes,) = branch_of(hopper, flying)
+        branch, (contact,) = branch_of(hopper, flying)
         found = [move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "inserted" in move.what]
-        flight, stick = flight_and_stick(modes)
+        flight, stick = flight_and_stick(contact)
         assert [set(move.intervals) for move in found] == inserted
         for move in found:
             expected = [(flight,) if k in (2, 3) else (stick,) for k in range(6)]
-            assert patterns(hopper, modes, move.branch) == expected
+            assert patterns(hopper, contact, move.branch) == expected
 
 
 def test_a_motion_that_begins_with_a_contact_may_begin_in_flight(hopper: BranchTranscription) -> None:
     """It is hit inside the second interval, slipping to either side; not a short stance, nor a motion in flight."""
     w = hopper.transcription.problem.start
     for flying, sides in ((set(), 2), ({4}, 2), ({2, 3}, 0), ({0, 1, 2}, 0)):
-        branch, (modes,) = branch_of(hopper, flying)
+        branch, (contact,) = branch_of(hopper, flying)
         found = [
             move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "beginning to" in move.what
         ]
-        flight, stick = flight_and_stick(modes)
+        flight, stick = flight_and_stick(contact)
         assert len({move.branch.factors for move in found}) == len(found) == sides
         for move in found:
-            begun, hit, *rest = patterns(hopper, modes, move.branch)
+            begun, hit, *rest = patterns(hopper, contact, move.branch)
             assert begun == (flight,) and (hit[0], hit[-1]) == (flight, stick)
-            assert len(hit) > 2 and all(map(modes.is_impact, hit[1:-1]))
-            assert rest == patterns(hopper, modes, branch)[2:]
+            assert len(hit) > 2 and all(map(contact.is_impact, hit[1:-1]))
+            assert rest == patterns(hopper, contact, branch)[2:]
             assert move.hit and set(move.intervals) == {0, 1}
 
 

@@ -9,12 +9,15 @@ import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours import Move, moves
-from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.contact_conditions import ContactConditions
 from fesd_robot.fesd.neighbours.patterns import Pattern
-from fesd_robot.fesd.neighbours.switches import HIT_AT_BOUNDARY, IMPACT_AFTER, WITH_IMPACT
+from fesd_robot.fesd.neighbours.shifts import ImpactSide, Shift, ShiftKind
 from fesd_robot.fesd.polishing import BranchTranscription
 
 from .branches import branch_of, flight_and_stick, in_impact, patterns, polisher, with_modes
+
+KINDS = (ShiftKind.WITH_IMPACT, ShiftKind.WITH_LATER_IMPACT)
+"""What a touchdown on a boundary may become without moving: hit before the others switch there, or after that."""
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +32,13 @@ def feet() -> BranchTranscription:
     return polisher("solo12_jump", "method.elements=4")
 
 
-def neighbours(transcription: BranchTranscription, branch: Branch, modes: ContactModes) -> dict[str, list[Pattern]]:
+def neighbours(
+    transcription: BranchTranscription, branch: Branch, contact: ContactConditions
+) -> dict[str, list[Pattern]]:
     """The moves, in words, and what a contact does after them."""
     start = transcription.transcription.problem.start
     found = moves(transcription.transcription, transcription.conditions, start, branch)
-    return {move.what: patterns(transcription, modes, move.branch) for move in found}
+    return {move.what: patterns(transcription, contact, move.branch) for move in found}
 
 
 def test_a_bounce_moves_to_a_neighbouring_interval() -> None:
@@ -67,7 +72,7 @@ def test_a_bounce_moves_with_both_ends_of_the_slide_that_it_begins() -> None:
     sliding = with_modes(puck, resting, sole, {1: [stick, stick, slip], 2: [slip] * 3, 3: [slip, stick, stick]})
     branch = with_modes(puck, sliding, push, {1: [flight, flight, in_impact(push)]})
     begin = "bounce of contact 'push' and stick or slip of contact 'sole' in interval 1 an interval"
-    blow, slide = (neighbours(puck, branch, modes) for modes in (push, sole))
+    blow, slide = (neighbours(puck, branch, contact) for contact in (push, sole))
     for where, k in (("earlier", 0), ("later", 2)):
         both = f"{begin} {where}, and the end of the slide"
         assert blow[both] == [(flight, in_impact(push)) if at == k else (flight,) for at in range(6)]
@@ -96,21 +101,21 @@ def test_a_foot_is_hit_before_the_other_takes_off_or_after_it() -> None:
         return {what.removeprefix(first): one for what, one in found.items() if what.startswith(first)}
 
     found = hits(soft, resting)
-    other = ", slipping the other way"
-    assert sorted(found) == sorted(HIT_AT_BOUNDARY)
+    before_it, after_it = ([str(Shift(kind, side=side)) for side in ImpactSide] for kind in KINDS)
+    assert sorted(found) == sorted([*before_it, *after_it])
     sides = [in_impact(front, side) for side in (1, 0)]
-    for side, name in zip(sides, ("", other), strict=True):
-        before, after = (found[one + name] for one in (WITH_IMPACT, IMPACT_AFTER))
+    for side, names in zip(sides, zip(before_it, after_it, strict=True), strict=True):
+        before, after = (found[name] for name in names)
         assert before.hit and after.hit
-        (first, *ending), last = patterns(feet, front, before.branch)[2:4]
-        assert (first, last) == (flight, (stick,)) and ending[0] == side and all(map(front.is_impact, ending))
+        (begin, *ending), last = patterns(feet, front, before.branch)[2:4]
+        assert (begin, last) == (flight, (stick,)) and ending[0] == side and all(map(front.is_impact, ending))
         assert patterns(feet, front, after.branch)[2:4] == [(flight,), (*ending, stick)]
         assert patterns(feet, hind, before.branch)[2:4] == patterns(feet, hind, soft)[2:4]
-    impact = {e for e, one in enumerate(found[WITH_IMPACT].branch.factors) if ActiveFactor.COMPLEMENT in one}
-    assert all(hind.of_factors(found[WITH_IMPACT].branch.factors[e]) != flight for e in impact)
-    later = hits(found[WITH_IMPACT].branch, resting)
-    assert list(later) == [IMPACT_AFTER] and not later[IMPACT_AFTER].hit
-    assert sorted(hits(soft, moving)) == sorted([WITH_IMPACT, IMPACT_AFTER])
+    impact = {e for e, one in enumerate(found[before_it[0]].branch.factors) if ActiveFactor.COMPLEMENT in one}
+    assert all(hind.of_factors(found[before_it[0]].branch.factors[e]) != flight for e in impact)
+    later = hits(found[before_it[0]].branch, resting)
+    assert list(later) == [after_it[0]] and not later[after_it[0]].hit
+    assert sorted(hits(soft, moving)) == sorted([before_it[0], after_it[0]])
 
 
 def test_only_the_impact_of_a_contact_is_left(hopper: BranchTranscription) -> None:

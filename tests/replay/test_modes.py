@@ -161,7 +161,7 @@ def test_open_contacts_stay_open() -> None:
     dynamics = pushed_block(1.0, friction=0.0)
     choices = rated_modes(dynamics, np.array([True, False]))
     assert {choice.modes for choice in choices} == {
-        (ContactMode.SLIP_FORWARDS, ContactMode.FLIGHT),
+        (ContactMode.SLIP, ContactMode.FLIGHT),
         (ContactMode.FLIGHT, ContactMode.FLIGHT),
     }
 

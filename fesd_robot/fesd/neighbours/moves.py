@@ -10,8 +10,8 @@ from itertools import chain, combinations, pairwise
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.neighbours.changes import Change, Key
-from fesd_robot.fesd.neighbours.contact_modes import ContactModes
+from fesd_robot.fesd.neighbours.changes import Change
+from fesd_robot.fesd.neighbours.contact_conditions import ContactConditions
 from fesd_robot.fesd.neighbours.patterns import Pattern, intervals_of, pattern_of, runs_of
 from fesd_robot.fesd.neighbours.placing import Placing
 from fesd_robot.fesd.neighbours.runs import (
@@ -22,20 +22,8 @@ from fesd_robot.fesd.neighbours.runs import (
     with_flight,
     without_run,
 )
-from fesd_robot.fesd.neighbours.switches import (
-    EARLIER,
-    HIT_AT_BOUNDARY,
-    LATER,
-    STICK_OR_SLIP,
-    TAKE_OFF,
-    TOUCHDOWN,
-    TWO_EARLIER,
-    TWO_LATER,
-    WITHOUT_IMPACT,
-    Switch,
-    switches_of,
-    without_impacts,
-)
+from fesd_robot.fesd.neighbours.shifts import EARLIER, LATER, TWO_EARLIER, TWO_LATER, WITHOUT_IMPACT, Shift
+from fesd_robot.fesd.neighbours.switches import Switch, SwitchKind, kind_of_run, switches_of, without_impacts
 from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
 from fesd_robot.fesd.transcription import Transcription
 
@@ -55,15 +43,13 @@ class Move:
     """A neighbour of a branch.
 
     Attributes:
-        key: what is moved, and how: of two moves with the same key one continues the other.
-        what: the same in words.
+        what: is moved, and how, in words.
         intervals: in which something changes.
         placing: the neighbour, and the elements from which to look for its motion.
         hit: whether a contact is hit where it comes down softly, or rests, in the motion itself: that, without an
             impulse, is one of the neighbour, too, and a trial that begins near it may stay there.
     """
 
-    key: Key
     what: str
     intervals: range
     placing: Placing
@@ -124,26 +110,26 @@ def moves(
     """
     branch = without_impulses(conditions, branch)
     placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
-    contacts = [modes for modes in ContactModes.of(conditions, branch) if joints or not modes.is_joint]
-    patterns = [[pattern_of(modes, branch, own) for own in intervals] for modes in contacts]
-    runs = [runs_of(modes, own) for modes, own in zip(contacts, patterns, strict=True)]
+    contacts = [contact for contact in ContactConditions.of(conditions, branch) if joints or not contact.is_joint]
+    patterns = [[pattern_of(contact, branch, own) for own in intervals] for contact in contacts]
+    runs = [runs_of(contact, own) for contact, own in zip(contacts, patterns, strict=True)]
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]
     slides = _slides(switches)
     changes, seldom, begun = list[Change](), list[Change](), list[Change]()
-    for modes, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
+    for contact, own, of_contact, shifts in zip(contacts, patterns, runs, switches, strict=True):
         others = [switch for every in switches if every is not shifts for switch in every]
-        within = [change for one in _within(modes, own) for change in _shifted_within(one, others, slides)]
+        within = [change for one in _within(contact, own) for change in _shifted_within(one, others, slides)]
         changes += [*_shifted(shifts, {other.interval for other in others}), *_shifted_runs(shifts), *within]
-        changes += [*without_run(modes, of_contact), *swapped(modes, of_contact), *with_flight(modes, of_contact)]
-        seldom += [*_longer_and_shorter_flights(shifts), *bouncing(modes, own, of_contact)]
-        seldom += slipping_the_other_way(modes, own, of_contact)
-        begun += begun_in_flight(modes, of_contact, placing)
+        changes += [*without_run(contact, of_contact), *swapped(contact, of_contact), *with_flight(contact, of_contact)]
+        seldom += [*_longer_and_shorter_flights(shifts), *bouncing(contact, own, of_contact)]
+        seldom += slipping_the_other_way(contact, own, of_contact)
+        begun += begun_in_flight(contact, of_contact, placing)
     together = [*_shifted_together(switches, slides), *_exchanged(switches)]
     ordered = [*together, *changes] if len(switches) > PAIR else [*changes, *together]
     for change in [*ordered, *seldom, *begun]:
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
-            yield Move(change.key, change.what, change.intervals, replace(neighbour, branch=impacts), change.hit)
+            yield Move(change.what, change.intervals, replace(neighbour, branch=impacts), change.hit)
 
 
 def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[Change]:
@@ -158,13 +144,11 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[Ch
     """
     for switch in switches:
         for where, patterns in switch.choices.items():
-            stays = where in (*HIT_AT_BOUNDARY, WITHOUT_IMPACT)
-            if stays and not any(abs(switch.interval - one) <= NEAR for one in others):
+            if where.stays and not any(abs(switch.interval - one) <= NEAR for one in others):
                 continue
-            what = f"{switch.name} of {switch.modes.in_words} in interval {switch.interval} {where}"
-            key = (switch.modes.name, switch.number, where if where in (EARLIER, LATER) else "a little")
-            hit = where in HIT_AT_BOUNDARY and WITHOUT_IMPACT not in switch.choices
-            yield Change(key, what, [(switch.modes, patterns)], hit)
+            what = f"{switch.kind} of {switch.contact.in_words} in interval {switch.interval} {where}"
+            hit = where.with_impact and WITHOUT_IMPACT not in switch.choices
+            yield Change(what, [(switch.contact, patterns)], hit)
 
 
 def _shifted_runs(switches: Sequence[Switch]) -> Iterator[Change]:
@@ -173,25 +157,25 @@ def _shifted_runs(switches: Sequence[Switch]) -> Iterator[Change]:
         for where in (EARLIER, LATER):
             if patterns := _both(begin.choices.get(where), end.choices.get(where)):
                 what = (
-                    f"{begin.name} and {end.name} of {begin.modes.in_words} in intervals {begin.interval} "
+                    f"{begin.kind} and {end.kind} of {begin.contact.in_words} in intervals {begin.interval} "
                     f"and {end.interval} {where}"
                 )
-                yield Change((begin.modes.name, begin.number, f"both {where}"), what, [(begin.modes, patterns)])
+                yield Change(what, [(begin.contact, patterns)])
 
 
 def _longer_and_shorter_flights(switches: Sequence[Switch]) -> Iterator[Change]:
     """Yield the changes that move both ends of a flight, one of them an interval farther than the other."""
     for begin, end in pairwise(switches):
-        if (begin.name, end.name) != (TAKE_OFF, TOUCHDOWN):
+        if (begin.kind, end.kind) != (SwitchKind.TAKE_OFF, SwitchKind.TOUCHDOWN):
             continue
         for one, two in ((EARLIER, TWO_EARLIER), (LATER, TWO_LATER)):
             for first, last in ((one, two), (two, one)):
                 if patterns := _both(begin.places.get(first), end.places.get(last)):
                     what = (
-                        f"{begin.name} of {begin.modes.in_words} in interval {begin.interval} {first} and {end.name} "
+                        f"{begin.kind} of {begin.contact.in_words} in interval {begin.interval} {first} and {end.kind} "
                         f"in interval {end.interval} {last}"
                     )
-                    yield Change((begin.modes.name, begin.number, f"{first}, {last}"), what, [(begin.modes, patterns)])
+                    yield Change(what, [(begin.contact, patterns)])
 
 
 def _both(one: Mapping[int, Pattern] | None, other: Mapping[int, Pattern] | None) -> Mapping[int, Pattern]:
@@ -199,25 +183,24 @@ def _both(one: Mapping[int, Pattern] | None, other: Mapping[int, Pattern] | None
     return {**one, **other} if one and other and not one.keys() & other.keys() else {}
 
 
-def _within(modes: ContactModes, patterns: Sequence[Pattern]) -> Iterator[Switch]:
+def _within(contact: ContactConditions, patterns: Sequence[Pattern]) -> Iterator[Switch]:
     """Yield what begins and ends in one interval, an impact between two flights, or a mode, and where it may go."""
-    flat = [without_impacts(modes, pattern) for pattern in patterns]
+    flat = [without_impacts(contact, pattern) for pattern in patterns]
     for k, own in enumerate(flat):
         before, after = (flat[k - 1] if k else own)[-1:], (flat[k + 1] if k + 1 < len(flat) else own)[:1]
         if not (before and own and after):
             continue  # an interval with nothing but an impact
         within = own[own[:1] == before : len(own) - (own[-1:] == after)]
-        bounces = len(own) < len(patterns[k]) and all(map(modes.is_flight, (*before, *own, *after)))
+        bounces = len(own) < len(patterns[k]) and all(map(contact.is_flight, (*before, *own, *after)))
         if not within and not bounces:
             continue
-        kind = STICK_OR_SLIP if modes.is_joint else "contact"
-        kind = "bounce" if bounces else "flight" if modes.is_flight(within[0]) else kind
+        kind = SwitchKind.BOUNCE if bounces else kind_of_run(contact, within[0])
         choices = {
             where: {k: left, other: patterns[k]}
             for where, other, left in ((EARLIER, k - 1, after), (LATER, k + 1, before))
             if 0 <= other < len(patterns) and len(patterns[other]) == 1
         }
-        yield Switch(modes, k, kind, k, True, choices)
+        yield Switch(contact, k, kind, k, True, choices)
 
 
 def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> Iterator[Change]:
@@ -229,19 +212,21 @@ def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> I
         slides: where what they begin ends.
     """
     for where, patterns in one.choices.items():
-        what = f"{one.name} of {one.modes.in_words} in interval {one.interval} {where}"
-        yield Change((one.modes.name, one.number, f"{one.name} {where}"), what, [(one.modes, patterns)])
+        what = f"{one.kind} of {one.contact.in_words} in interval {one.interval} {where}"
+        yield Change(what, [(one.contact, patterns)])
     near = [other for other in others if abs(other.interval - one.interval) <= NEAR]
     at_once = [other for other in near if other.interval == one.interval]
     for group in [at_once, near] if at_once != near else [near]:
-        if group and len({other.modes.name for other in group}) == len(group):
+        if group and len({other.contact.name for other in group}) == len(group):
             yield from _all_shifted([one, *group], one, slides)
 
 
 def _slides(switches: Sequence[Sequence[Switch]]) -> _Slides:
     """Return the ends of what contacts do between two changes from stick to slip or back, by where it begins."""
-    pairs = [(one, end) for own in switches for one, end in pairwise(own) if one.name == end.name == STICK_OR_SLIP]
-    return {(begin.modes.name, begin.number): end for begin, end in pairs}
+    pairs = [
+        (one, end) for own in switches for one, end in pairwise(own) if one.kind is end.kind is SwitchKind.STICK_OR_SLIP
+    ]
+    return {(begin.contact.name, begin.number): end for begin, end in pairs}
 
 
 def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> Iterator[Change]:
@@ -254,12 +239,12 @@ def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> 
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
         near = [other for other in every if abs(other.interval - switch.interval) <= NEAR]
-        alike = [other for other in near if other.name == switch.name]
+        alike = [other for other in near if other.kind is switch.kind]
         at_once = [other for other in every if other.interval == switch.interval]
         pairs = combinations(alike, PAIR) if len(alike) > PAIR else ()
         for group in (alike, at_once, near, *map(list, pairs)):
-            contacts = {other.modes.name for other in group}
-            members = frozenset((other.modes.name, other.number) for other in group)
+            contacts = {other.contact.name for other in group}
+            members = frozenset((other.contact.name, other.number) for other in group)
             if len(group) < 2 or len(contacts) < len(group) or members in seen:
                 continue
             seen.add(members)
@@ -279,48 +264,49 @@ def _all_shifted(group: Sequence[Switch], first: Switch, slides: _Slides) -> Ite
     for where in first.choices:
         if not all(where in other.choices for other in group):
             continue
-        what, key = f"{_in_words(group)} in interval {first.interval} {where}", f"together {where}"
-        steps = [(other.modes, other.choices[where]) for other in group]
-        yield Change((first.modes.name, first.number, key), what, steps)
+        what = f"{_in_words(group)} in interval {first.interval} {where}"
+        steps = [(other.contact, other.choices[where]) for other in group]
+        yield Change(what, steps)
         if where == LATER and (at_once := _as_impacts_begin(group)):
-            yield Change((first.modes.name, first.number, key), f"{what} at once", at_once)
+            yield Change(f"{what} at once", at_once)
         for n, begin in enumerate(group):
-            end = slides.get((begin.modes.name, begin.number))
+            end = slides.get((begin.contact.name, begin.number))
             if end and (patterns := _both(begin.choices[where], end.following(begin, where))):
-                longer = [*steps[:n], (begin.modes, patterns), *steps[n + 1 :]]
-                yield Change((first.modes.name, first.number, key), f"{what}, and the end of the slide", longer)
+                longer = [*steps[:n], (begin.contact, patterns), *steps[n + 1 :]]
+                yield Change(f"{what}, and the end of the slide", longer)
 
 
-def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactModes, Mapping[int, Pattern]]]:
+def _as_impacts_begin(group: Sequence[Switch]) -> list[tuple[ContactConditions, Mapping[int, Pattern]]]:
     """Return the patterns in which contacts move an interval later where some of them are hit, and the others switch as
     these impacts begin; none if none is hit, or all are."""
-    hit = [any(map(one.modes.is_impact, chain(*one.choices[LATER].values()))) for one in group]
-    into = [one.choices.get(f"into interval {one.interval + 1}") for one in group]
+    hit = [any(map(one.contact.is_impact, chain(*one.choices[LATER].values()))) for one in group]
+    into = [one.choices.get(Shift.into(one.interval + 1)) for one in group]
     if all(hit) or not any(hit) or not all(own or is_hit for own, is_hit in zip(into, hit, strict=True)):
         return []
     chosen = [one.choices[LATER] if is_hit else own for one, own, is_hit in zip(group, into, hit, strict=True)]
-    return [(one.modes, patterns) for one, patterns in zip(group, chosen, strict=True) if patterns]
+    return [(one.contact, patterns) for one, patterns in zip(group, chosen, strict=True) if patterns]
 
 
 def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[Change]:
     """Yield the changes in which contacts that switch alike, but not at the same place, switch where the others did."""
     every = [switch for own in switches for switch in own]
-    alike: dict[tuple[str, tuple[int, bool]], list[Switch]] = {}
+    alike: dict[tuple[SwitchKind, tuple[int, bool]], list[Switch]] = {}
     for switch in every:
-        alike.setdefault((switch.name, switch.place), []).append(switch)
-    for (name, place), (other_name, other_place) in combinations(sorted(alike, reverse=True), 2):
-        if name != other_name or place[0] - other_place[0] > 2 * NEAR:
+        alike.setdefault((switch.kind, switch.place), []).append(switch)
+    last_first = sorted(alike, key=lambda one: (one[0].value, one[1]), reverse=True)
+    for (kind, place), (other_kind, other_place) in combinations(last_first, 2):
+        if kind is not other_kind or place[0] - other_place[0] > 2 * NEAR:
             continue
-        own, others = alike[name, place], alike[name, other_place]
+        own, others = alike[kind, place], alike[kind, other_place]
         moved = [(one, one.towards(other_place)) for one in own] + [(one, one.towards(place)) for one in others]
-        steps = [(one.modes, patterns) for one, patterns in moved if patterns is not None]
-        if len({modes.name for modes, _ in steps}) == len(moved):
+        steps = [(one.contact, patterns) for one, patterns in moved if patterns is not None]
+        if len({contact.name for contact, _ in steps}) == len(moved):
             what = f"{_in_words([one for one, _ in moved])} in interval {own[0].interval} exchanged"
-            yield Change((own[0].modes.name, own[0].number, "exchanged"), what, steps)
+            yield Change(what, steps)
 
 
 def _in_words(group: Sequence[Switch]) -> str:
-    if len({switch.name for switch in group}) == 1 and not any(switch.modes.is_joint for switch in group):
-        contacts = [f"'{switch.modes.name}'" for switch in group]
-        return f"{group[0].name} of contacts {', '.join(contacts)}"
-    return " and ".join(f"{one.name} of {one.modes.in_words}" for one in group)
+    if len({switch.kind for switch in group}) == 1 and not any(switch.contact.is_joint for switch in group):
+        contacts = [f"'{switch.contact.name}'" for switch in group]
+        return f"{group[0].kind} of contacts {', '.join(contacts)}"
+    return " and ".join(f"{one.kind} of {one.contact.in_words}" for one in group)

@@ -1,4 +1,4 @@
-"""The sequence of modes of one contact within every control interval, and the switches between them."""
+"""The sequence of active sets of one contact within every control interval, and the switches between them."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from itertools import groupby
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
+from fesd_robot.fesd.neighbours.contact_conditions import ActiveSet, ContactConditions
 
 Factors = tuple[ActiveFactor, ...]
 """Active factors of all conditions of an element."""
 
-Pattern = tuple[ContactMode, ...]
-"""Modes of a contact in an interval, in time order, each different from the one before."""
+Pattern = tuple[ActiveSet, ...]
+"""Active sets of a contact in an interval, in time order, each different from the one before."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """A mode that a contact keeps, impacts left out.
+    """An active set that a contact keeps, impacts left out.
 
     Attributes:
-        mode: the mode.
+        active: the active set.
         first, last: control intervals in which it begins and ends.
     """
 
-    mode: ContactMode
+    active: ActiveSet
     first: int
     last: int
 
@@ -46,31 +46,23 @@ def sequence_of(branch: Branch, elements: Sequence[int]) -> list[Factors]:
     return [factors for factors, _ in groupby(branch.factors[e] for e in elements if not branch.without_length[e])]
 
 
-def pattern_of(modes: ContactModes, branch: Branch, elements: Sequence[int]) -> Pattern:
-    """Return the modes of a contact in some elements one after the other; those without length are left out."""
-    return tuple(mode for mode, _ in groupby(modes.of_factors(one) for one in sequence_of(branch, elements)))
+def pattern_of(contact: ContactConditions, branch: Branch, elements: Sequence[int]) -> Pattern:
+    """Return the active sets of a contact in some elements one after the other; those without length are left out."""
+    return tuple(active for active, _ in groupby(contact.of_factors(one) for one in sequence_of(branch, elements)))
 
 
-def runs_of(modes: ContactModes, patterns: Sequence[Pattern]) -> list[Run]:
-    """Return the modes that a contact has one after the other in all intervals."""
+def runs_of(contact: ContactConditions, patterns: Sequence[Pattern]) -> list[Run]:
+    """Return the active sets that a contact has one after the other in all intervals."""
     runs: list[Run] = []
     for k, pattern in enumerate(patterns):
-        for mode in pattern:
-            if modes.is_impact(mode):
+        for active in pattern:
+            if contact.is_impact(active):
                 continue
-            if runs and runs[-1].mode == mode:
-                runs[-1] = Run(mode, runs[-1].first, k)
+            if runs and runs[-1].active == active:
+                runs[-1] = Run(active, runs[-1].first, k)
             else:
-                runs.append(Run(mode, k, k))
+                runs.append(Run(active, k, k))
     return runs
-
-
-def in_flight(modes: Sequence[ContactModes], branch: Branch, elements: Sequence[int]) -> bool:
-    """Return whether no contact has a force in some of the given elements."""
-    return any(
-        all(contact.is_flight(contact.of_factors(factors)) for contact in modes)
-        for factors in sequence_of(branch, elements)
-    )
 
 
 def spread(sequence: Sequence[Factors], count: int) -> list[Factors]:
@@ -82,9 +74,9 @@ def spread(sequence: Sequence[Factors], count: int) -> list[Factors]:
     return [factors for factors, number in zip(sequence, numbers, strict=True) for _ in range(number)]
 
 
-def with_mode(modes: ContactModes, factors: Factors, mode: ContactMode) -> Factors:
-    """Return the factors of an element with another mode of a contact."""
+def with_active(contact: ContactConditions, factors: Factors, active: ActiveSet) -> Factors:
+    """Return the factors of an element with another active set of a contact."""
     changed = list(factors)
-    for i, factor in zip(modes.members, mode, strict=True):
+    for i, factor in zip(contact.members, active, strict=True):
         changed[i] = factor
     return tuple(changed)

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactMode, ContactModes
-from fesd_robot.fesd.neighbours.patterns import Factors, with_mode
+from fesd_robot.fesd.neighbours.contact_conditions import ActiveSet, ContactConditions
+from fesd_robot.fesd.neighbours.patterns import Factors, with_active
 from fesd_robot.fesd.polishing import ElementConditions, with_impulses
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -96,8 +96,8 @@ class Pivots:
         )
 
     @cached_property
-    def _contacts(self) -> list[ContactModes]:
-        return ContactModes.of(self.conditions, self.branch)
+    def _contacts(self) -> list[ContactConditions]:
+        return ContactConditions.of(self.conditions, self.branch)
 
     @cached_property
     def _now(self) -> list[Element]:
@@ -129,51 +129,55 @@ class Pivots:
         if self.branch.without_length[e] and not grows:
             return None
         factors, rates, now = self.branch.factors[e], self._rates(e), self._quantities(self._now[e])
-        for modes in self._contacts:
-            mode = modes.of_factors(factors)
-            if modes.is_joint:
+        for contact in self._contacts:
+            active = contact.of_factors(factors)
+            if contact.is_joint:
                 if ActiveFactor.COMPLEMENT not in factors:
-                    factors = with_mode(modes, factors, self._joint_mode(modes, mode, rates, now))
-            elif grows or self._leaves(modes, mode, rates):
-                factors = with_mode(modes, factors, self._mode(modes, mode, rates, now))
+                    factors = with_active(contact, factors, self._completed_joint(contact, active, rates, now))
+            elif grows or self._leaves(contact, active, rates):
+                factors = with_active(contact, factors, self._completed_contact(contact, active, rates, now))
         return factors if grows or factors != self.branch.factors[e] else None
 
-    def _leaves(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray) -> bool:
+    def _leaves(self, contact: ContactConditions, active: ActiveSet, rates: np.ndarray) -> bool:
         """Whether a factor that a contact's mode holds at zero does not stay there."""
-        for i, factor in zip(modes.members, mode, strict=True):
+        for i, factor in zip(contact.members, active, strict=True):
             member = self.conditions.members[i]
             rate = rates[member.quantity(factor)] * (member.direction if factor is ActiveFactor.G else 1)
             if (rate if member.condition.vanishing else abs(rate)) > LEAST_RATE:
                 return True
         return False
 
-    def _joint_mode(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray, now: np.ndarray) -> ContactMode:
+    def _completed_joint(
+        self, contact: ContactConditions, active: ActiveSet, rates: np.ndarray, now: np.ndarray
+    ) -> ActiveSet:
         """Return the completed mode of a joint with dry friction; its own if the direction does not leave it."""
-        members = [self.conditions.members[i] for i in modes.members]
+        members = [self.conditions.members[i] for i in contact.members]
         at_rest = all(np.abs(now[:, member.G]).max() <= ACTIVE for member in members)
         moving = [rates[member.G] if at_rest else now[:, member.G].mean() for member in members]
         pushes = [
             rates[member.H] > LEAST_RATE
-            for member, factor in zip(members, mode, strict=True)
+            for member, factor in zip(members, active, strict=True)
             if factor is ActiveFactor.H
         ]
         if not any(pushes) and not (at_rest and any(abs(rate) > LEAST_RATE for rate in moving)):
-            return mode
+            return active
         return tuple(
             ActiveFactor.H if member.direction * rate > LEAST_RATE else ActiveFactor.G
             for member, rate in zip(members, moving, strict=True)
         )
 
-    def _mode(self, modes: ContactModes, mode: ContactMode, rates: np.ndarray, now: np.ndarray) -> ContactMode:
+    def _completed_contact(
+        self, contact: ContactConditions, active: ActiveSet, rates: np.ndarray, now: np.ndarray
+    ) -> ActiveSet:
         """Return the completed mode of a contact."""
-        members = [self.conditions.members[i] for i in modes.members]
+        members = [self.conditions.members[i] for i in contact.members]
         force = [member.H for member in members if member.condition.level == "position"]
         if all(now[:, at].max() <= ACTIVE and rates[at] <= LEAST_RATE for at in force):
-            return tuple(ActiveFactor.H for _ in mode)
+            return tuple(ActiveFactor.H for _ in active)
         clock = [member.complement for member in members if member.complement is not None]
-        if modes.is_impact(mode) and all(rates[at] <= LEAST_RATE for at in clock):
-            return mode
-        parts = modes.parts
+        if contact.is_impact(active) and all(rates[at] <= LEAST_RATE for at in clock):
+            return active
+        parts = contact.parts
         return tuple(
             ActiveFactor.H if n in parts and member.direction * rates[member.G] > LEAST_RATE else ActiveFactor.G
             for n, member in enumerate(members)

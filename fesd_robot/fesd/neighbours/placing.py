@@ -10,8 +10,8 @@ from itertools import groupby, product
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
-from fesd_robot.fesd.neighbours.contact_modes import ContactModes
-from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, sequence_of, spread, with_mode
+from fesd_robot.fesd.neighbours.contact_conditions import ContactConditions
+from fesd_robot.fesd.neighbours.patterns import Factors, Pattern, intervals_of, sequence_of, spread, with_active
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
@@ -41,7 +41,7 @@ class Placing:
         element = self.elements[(free or own)[-1]]
         return element.x[-1], element.z[-1]
 
-    def placed(self, steps: Sequence[tuple[ContactModes, Mapping[int, Pattern]]]) -> Iterator[Placing]:
+    def placed(self, steps: Sequence[tuple[ContactConditions, Mapping[int, Pattern]]]) -> Iterator[Placing]:
         """Yield elements and branches in which contacts have given modes in some intervals.
 
         Where another contact switches in the same interval, there are two: the new switches come before or after the
@@ -54,52 +54,54 @@ class Placing:
         seen: set[Branch] = set()
         for at_once, first in product((True, False), repeat=2):
             placing: Placing | None = self
-            for modes, patterns in steps:
-                placing = placing and placing._one_placed(modes, patterns, first, at_once)
+            for contact, patterns in steps:
+                placing = placing and placing._one_placed(contact, patterns, first, at_once)
             if placing is None or placing.branch in seen:
                 continue
             seen.add(placing.branch)
             yield placing
             if all(
-                len(pattern) == 1 or self._is_uniform(modes, k) for modes, own in steps for k, pattern in own.items()
+                len(pattern) == 1 or self._is_uniform(contact, k)
+                for contact, own in steps
+                for k, pattern in own.items()
             ):
                 return
 
     def _one_placed(
-        self, modes: ContactModes, patterns: Mapping[int, Pattern], first: bool, at_once: bool
+        self, contact: ContactConditions, patterns: Mapping[int, Pattern], first: bool, at_once: bool
     ) -> Placing | None:
-        sequences = {k: self._with_others(modes, pattern, k, first, at_once) for k, pattern in patterns.items()}
+        sequences = {k: self._with_others(contact, pattern, k, first, at_once) for k, pattern in patterns.items()}
         if any(len(sequence) > len(self._intervals[k]) for k, sequence in sequences.items()):
             return None
         return self.with_sequences(sequences)
 
-    def _is_uniform(self, modes: ContactModes, interval: int) -> bool:
+    def _is_uniform(self, contact: ContactConditions, interval: int) -> bool:
         """Whether all other contacts keep their modes in an interval."""
-        return len(self._others(modes, interval)) == 1
+        return len(self._others(contact, interval)) == 1
 
-    def _others(self, modes: ContactModes, interval: int) -> list[Factors]:
+    def _others(self, contact: ContactConditions, interval: int) -> list[Factors]:
         """Return the factors in the elements of an interval, as if a contact were in flight."""
         own = sequence_of(self.branch, self._intervals[interval])
-        return [factors for factors, _ in groupby(with_mode(modes, one, modes.flight) for one in own)]
+        return [factors for factors, _ in groupby(with_active(contact, one, contact.flight) for one in own)]
 
     def _with_others(
-        self, modes: ContactModes, pattern: Pattern, interval: int, first: bool, at_once: bool
+        self, contact: ContactConditions, pattern: Pattern, interval: int, first: bool, at_once: bool
     ) -> list[Factors]:
         """Return the factors of an interval's elements when a contact's switches come before or after all others.
 
         Args:
-            modes, pattern: the contact, and its modes in the interval.
+            contact, pattern: the contact, and its active sets in the interval.
             interval: the interval.
             first: whether before.
             at_once: whether they switch where an impact begins, of the contact or of another one.
         """
-        others = self._others(modes, interval)
+        others = self._others(contact, interval)
         own_switch, switch = _switch_of(pattern), _switch_of(others)
-        impact = any(map(modes.is_impact, (*pattern, *others)))
+        impact = any(map(contact.is_impact, (*pattern, *others)))
         if not (at_once and impact and own_switch and switch):
-            return _merged(modes, pattern, others, first)
-        before = _merged(modes, pattern[:own_switch], others[:switch], first)
-        return before + _merged(modes, pattern[own_switch:], others[switch:], first)
+            return _merged(contact, pattern, others, first)
+        before = _merged(contact, pattern[:own_switch], others[:switch], first)
+        return before + _merged(contact, pattern[own_switch:], others[switch:], first)
 
     def with_sequences(self, sequences: Mapping[int, Sequence[Factors]]) -> Placing:
         """Return elements and branch with other factors in some intervals, whose elements become equally long.
@@ -142,18 +144,18 @@ class Placing:
 def _switch_of(factors: Sequence[Factors]) -> int:
     """Return how many factors, of a contact or of all, come before the first impact, or before the only switch of a
     sequence without one; 0 if there is neither."""
-    first = next((n for n, one in enumerate(factors) if ContactModes.is_impact(one)), None)
+    first = next((n for n, one in enumerate(factors) if ContactConditions.is_impact(one)), None)
     return int(len(factors) == 2) if first is None else first
 
 
-def _merged(modes: ContactModes, pattern: Pattern, others: Sequence[Factors], first: bool) -> list[Factors]:
+def _merged(contact: ContactConditions, pattern: Pattern, others: Sequence[Factors], first: bool) -> list[Factors]:
     """Return the factors of elements in which a contact's modes follow each other before, or after, those of others."""
     if first:
         return [
-            *(with_mode(modes, others[0], mode) for mode in pattern),
-            *(with_mode(modes, other, pattern[-1]) for other in others[1:]),
+            *(with_active(contact, others[0], active) for active in pattern),
+            *(with_active(contact, other, pattern[-1]) for other in others[1:]),
         ]
     return [
-        *(with_mode(modes, other, pattern[0]) for other in others[:-1]),
-        *(with_mode(modes, others[-1], mode) for mode in pattern),
+        *(with_active(contact, other, pattern[0]) for other in others[:-1]),
+        *(with_active(contact, others[-1], active) for active in pattern),
     ]

@@ -1,4 +1,9 @@
-"""What a contact, or a joint with dry friction, does in an element, as the active factors of its conditions."""
+"""The conditions of one contact, or of one joint with dry friction, and their active sets.
+
+They are not `contact.ContactMode`, which is read from them: `fesd` knows conditions, whatever form of the contact logic
+they are of, but not what contacts do. An active set is finer, too: two that differ in the friction after a bounce only
+are one mode.
+"""
 
 from __future__ import annotations
 
@@ -14,18 +19,18 @@ from fesd_robot.fesd.polishing import ElementConditions
 NO_SIDE = 1e-6
 """Velocity along the ground, m/s, below which it does not tell to which side a contact slips in an impact."""
 
-ContactMode = tuple[ActiveFactor, ...]
-"""Active factors of the conditions of one contact, or of the dry friction of one joint."""
+ActiveSet = tuple[ActiveFactor, ...]
+"""Active factors of the conditions of one contact, or of the dry friction of one joint: its part of a branch."""
 
 
 @dataclass(frozen=True)
-class ContactModes:
-    """The modes of one contact, or of one joint with dry friction, which is never in flight.
+class ContactConditions:
+    """The conditions of one contact, or of one joint with dry friction, which is never in flight.
 
     Attributes:
         name: of the contact, or of the joint.
-        conditions: of the system.
-        members: which conditions are its own, as indices into `conditions.members`.
+        conditions: all of the system.
+        members: which of them are its own, as indices into `conditions.members`.
         is_joint: whether it is a joint.
     """
 
@@ -35,8 +40,8 @@ class ContactModes:
     is_joint: bool = False
 
     @classmethod
-    def of(cls, conditions: ElementConditions, branch: Branch) -> list[ContactModes]:
-        """Return the modes of every contact that has a condition of the position level, and of every joint."""
+    def of(cls, conditions: ElementConditions, branch: Branch) -> list[ContactConditions]:
+        """Return those of every contact that has a condition of the position level, and of every joint."""
         own = branch.conditions[: len(conditions.members)]
         found = [
             cls(name, conditions, tuple(i for i, label in enumerate(own) if label.contact == name))
@@ -52,48 +57,48 @@ class ContactModes:
 
     @cached_property
     def _positions(self) -> list[int]:
-        """Numbers, in the mode, of the conditions of the position level."""
+        """Numbers, in an active set, of the conditions of the position level."""
         return [n for n, i in enumerate(self.members) if self.conditions.members[i].condition.level == "position"]
 
     @cached_property
     def parts(self) -> list[int]:
-        """Numbers, in the mode, of the conditions on a part of the contact's force: friction to one side."""
+        """Numbers, in an active set, of the conditions on a part of the contact's force: friction to one side."""
         own = [self.conditions.members[i] for i in self.members]
         whole = {frozenset(self.conditions.variables(own[n].H)) for n in self._positions}
         return [n for n, one in enumerate(own) if frozenset(self.conditions.variables(one.H)) not in whole]
 
-    def of_factors(self, factors: Sequence[ActiveFactor]) -> ContactMode:
-        """Return the mode that all factors of an element imply."""
+    def of_factors(self, factors: Sequence[ActiveFactor]) -> ActiveSet:
+        """Return the active set, of all factors of an element."""
         return tuple(factors[i] for i in self.members)
 
     @property
-    def flight(self) -> ContactMode:
-        """The mode in which no condition holds anything of the contact on the ground."""
+    def flight(self) -> ActiveSet:
+        """The active set in which no condition holds anything of the contact on the ground."""
         return tuple(ActiveFactor.H for _ in self.members)
 
-    def is_flight(self, mode: ContactMode) -> bool:
+    def is_flight(self, active: ActiveSet) -> bool:
         """Whether the contact has no force; a joint is never in flight."""
-        return not self.is_joint and all(mode[n] is ActiveFactor.H for n in self._positions)
+        return not self.is_joint and all(active[n] is ActiveFactor.H for n in self._positions)
 
     @staticmethod
-    def is_impact(mode: ContactMode) -> bool:
+    def is_impact(active: ActiveSet) -> bool:
         """Whether the clock stands still."""
-        return ActiveFactor.COMPLEMENT in mode
+        return ActiveFactor.COMPLEMENT in active
 
-    def mirrored(self, mode: ContactMode) -> ContactMode:
-        """Return a mode in which the contact slips to the other side; the mode itself if it does not slip."""
-        sides = [mode[n] for n in self.parts]
+    def mirrored(self, active: ActiveSet) -> ActiveSet:
+        """Return an active set in which the contact slips to the other side; the same if it does not slip."""
+        sides = [active[n] for n in self.parts]
         turned = dict(zip(self.parts, reversed(sides), strict=True)) if len(sides) == 2 else {}
-        return tuple(turned.get(n, factor) for n, factor in enumerate(mode))
+        return tuple(turned.get(n, factor) for n, factor in enumerate(active))
 
-    def impacts(self, contact: ContactMode, state: np.ndarray, algebraic: np.ndarray) -> list[list[ContactMode]]:
-        """Return the modes of an impact that ends in a mode of contact, in the order in which they follow each other.
+    def impacts(self, after: ActiveSet, state: np.ndarray, algebraic: np.ndarray) -> list[list[ActiveSet]]:
+        """Return the active sets of an impact, in the order in which they follow each other.
 
         Where there is friction the contact slips first, and then sticks if it does so afterwards: to the side to which
-        it moves, or, if it comes down without moving along the ground, to either, one sequence of modes for each.
+        it moves, or, if it comes down without moving along the ground, to either, one sequence for each.
 
         Args:
-            contact: the mode after the impact.
+            after: the active set after the impact, with a force.
             state, algebraic: before the impact, (n_x) and (n_z).
         """
         if self.conditions.jumps:
@@ -102,11 +107,11 @@ class ContactModes:
         own = [self.conditions.members[i] for i in self.members]
         parts = self.parts
         along = {own[n].G for n in parts}
-        slipping, sticking = list(contact), list(contact)
+        slipping, sticking = list(after), list(after)
         for n, one in enumerate(own):
             if one.complement is not None:
                 slipping[n] = ActiveFactor.COMPLEMENT
-                sticking[n] = contact[n] if one.G in along else ActiveFactor.COMPLEMENT
+                sticking[n] = after[n] if one.G in along else ActiveFactor.COMPLEMENT
             elif n in parts:
                 slipping[n] = ActiveFactor.H if one.direction * values[one.G] > 0 else ActiveFactor.G
         if len(parts) == 2 and all(abs(values[one]) < NO_SIDE for one in along):
@@ -114,5 +119,5 @@ class ContactModes:
             sides = [tuple(slipping), self.mirrored(tuple(slipping))]
         else:
             sides = [tuple(slipping)]
-        sticks = parts and all(contact[n] is ActiveFactor.G for n in parts)
+        sticks = parts and all(after[n] is ActiveFactor.G for n in parts)
         return [[side, tuple(sticking)] if sticks else [side] for side in sides]
