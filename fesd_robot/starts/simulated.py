@@ -32,11 +32,12 @@ _Factors = tuple[ActiveFactor, ...]
 def needs_simulated_start(motion: MotionProblem) -> bool:
     """Return whether a motion is first looked for on the contact sequence of the robot that is let go.
 
-    If a contact bounces and nothing but contacts switches.
+    If a contact bounces, nothing but contacts switches, and impacts are elements in which the clock stands still.
     """
     labels = [one.label for one in motion.ocp.system.complementarities]
     bounces = any(contact.restitution > 0 for contact in motion.contacts)
-    return bounces and all(label.contact is not None for label in labels)
+    freezes = motion.ocp.system.jump is None
+    return bounces and freezes and all(label.contact is not None for label in labels)
 
 
 def simulated_start(
