@@ -16,12 +16,10 @@ class Change:
     Attributes:
         what: is moved, and how, in words.
         steps: contacts and their patterns by interval, placed one after the other.
-        hit: as in `Move`.
     """
 
     what: str
     steps: Sequence[tuple[ContactConditions, Mapping[int, Pattern]]]
-    hit: bool = False
 
     @property
     def intervals(self) -> range:

@@ -22,7 +22,7 @@ from fesd_robot.fesd.neighbours.runs import (
     with_flight,
     without_run,
 )
-from fesd_robot.fesd.neighbours.shifts import EARLIER, LATER, TWO_EARLIER, TWO_LATER, WITHOUT_IMPACT, Shift
+from fesd_robot.fesd.neighbours.shifts import EARLIER, LATER, TWO_EARLIER, TWO_LATER, Shift
 from fesd_robot.fesd.neighbours.switches import Switch, SwitchKind, kind_of_run, switches_of, without_impacts
 from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
 from fesd_robot.fesd.transcription import Transcription
@@ -46,14 +46,11 @@ class Move:
         what: is moved, and how, in words.
         intervals: in which something changes.
         placing: the neighbour, and the elements from which to look for its motion.
-        hit: whether a contact is hit where it comes down softly, or rests, in the motion itself: that, without an
-            impulse, is one of the neighbour, too, and a trial that begins near it may stay there.
     """
 
     what: str
     intervals: range
     placing: Placing
-    hit: bool = False
 
     @property
     def branch(self) -> Branch:
@@ -129,7 +126,7 @@ def moves(
     for change in [*ordered, *seldom, *begun]:
         for neighbour in placing.placed(change.steps):
             impacts = with_impulses(conditions, neighbour.branch)
-            yield Move(change.what, change.intervals, replace(neighbour, branch=impacts), change.hit)
+            yield Move(change.what, change.intervals, replace(neighbour, branch=impacts))
 
 
 def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[Change]:
@@ -147,8 +144,7 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[Ch
             if where.stays and not any(abs(switch.interval - one) <= NEAR for one in others):
                 continue
             what = f"{switch.kind} of {switch.contact.in_words} in interval {switch.interval} {where}"
-            hit = where.with_impact and WITHOUT_IMPACT not in switch.choices
-            yield Change(what, [(switch.contact, patterns)], hit)
+            yield Change(what, [(switch.contact, patterns)])
 
 
 def _shifted_runs(switches: Sequence[Switch]) -> Iterator[Change]:

@@ -72,7 +72,7 @@ def begun_in_flight(contact: ContactConditions, runs: Sequence[Run], placing: Pl
     for impact in contact.impacts(run.active, *placing.end_of(run.first)):
         patterns = {run.first: (contact.flight,), run.first + 1: (contact.flight, *impact, run.active)}
         what = f"flight of contact '{contact.name}' from the beginning to interval {run.first + 1}"
-        yield Change(what, [(contact, patterns)], hit=True)
+        yield Change(what, [(contact, patterns)])
 
 
 def _may_be_interrupted(contact: ContactConditions, run: Run) -> bool:

@@ -55,14 +55,9 @@ class Shift:
         return f"{where}, {self.side.value}" if self.side is ImpactSide.OTHER else where
 
     @property
-    def with_impact(self) -> bool:
-        """Whether the switch stays on its boundary and gets an impact there."""
-        return self.kind in (ShiftKind.WITH_IMPACT, ShiftKind.WITH_LATER_IMPACT)
-
-    @property
     def stays(self) -> bool:
         """Whether the switch stays where it is."""
-        return self.with_impact or self.kind is ShiftKind.WITHOUT_IMPACT
+        return self.kind in (ShiftKind.WITH_IMPACT, ShiftKind.WITH_LATER_IMPACT, ShiftKind.WITHOUT_IMPACT)
 
 
 EARLIER, LATER = Shift(ShiftKind.EARLIER), Shift(ShiftKind.LATER)
