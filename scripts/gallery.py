@@ -34,6 +34,7 @@ from arguments import PROGRAM_IS, ROOT, program_of
 from claims import CLAIMS
 from PIL import Image
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.ocp import formulate
 from fesd_robot.planning.fallbacks import with_overrides
@@ -259,7 +260,9 @@ def with_list(readme: str, table: str) -> str:
 def telling_time(plan: Plan) -> float:
     """Return when to take the picture: high in a jump, where nothing touches, else at a first touch, else half way."""
     time = plan.trajectory.time
-    flying = np.all([[mode == "flight" for mode in contact.mode] for contact in plan.contacts.values()], axis=0)
+    flying = np.all(
+        [[mode is ContactMode.FLIGHT for mode in contact.mode] for contact in plan.contacts.values()], axis=0
+    )
     jumps = [high for contact in plan.contacts.values() for high in apexes(contact) if flying[high[1]]]
     if jumps:
         return float(time[max(jumps)[1]])
@@ -269,7 +272,7 @@ def telling_time(plan: Plan) -> float:
 
 def apexes(contact: ContactHistory) -> list[tuple[float, int]]:
     """Return largest gap, m, and its sample for every flight that begins and ends with a touch and is a jump."""
-    flying = np.array([mode == "flight" for mode in contact.mode]).astype(int)
+    flying = np.array([mode is ContactMode.FLIGHT for mode in contact.mode]).astype(int)
     first, end = np.flatnonzero(np.diff(flying) == 1) + 1, np.flatnonzero(np.diff(flying) == -1) + 1
     flights = [(a, int(b)) for a in first.tolist() for b in end[end > a][:1]]
     highest = [(float(np.max(contact.gap[a:b])), a + int(np.argmax(contact.gap[a:b]))) for a, b in flights]

@@ -25,6 +25,7 @@ import numpy as np
 from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
 from moved_start import MOVED, moved, moved_branches
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.mpcc.polishing import BranchNlp
 from fesd_robot.planning import chain, load_task, plan
 from fesd_robot.plans import Plan
@@ -57,10 +58,10 @@ def planned(name: str, processor: str) -> tuple[Plan, float]:
         return plan(task), time.perf_counter() - begin
 
 
-def sequence(result: Plan) -> tuple[tuple[str, ...], ...]:
+def sequence(result: Plan) -> tuple[tuple[ContactMode, ...], ...]:
     """Return what every contact does one after the other; impacts take no time and are left out."""
     return tuple(
-        tuple(mode for mode, _ in groupby(mode for mode in contact.mode if mode != "impact"))
+        tuple(mode for mode, _ in groupby(mode for mode in contact.mode if mode is not ContactMode.IMPACT))
         for contact in result.contacts.values()
     )
 

@@ -71,11 +71,6 @@ class ContactMode(str, Enum):
         return {running: hits for hits, running in _RUNNING.items()}[self]
 
     @property
-    def slipping(self) -> ContactMode:
-        """The mode while the clock runs: an impact slips."""
-        return ContactMode.SLIP if self is ContactMode.IMPACT else self
-
-    @property
     def without_direction(self) -> ContactMode:
         """The mode with both directions of slip as one."""
         slips = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)

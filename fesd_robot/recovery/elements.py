@@ -225,5 +225,5 @@ def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:
     if np.linalg.norm(velocity, axis=1).max() < SLIP_VELOCITY:
         return ContactMode.STICK
     if mode in (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS) or velocity.shape[1] > 1:
-        return mode.slipping
+        return mode.running
     return ContactMode.SLIP_FORWARDS if velocity.sum() > 0 else ContactMode.SLIP_BACKWARDS
