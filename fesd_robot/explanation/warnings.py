@@ -9,13 +9,14 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.contact import TwoBodies
+from fesd_robot.exactness import NO_VELOCITY, ROUNDED, WRITTEN
 from fesd_robot.ocp import TOUCHING, MotionProblem, mirrored, numeric_physics, posture_of, touching_configuration
 from fesd_robot.plans.overlaps import overlaps
 from fesd_robot.recovery import holding_effort, normal_rows
 from fesd_robot.robot import ROOT_HEIGHT, configuration_units
 from fesd_robot.task import GROUND, Jumps
 
-NEAR = 0.1
+NEAR_SURFACE = 0.1
 """m; a contact further from what it may touch than this is not near it."""
 
 REFERENCE_DEPTH = 0.1
@@ -23,12 +24,6 @@ REFERENCE_DEPTH = 0.1
 
 LONGEST_INTERVAL = 0.2
 """s; controls that stay constant for longer can hardly balance a robot."""
-
-IMPACT_VELOCITY = 1e-6
-"""m/s; a closed contact that approaches more slowly makes no impact."""
-
-CONSTRAINT_VIOLATION = 1e-6
-"""m; a goal that violates a constraint by less is on its boundary, rounded."""
 
 FLOATING = 0.01
 """m; a robot at rest that starts this little above the ground was perhaps to stand on it."""
@@ -104,7 +99,7 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
         for contact, gap in zip(motion.contacts, gaps, strict=True)
         if not isinstance(motion.scene.geometries[contact.name], TwoBodies)
     }
-    if set(on_surfaces) - set(never) and gaps.min() > NEAR:
+    if set(on_surfaces) - set(never) and gaps.min() > NEAR_SURFACE:
         nearest = min(on_surfaces, key=lambda name: on_surfaces[name])
         yield (
             "Neither at the start nor at the goal is any contact near what it may touch; the nearest is "
@@ -127,7 +122,7 @@ def _floating_at_the_start(motion: MotionProblem) -> Iterator[str]:
         return
     height, first = max(heights.values()), max(heights, key=lambda i: heights[i])
     velocity = physics.contact_jacobian(ends.initial_configuration)[physics.rows * first] @ ends.initial_velocity
-    if abs(velocity) <= IMPACT_VELOCITY:
+    if abs(velocity) <= NO_VELOCITY:
         names = [motion.contacts[i].name for i, own in heights.items() if height - own <= TOUCHING]
         yield (
             f"Contact '{motion.contacts[first].name}' starts {gaps[first]:.4g} m above the ground and falls; to stand, "
@@ -163,7 +158,7 @@ def _hitting_at_the_start(motion: MotionProblem) -> Iterator[str]:
     gaps = physics.gaps(ends.initial_configuration)
     velocities = normal_rows(physics.contact_jacobian(ends.initial_configuration), physics.rows) @ ends.initial_velocity
     for contact, gap, velocity in zip(motion.contacts, gaps, velocities, strict=True):
-        if gap <= TOUCHING and velocity < -IMPACT_VELOCITY:
+        if gap <= TOUCHING and velocity < -NO_VELOCITY:
             yield (
                 f"Contact '{contact.name}' touches at the start and moves on into what it touches at "
                 f"{-velocity:.4g} m/s: the motion begins with an impact."
@@ -177,13 +172,13 @@ def _too_weak(motion: MotionProblem) -> Iterator[str]:
     if motion.endpoints.initial_velocity.any() or not closed.any():
         return
     effort = holding_effort(physics, q, (drive.lower, drive.upper), closed)
-    if effort is None or effort[0] <= 1 + 1e-6:
+    if effort is None or effort[0] <= 1 + WRITTEN:
         return
     times_limits, u = effort
     over = [
         f"{name} {value:.4g} {unit}"
         for name, value, unit, lower, upper in zip(drive.names, u, drive.units, drive.lower, drive.upper, strict=True)
-        if not lower - 1e-6 <= value <= upper + 1e-6
+        if not lower - WRITTEN <= value <= upper + WRITTEN
     ]
     yield (
         f"The controls cannot hold the weight at the start: standing still takes {times_limits:.3g} times their limits "
@@ -212,14 +207,14 @@ def _goal_against_constraints(motion: MotionProblem) -> Iterator[str]:
         values = np.asarray(ca.Function("rows", [constraint.variables], [constraint.rows])(point)).ravel()
         missing = np.maximum(constraint.lower - values, values - constraint.upper)
         for name, depth in zip(constraint.row_names, missing, strict=True):
-            if depth > CONSTRAINT_VIOLATION:
+            if depth > WRITTEN:
                 yield f"The goal itself violates {name}, by {depth:.4g} m."
 
 
 def _long_intervals(motion: MotionProblem) -> Iterator[str]:
     length = motion.grid.upper / motion.grid.intervals
-    if length > LONGEST_INTERVAL * (1 + 1e-9):
-        least = math.ceil(motion.grid.upper / LONGEST_INTERVAL - 1e-9)
+    if length > LONGEST_INTERVAL * (1 + ROUNDED):
+        least = math.ceil(motion.grid.upper / LONGEST_INTERVAL - ROUNDED)
         yield (
             f"The controls are constant for {length:.4g} s at a time, which is long for a robot that has to balance; "
             f"horizon.intervals of {least} or more make it at most {LONGEST_INTERVAL:g} s."

@@ -11,7 +11,6 @@ from fesd_robot.fesd.options import CrossComplementarity, FesdOptions, Form, Ste
 from fesd_robot.fesd.path_between import PathBetween
 from fesd_robot.fesd.refinement import with_stages
 from fesd_robot.fesd.refinement.between_stages import STRICTER
-from fesd_robot.fesd.schemes import MAX_STAGES
 from fesd_robot.fesd.sensitivity import end_sensitivity
 from fesd_robot.fesd.simulate import simulate
 from fesd_robot.fesd.simulation import Note, Phase, Sensitivity, Simulation, SimulationError, StepReport
@@ -22,7 +21,6 @@ from fesd_robot.fesd.transcription import Transcription
 
 __all__ = [
     "EQUILIBRATION",
-    "MAX_STAGES",
     "PHASE",
     "SHORTEST_PHASE",
     "STRICTER",

@@ -9,9 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.errors import DimensionError
-
-SAME_TIME = 1e-6
-"""Of the duration: nodes of a grid that are this near to a time are at it."""
+from fesd_robot.instants import SAME_NODE
 
 
 @dataclass(frozen=True)
@@ -97,6 +95,6 @@ class ControlGrid:
 
     def _node(self, time: float) -> int:
         node = int(np.argmin(np.abs(self.nodes - time)))
-        if abs(self.nodes[node] - time) > SAME_TIME * self.nodes[-1]:
+        if abs(self.nodes[node] - time) > SAME_NODE * self.nodes[-1]:
             raise DimensionError(f"the grid has no node at {time:g} s, the nearest is at {self.nodes[node]:g} s")
         return node

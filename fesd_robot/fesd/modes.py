@@ -17,6 +17,7 @@ from scipy.sparse.linalg import splu
 
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import SolverError
+from fesd_robot.exactness import SINGULAR_STEP
 from fesd_robot.fesd.element import ElementPoints, SystemFunctions, element_equations, read_elements
 from fesd_robot.fesd.impulse_functions import impulse_function, jump_function
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
@@ -394,6 +395,6 @@ def _solve(matrix: np.ndarray | sparse.csr_matrix, right: np.ndarray, *, singula
         except np.linalg.LinAlgError:
             pass
     try:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=SINGULAR_STEP)[0])
     except np.linalg.LinAlgError:
         return None

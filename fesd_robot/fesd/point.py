@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.exactness import SINGULAR
 from fesd_robot.fesd.element import rate_function
 
 
@@ -47,5 +48,5 @@ class PointFunctions:
         """Return the z nearest to a given one that fit a mode at a state, as well as one point can tell."""
         for _ in range(2):
             value, jacobian = self.misfit(x, u, z, p, mode)
-            z = z - np.linalg.lstsq(jacobian, value, rcond=1e-10)[0]
+            z = z - np.linalg.lstsq(jacobian, value, rcond=SINGULAR)[0]
         return z

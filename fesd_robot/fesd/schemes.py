@@ -14,6 +14,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.special import roots_jacobi
 
+from fesd_robot.ranges import MAX_STAGES
+
 Scheme = Literal[
     "gauss_legendre",
     "radau_ia",
@@ -26,8 +28,6 @@ Scheme = Literal[
     "heun_3",
     "runge_kutta_4",
 ]
-MAX_STAGES = 9
-
 Coefficients = tuple[np.ndarray, np.ndarray, np.ndarray]
 """A, b and c."""
 

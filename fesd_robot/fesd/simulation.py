@@ -11,6 +11,7 @@ from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import FesdRobotError, ModelError
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
+from fesd_robot.instants import SAME_PART
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ class Simulation:
             ModelError: a time outside the simulation.
         """
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        slack = 1e-12 * max(abs(self.times[-1]), 1.0)
+        slack = SAME_PART * max(abs(self.times[-1]), 1.0)
         outside = wanted[(wanted < self.times[0] - slack) | (wanted > self.times[-1] + slack)]
         if outside.size:
             raise ModelError(f"time {outside[0]:g} is outside the simulation, {self.times[0]:g} to {self.times[-1]:g}")

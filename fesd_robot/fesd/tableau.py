@@ -11,7 +11,6 @@ import numpy as np
 from fesd_robot.errors import ModelError, OptionError, nearest
 from fesd_robot.fesd.schemes import (
     FAMILIES,
-    MAX_STAGES,
     Family,
     Scheme,
     lagrange,
@@ -19,7 +18,7 @@ from fesd_robot.fesd.schemes import (
     lagrange_integral,
 )
 
-__all__ = ["MAX_STAGES", "Scheme", "Tableau", "make_tableau"]
+__all__ = ["Scheme", "Tableau", "make_tableau"]
 
 TOLERANCE = 1e-11
 """Up to this defect a condition of a tableau holds."""

@@ -14,7 +14,7 @@ from fesd_robot.first_task.base import leaf_joints
 from fesd_robot.first_task.proposal import Contact
 from fesd_robot.robot import Outline, Robot, outline_points, touching_outlines
 
-NEAR = 0.03
+ABOVE_LOWEST = 0.03
 """m; a frame at most this far above the lowest point of its body, as in the middle of a ball, is where it touches."""
 
 WIDE = 0.06
@@ -23,8 +23,8 @@ WIDE = 0.06
 LEVEL = 0.1
 """Of the robot's height: ends of limbs this much higher than the lowest one are no feet."""
 
-_SAME = 1e-3
-"""m; frames at most this far apart are equally low."""
+SAME_FRAME = 1e-3
+"""m; frames at most this far apart are equally low, and places one."""
 
 _EXACT = (coal.Sphere, coal.Capsule, coal.Box, coal.Cylinder)
 """Shapes that a contact of a body can take."""
@@ -60,7 +60,7 @@ def limbs_of(robot: Robot, q: np.ndarray) -> list[Limb]:
         if not heights:
             continue
         low = min(heights.values())
-        frames = [name for name, height in heights.items() if height <= low + _SAME]
+        frames = [name for name, height in heights.items() if height <= low + SAME_FRAME]
         # Of several at one place the one that is called a foot, else the last, which the others carry.
         frame = next((name for name in frames if "foot" in name.lower()), frames[-1])
         bottom = min([low, *(float(points[2].min()) for points in _shape_points(robot, data, tuple(heights)))])
@@ -85,7 +85,7 @@ def feet_of(robot: Robot, q: np.ndarray, names: Sequence[str] = ()) -> list[Cont
     else:
         lowest = min(limb.lowest for limb in limbs)
         height = max(float(pose.translation[2]) for pose in data.oMi) - lowest
-        feet = [limb for limb in limbs if limb.lowest <= lowest + max(LEVEL * height, NEAR)]
+        feet = [limb for limb in limbs if limb.lowest <= lowest + max(LEVEL * height, ABOVE_LOWEST)]
     place = {limb.frame: data.oMf[robot.frame_id(limb.frame)].translation for limb in feet}
     feet.sort(key=lambda limb: -round(float(place[limb.frame][0]), 3))
     contacts = [(limb, _places(robot, data, limb)) for limb in feet]
@@ -135,14 +135,14 @@ def _places(robot: Robot, data: pin.Data, limb: Limb) -> list[_Place]:
     corners = _lowest_points(robot, data, limb)
     # Ends of a sole that are away from the frame are places of their own.
     aside = 0.0 if corners is None else float(np.abs(corners[0] - pose.translation[0]).max())
-    if corners is None or (pose.translation[2] - corners[2].min() <= NEAR and aside <= WIDE):
+    if corners is None or (pose.translation[2] - corners[2].min() <= ABOVE_LOWEST and aside <= WIDE):
         return [_Place("")]
     shapes = [shape for shape in robot.collision_shapes if shape.body == limb.frame]
     if shapes and all(isinstance(shape.geometry, _EXACT) for shape in shapes):
         return _ends(touching_outlines(shapes, pose, np.array([0.0, 0.0, -1.0])), pose)
     # A sole that is a mesh: its ends in the plane, straight below the frame.
     ends = [("heel", float(corners[0].min())), ("toe", float(corners[0].max()))]
-    if ends[1][1] - ends[0][1] <= NEAR:
+    if ends[1][1] - ends[0][1] <= ABOVE_LOWEST:
         ends = [("", float(corners[0].mean()))]
     places = [np.array([x, pose.translation[1], corners[2].min()]) for _, x in ends]
     return [_Place(part, _rounded(pose.actInv(place))) for (part, _), place in zip(ends, places, strict=True)]
@@ -176,13 +176,13 @@ def _lowest_points(robot: Robot, data: pin.Data, limb: Limb) -> np.ndarray | Non
     if not points:
         return None
     cloud = np.hstack(points)
-    return np.asarray(cloud[:, cloud[2] <= cloud[2].min() + NEAR / 3])
+    return np.asarray(cloud[:, cloud[2] <= cloud[2].min() + ABOVE_LOWEST / 3])
 
 
 def _beside(robot: Robot, data: pin.Data, name: str, frame: str) -> bool:
     """Whether two bodies are at one place in the x-z plane."""
     apart = data.oMf[robot.frame_id(name)].translation - data.oMf[robot.frame_id(frame)].translation
-    return bool(np.abs(apart[[0, 2]]).max() <= _SAME)
+    return bool(np.abs(apart[[0, 2]]).max() <= SAME_FRAME)
 
 
 def _shape_points(robot: Robot, data: pin.Data, bodies: tuple[str, ...]) -> list[np.ndarray]:

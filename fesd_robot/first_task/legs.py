@@ -12,9 +12,7 @@ from fesd_robot.first_task.base import Base
 from fesd_robot.first_task.feet import feet_of
 from fesd_robot.first_task.posture import clipped, hinge, leg_to, standing_posture
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
-from fesd_robot.robot import Robot
-
-GRAVITY = 9.81
+from fesd_robot.robot import STANDARD_GRAVITY, Robot
 
 _POSTURES = ("standing", "straight_standing", "stand", "half_sitting", "home", "default")
 """Names of postures in which robots stand, the likeliest first."""
@@ -65,7 +63,7 @@ def jump(name: str, robot: Robot, section: RobotSection, base: Base, feet: Seque
                 words=f"{what_moves(section)} jumps {abs(forward):g} m forward and lands as it stood.",
                 robot=section,
                 contacts=tuple(contacts),
-                duration=max(round(_TIMES * float(np.sqrt(height / GRAVITY)), 1), 0.3),
+                duration=max(round(_TIMES * float(np.sqrt(height / STANDARD_GRAVITY)), 1), 0.3),
                 intervals=_INTERVALS,
                 initial=State(posture, values, stand, adjust),
                 goal=State(posture, {base.forward: forward, **values}, stand, adjust),
@@ -122,6 +120,6 @@ def _joint_values(robot: Robot, q: np.ndarray, joints: Sequence[int]) -> dict[st
 
 def _effort(robot: Robot, base: Base, height: float) -> dict[str, float]:
     """Return a torque or force for every joint of a robot without motors, rounded to one digit."""
-    largest = _EFFORT * float(pin.computeTotalMass(robot.model)) * GRAVITY * height
+    largest = _EFFORT * float(pin.computeTotalMass(robot.model)) * STANDARD_GRAVITY * height
     digit = 10 ** np.floor(np.log10(largest))
     return {name: float(np.ceil(largest / digit) * digit) for name in robot.velocity_names if name not in base.names}

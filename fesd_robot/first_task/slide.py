@@ -7,16 +7,13 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.base import Base
-from fesd_robot.first_task.feet import labels_of, limbs_of
+from fesd_robot.first_task.feet import SAME_FRAME, labels_of, limbs_of
 from fesd_robot.first_task.posture import clipped
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import Robot
 
 _FORWARD, _DURATION, _INTERVALS = 0.3, 1.0, 15
 """m, s, and the control intervals."""
-
-_SAME = 1e-3
-"""m; places this close, and frames equally low."""
 
 _ROUND = 1e-3
 """Difference of a shape's extents along x and z, of its size, that still is round."""
@@ -46,7 +43,7 @@ def slide(name: str, robot: Robot, section: RobotSection, base: Base) -> list[Pr
     else:
         feet: dict[str, float] = {}
         for body, place in places.items():
-            if place[2] <= low + _SAME and all(abs(place[0] - x) > _SAME for x in feet.values()):
+            if place[2] <= low + SAME_FRAME and all(abs(place[0] - x) > SAME_FRAME for x in feet.values()):
                 feet[body] = float(place[0])
         feet = dict(sorted(feet.items(), key=lambda foot: -foot[1]))
         contacts = [Contact(*each) for each in zip(labels_of([*feet], [*feet.values()]), feet, strict=True)]
@@ -82,6 +79,6 @@ def _radius(robot: Robot, body: str) -> float | None:
         box = shape.geometry.aabb_local
         turn = np.abs(robot.model.frames[shape.parentFrame].placement.actInv(shape.placement).rotation)
         size, middle = turn @ (box.max_ - box.min_), shape.geometry.aabb_local.center()
-        if abs(size[0] - size[2]) <= _ROUND * size[0] and np.abs(middle).max() <= _SAME:
+        if abs(size[0] - size[2]) <= _ROUND * size[0] and np.abs(middle).max() <= SAME_FRAME:
             radii.append(size[0] / 2)
-    return float(f"{max(radii):.4g}") if radii and max(radii) > _SAME else None
+    return float(f"{max(radii):.4g}") if radii and max(radii) > SAME_FRAME else None

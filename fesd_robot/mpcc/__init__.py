@@ -8,12 +8,11 @@ from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.conflict import Conflict, Demand, conflict_at
 from fesd_robot.mpcc.continuation import TRIALS, BranchPoint, BranchSolver, Trial, continue_on_branch
-from fesd_robot.mpcc.homotopy import solve
+from fesd_robot.mpcc.homotopy import COST_LOSS, solve
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
 from fesd_robot.mpcc.polishing import (
     BRANCH,
-    EXACT_PRODUCT,
     BranchBounds,
     BranchNlp,
     Polisher,
@@ -28,7 +27,7 @@ from fesd_robot.nlp import NlpStatus
 
 __all__ = [
     "BRANCH",
-    "EXACT_PRODUCT",
+    "COST_LOSS",
     "TRIALS",
     "Block",
     "BlockEquations",

@@ -42,7 +42,8 @@ LOST_IN_A_ROW = 2
 """NLPs one after the other that are lost, after which the branch of the point before them is tried."""
 
 COST_LOSS = 0.2
-"""Part of the cost that an exact point may lose against the relaxed one; a branch that costs more was misread."""
+"""Part of the cost that an exact point may lose against the relaxed one, or a refined one against the one
+before; a branch that costs more was misread."""
 
 
 def solve(

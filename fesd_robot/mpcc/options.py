@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fesd_robot.errors import OptionError
+from fesd_robot.exactness import FEASIBLE
 from fesd_robot.mpcc.assembly import Compile
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.schedule import USUAL_ITERATIONS, Rule, Schedule, Sigmas, check_rule
@@ -48,7 +49,7 @@ class HomotopyOptions:
     max_iterations: int = 1000
     linear_solver: str = "auto"
     compile: Compile = "auto"
-    feasibility: float = 1e-8
+    feasibility: float = FEASIBLE
     ipopt: dict[str, Any] = field(default_factory=dict)
     relaxation: str = "scholtes"
     steering: Steering = "direct"

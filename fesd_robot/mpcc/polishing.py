@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from fesd_robot.complementarity import Branch
+from fesd_robot.exactness import EXACT_PRODUCT
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
@@ -23,10 +24,6 @@ POLISHING_ITERATIONS = 40
 
 BRANCH_UPDATES = 4
 """How often a branch is updated before the next candidate."""
-
-EXACT_PRODUCT = 1e-12
-"""Largest product of a pair at an exact point, or largest smaller side: with a force of 10 N a gap of 1e-12 m has a
-product of 1e-11."""
 
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""

@@ -7,13 +7,11 @@ import math
 import casadi as ca
 import numpy as np
 
+from fesd_robot.exactness import WRITTEN
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.orientations import angles_of, quaternion_entries
 from fesd_robot.robot import quaternion_matrix
-
-_ROUNDED = 1e-6
-"""Of a row; a start that is outside its limit by less is on it, rounded."""
 
 
 def angle_limits(parts: ProblemParts) -> list[TrajectoryConstraint]:
@@ -65,7 +63,7 @@ def _check_start(
     values = np.asarray(function(parts.endpoints.initial_configuration)).ravel()
     outside = np.maximum(bounds[0] - values, values - bounds[1])
     worst = int(np.argmax(outside))
-    if outside[worst] > _ROUNDED:
+    if outside[worst] > WRITTEN:
         raise parts.task.error(
             ("limits", "position", names[worst]),
             "found limits that the initial orientation is outside of, expected limits with the start between them",

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import Contact, MultibodyDynamics
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
@@ -17,11 +18,8 @@ from fesd_robot.ocp.vectors import Endpoints, StateLimits
 from fesd_robot.robot import Robot
 from fesd_robot.task import KeyPath, Task
 
-_SINGULAR = 1e-12
+_NO_INERTIA = 1e-12
 """Smallest fraction of the largest eigenvalue of the mass matrix that counts as inertia."""
-
-_ROUNDED = 1e-9
-"""m or rad; a distance that is too long by less than this is not."""
 
 
 def check_inertia(task: Task, robot: Robot, configuration: np.ndarray) -> None:
@@ -32,7 +30,7 @@ def check_inertia(task: Task, robot: Robot, configuration: np.ndarray) -> None:
     """
     upper = np.triu(pin.crba(robot.model, robot.model.createData(), configuration))
     values, vectors = np.linalg.eigh(upper + np.triu(upper, 1).T)
-    if values[0] > _SINGULAR * values[-1]:
+    if values[0] > _NO_INERTIA * values[-1]:
         return
     name = robot.velocity_names[int(np.argmax(np.abs(vectors[:, 0])))]
     raise task.error(
@@ -64,7 +62,7 @@ def check_contacts_move(task: Task, contacts: Sequence[Contact], configuration: 
         TaskError: at the contact's frame.
     """
     for contact in contacts:
-        if not ca.jacobian_sparsity(contact.gap, configuration).nnz() and float(ca.evalf(contact.gap)) <= _ROUNDED:
+        if not ca.jacobian_sparsity(contact.gap, configuration).nnz() and float(ca.evalf(contact.gap)) <= ROUNDED:
             frame = task.single_contacts[contact.name].touching_frame
             raise task.error(
                 ("contacts", contact.name, "frame"),
@@ -102,7 +100,7 @@ def check_pace(task: Task, robot: Robot, ends: Endpoints, limits: StateLimits, g
         distance = target.value - start
         speed = limits.upper_velocity[row] if distance > 0 else -limits.lower_velocity[row]
         farthest = speed * target.time + target.tolerance
-        if abs(distance) > farthest + _ROUNDED:
+        if abs(distance) > farthest + ROUNDED:
             raise task.error(
                 target.key,
                 f"found {target.value:g}, {abs(distance):.4g} away from the start, expected at most {farthest:.4g}: "

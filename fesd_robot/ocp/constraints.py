@@ -14,6 +14,7 @@ import numpy as np
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.contact import Contact, ContactSystem, Ground
 from fesd_robot.errors import ModelError
+from fesd_robot.exactness import NO_SQUARE, WRITTEN
 from fesd_robot.fesd import Span, TrajectoryConstraint
 from fesd_robot.ocp.default_costs import RobotScales
 from fesd_robot.ocp.distances import distances_of
@@ -32,12 +33,6 @@ from fesd_robot.task import (
     SwingClearance,
     Task,
 )
-
-_ROUNDED = 1e-12
-"""Keeps roots differentiable at zero: added to a sum of squares or higher powers, m2 or without unit."""
-
-_VIOLATED = 1e-6
-"""m; a start that violates a constraint by less is on its boundary, rounded."""
 
 SWING_SPEED = 0.1
 """Speed at which a contact may touch before a swing clearance asks for height, in units of the robot."""
@@ -62,7 +57,7 @@ def _clearance(constraint: Clearance, p: ca.SX, ground: Ground) -> list[BoundedR
 
 @point_rows.register
 def _sphere(constraint: AvoidSphere, p: ca.SX, ground: Ground) -> list[BoundedRow]:
-    distance = ca.sqrt(ca.sumsqr(_from(constraint.center, p)) + _ROUNDED)
+    distance = ca.sqrt(ca.sumsqr(_from(constraint.center, p)) + NO_SQUARE)
     return [("distance", distance - constraint.radius, 0.0, np.inf)]
 
 
@@ -78,7 +73,7 @@ def _box(constraint: AvoidBox, p: ca.SX, ground: Ground) -> list[BoundedRow]:
     half = [0.5 * size for size in _given(constraint.size)]
     power = constraint.power
     mean = ca.sum1((_from(constraint.center, p) / ca.DM(half)) ** power) / len(half)
-    return [("level", min(half) * ((mean + _ROUNDED) ** (1 / power) - 1), 0.0, np.inf)]
+    return [("level", min(half) * ((mean + NO_SQUARE) ** (1 / power) - 1), 0.0, np.inf)]
 
 
 @point_rows.register
@@ -208,7 +203,7 @@ def _check_start(parts: ProblemParts, name: str, rows: Sequence[BoundedRow]) -> 
         max(low - value, value - high)
         for (_, _, low, high), value in zip(rows, np.asarray(values).ravel().tolist(), strict=True)
     )
-    if violation > _VIOLATED:
+    if violation > WRITTEN:
         raise parts.task.error(
             ("constraints", name),
             f"found a start that violates this by {violation:.4g} m, expected a constraint that the initial "
@@ -239,7 +234,7 @@ def add_forbidden_zones(
         if task.goal.periodic is None:
             at = ca.Function("start", [points.q], [contacts[i].gap, position[0], depth])
             gap, x, inside = (float(value) for value in at(start))
-            if gap <= _VIOLATED and inside > _VIOLATED:
+            if gap <= WRITTEN and inside > WRITTEN:
                 raise task.error(
                     ("constraints", name),
                     f"found contact '{zone.contact}' touching at x = {x:.4g} m at the start, inside this zone; "

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from fesd_robot.exactness import NO_LENGTH
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
 
 MARGIN = 0.02
 """Ratio to which the normal acceleration that a sliding contact's normal force causes must not fall."""
-
-_SMALL = 1e-9
-"""Added to a norm, in squares, so that it has a derivative everywhere."""
 
 DETERMINACY = "one motion"
 """Beginning of the names of these constraints; the contact's follows."""
@@ -54,7 +52,7 @@ def determinacy_constraints(parts: ProblemParts) -> list[DeterminacyConstraint]:
         normal = ca.dot(contact.normal, response)
         along = [contact.friction * ca.dot(tangent, response) / normal for tangent in contact.directions]
         if contact.in_space:
-            rows = {"every direction": 1 - ca.sqrt(ca.sumsqr(ca.vertcat(*along)) + _SMALL**2)}
+            rows = {"every direction": 1 - ca.sqrt(ca.sumsqr(ca.vertcat(*along)) + NO_LENGTH**2)}
         else:
             rows = {"forwards": 1 - along[0], "backwards": 1 + along[0]}
         constraints.append(

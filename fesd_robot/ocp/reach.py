@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from fesd_robot.exactness import WRITTEN
 from fesd_robot.ocp.points import Points
 from fesd_robot.robot import Robot
 from fesd_robot.task import PointTarget, Task, along_axes
-
-_SLACK = 1e-6
-"""m."""
-
 
 Reach = tuple[np.ndarray, np.ndarray, float]
 """Lower and upper corner of a box, m, (3) each, and a radius, m: a point is never further than it from the box."""
@@ -36,7 +33,7 @@ def check_reach(points: Points, frame: str | None, target: PointTarget, key: tup
         if wanted is not None
     ]
     missing = float(np.linalg.norm(out)) - radius - (target.tolerance or 0.0) * np.sqrt(len(out))
-    if missing > _SLACK:
+    if missing > WRITTEN:
         what = "the centre of mass" if frame is None else f"frame '{frame}'"
         raise points.task.error(
             key,

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import MotionFileError, PlanFileError, nearest, nearest_file
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.ocp.vectors import initial_configuration
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
 from fesd_robot.plans import read_plan
@@ -18,9 +19,6 @@ from fesd_robot.robot import Robot, continuous_quaternions
 from fesd_robot.task import Task
 
 _UNIT = re.compile(r"\s*\[[^\]]*\]$")
-
-_ROUNDED = 1e-9
-"""s; a time less than this before the one above it is the same, rounded."""
 
 
 def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +45,7 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
     rows = np.column_stack([columns[name] for name in robot.configuration_names])[first]
     if not len(times) or not (np.isfinite(times).all() and np.isfinite(rows).all()):
         raise task.error(key, f"found no rows, or values that are not finite, in {path}, expected numbers")
-    if np.any(np.diff(columns["time"]) < -_ROUNDED):
+    if np.any(np.diff(columns["time"]) < -SAME_TIME):
         raise task.error(key, f"found times that decrease in {path}, expected increasing ones")
     rows = np.array([pin.normalize(robot.model, row) for row in rows])
     start = initial_configuration(task, robot)

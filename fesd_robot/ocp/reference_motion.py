@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.instants import SAME_PART
 from fesd_robot.ocp.vectors import with_values
 from fesd_robot.orientations import angles_of, quaternion_entries, quaternion_of
 from fesd_robot.robot import Robot, interpolated, with_turn
@@ -86,7 +87,7 @@ class LineMotion:
         return self.duration * np.unique(np.clip(np.append(found, [0.0, 1.0]), 0.0, 1.0).round(9))
 
     def _jump(self, time: float) -> int:
-        return min(int(time / self.duration * self.count + 1e-9), self.count - 1)
+        return min(int(time / self.duration * self.count + SAME_PART), self.count - 1)
 
     def _at(self, time: float, jump: int) -> np.ndarray:
         s = time / self.duration * self.count - jump

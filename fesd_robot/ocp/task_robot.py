@@ -8,15 +8,13 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import JointError, RobotError
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
 from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
 from fesd_robot.ocp.two_bodies import with_two_bodies
 from fesd_robot.robot import Robot, configuration_units, load_robot, with_joint_properties
 from fesd_robot.task import Task, TwoBodyContact, check_names, check_orientations, check_values
-
-_SAME_PLACE = 1e-9
-"""m; contacts that stay closer than this in the x-z plane are one."""
 
 
 def load_task_robot(task: Task) -> tuple[Task, Robot]:
@@ -81,9 +79,7 @@ def _check_distinct_contacts(task: Task, robot: Robot) -> None:
     unplaced = {"frame": "", "offset": (0, 0, 0), "friction": None}
     kinds = {name: contact.model_copy(update=unplaced) for name, contact in points.items()}
     for first, second in combinations(frames, 2):
-        if kinds[first] == kinds[second] and all(
-            np.abs(path[first] - path[second]).max() <= _SAME_PLACE for path in paths
-        ):
+        if kinds[first] == kinds[second] and all(np.abs(path[first] - path[second]).max() <= ROUNDED for path in paths):
             raise task.error(
                 ("contacts", second),
                 f"found a contact that is always where '{first}' is in the x-z plane, expected one of the two: its "

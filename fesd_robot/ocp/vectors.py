@@ -10,14 +10,12 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
 from fesd_robot.robot import Robot, configuration_units, turned
 from fesd_robot.task import Task
 
 Values = TypeVar("Values", np.ndarray, ca.SX)
-
-_SLACK = 1e-9
-"""m or rad: an end this far outside its limit is on it, rounded."""
 
 _UNIT = 1e-14
 """Squared length of a quaternion whose difference from one is rounding, so that it stays as it is."""
@@ -155,7 +153,7 @@ def _after_stride(task: Task, robot: Robot, limits: StateLimits, start: np.ndarr
     end = mirrored(task, robot.configuration_names, start) + vector(robot.configuration_names, periodic.stride, 0.0)
     for i, name in enumerate(robot.configuration_names):
         lower, upper = limits.lower_position[i], limits.upper_position[i]
-        if name in task.goal.periodic.stride and not lower - _SLACK <= end[i] <= upper + _SLACK:
+        if name in task.goal.periodic.stride and not lower - ROUNDED <= end[i] <= upper + ROUNDED:
             raise task.error(
                 ("goal", "periodic", "stride", name),
                 f"found a stride that leads from {start[i]:g} to {end[i]:g}, expected an end in [{lower:g}, {upper:g}]",

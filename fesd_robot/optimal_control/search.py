@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.complementarity import Branch
+from fesd_robot.exactness import EXACT_PRODUCT, SAME_COST
 from fesd_robot.fesd import EQUILIBRATION, FesdOptions, OptimalControlProblem, Transcription
 from fesd_robot.fesd.neighbours import filled, mode_shifts, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
 from fesd_robot.mpcc import (
-    EXACT_PRODUCT,
     BranchPoint,
     BranchSolver,
     Certificate,
@@ -31,9 +31,6 @@ from fesd_robot.optimal_control.settings import OptimalControlSettings
 from fesd_robot.optimal_control.solution import StartReport
 from fesd_robot.optimal_control.starts import start_of
 from fesd_robot.running import CERTIFICATE_SECONDS
-
-LEAST_GAIN = 1e-7
-"""Of the cost, relative to the larger of it and one; less is no improvement."""
 
 UNEVEN = 2.0
 """Ratio of the lengths of neighbouring elements of one mode from which they are not equally long."""
@@ -304,8 +301,8 @@ def _costs(transcription: Transcription, w: np.ndarray) -> dict[str, float]:
 
 
 def _above(cost: float) -> float:
-    return cost + LEAST_GAIN * max(1.0, abs(cost))
+    return cost + SAME_COST * max(1.0, abs(cost))
 
 
 def _below(cost: float) -> float:
-    return cost - LEAST_GAIN * max(1.0, abs(cost))
+    return cost - SAME_COST * max(1.0, abs(cost))

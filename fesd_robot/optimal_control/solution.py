@@ -11,9 +11,10 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import Element, OptimalControlProblem, Phase, Transcription
+from fesd_robot.instants import SAME_PART
 from fesd_robot.mpcc import Certificate, NlpStatus, Residuals
 
-AT_BOUND = 1e-6
+LENGTH_AT_BOUND = 1e-6
 """An element is as long as it may be up to this part of its length."""
 
 
@@ -119,7 +120,7 @@ class OptimalControlSolution:
                 for element in self.elements
                 if options.switch_detection
                 and 1.0 + options.gamma < counts[element.interval]
-                and element.step > (1.0 - AT_BOUND) * (1.0 + options.gamma) * mean / counts[element.interval]
+                and element.step > (1.0 - LENGTH_AT_BOUND) * (1.0 + options.gamma) * mean / counts[element.interval]
             }
         )
 
@@ -208,7 +209,7 @@ class OptimalControlSolution:
     def _elements_at(self, times: np.ndarray | Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Return the number of the element of every time, and its numerical time."""
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        slack = 1e-9 * self.end_time
+        slack = SAME_PART * self.end_time
         outside = wanted[(wanted < -slack) | (wanted > self.end_time + slack)]
         if outside.size:
             raise ModelError(f"time {outside[0]:g} is outside the motion, 0 to {self.end_time:g}")

@@ -12,16 +12,13 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.contact import ContactMode, Modes, factors_of
 from fesd_robot.fesd import PHASE, SHORTEST_PHASE, ControlGrid, Transcription
 from fesd_robot.fesd.polishing import BranchTranscription, ElementConditions
+from fesd_robot.instants import SAME_NODE
 from fesd_robot.mpcc import BranchBounds, Mpcc
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.phases.sequence import Phase, Sequence
 
 WITH_FORCE = 2
 """Least number of intervals of a phase in which a contact has a force: with one control it could only push evenly."""
-
-
-ROUNDED = 1e-6
-"""Of an interval; durations that are multiples of it but for this have that many."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +155,7 @@ def shares(sequence: Sequence, intervals: int) -> list[int]:
     """Return the number of control intervals of every phase: a number shared out in proportion to durations."""
     least = np.array([_least(phase) for phase in sequence.phases])
     wanted = intervals * sequence.durations / sequence.durations.sum()
-    counts = np.maximum(np.floor(wanted + ROUNDED).astype(int), least)
+    counts = np.maximum(np.floor(wanted + SAME_NODE).astype(int), least)
     while counts.sum() < intervals:
         counts[int(np.argmax(wanted - counts))] += 1
     return [int(count) for count in counts]

@@ -17,13 +17,13 @@ from fesd_robot.phases.stepping import steppings
 SAMPLES = 4
 """Of the guess, in the time of a control interval."""
 
-TOUCHING = 0.2
+TOUCHING_OF_HEIGHT = 0.2
 """Part of the largest height of a contact up to which it touches in the guess."""
 
 LOW = 2e-3
 """m, height up to which it touches whatever the largest is."""
 
-NEAR = 0.02
+NEAR_OF_LENGTH = 0.02
 """Part of the robot's length; a contact that never comes nearer to what it may touch does not touch in the guess."""
 
 HOP = (0.3, 0.4, 0.3)
@@ -80,8 +80,8 @@ class Guess:
     def _touching(self) -> np.ndarray:
         gap, n_q = gap_function(self.motion.dynamics, self.motion.contacts), len(self.motion.robot.configuration_names)
         gaps = np.array([np.asarray(gap(x[:n_q])).ravel() for x in self._states])
-        comes_near = gaps.min(axis=0) <= max(LOW, NEAR * self.motion.scales.length)
-        return np.asarray((gaps <= np.maximum(LOW, TOUCHING * gaps.max(axis=0))) & comes_near)
+        comes_near = gaps.min(axis=0) <= max(LOW, NEAR_OF_LENGTH * self.motion.scales.length)
+        return np.asarray((gaps <= np.maximum(LOW, TOUCHING_OF_HEIGHT * gaps.max(axis=0))) & comes_near)
 
     def sequence(self, touching: np.ndarray | None = None) -> Sequence:
         """Return the sequence in which contacts touch as the guess does, without impacts.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
+from fesd_robot.instants import SAME_EVENT
 
 _LETTERS = {
     ContactMode.FLIGHT: "F",
@@ -19,9 +20,6 @@ _LETTERS = {
 
 SIDES = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
 """Modes that slip to one side of a tangent."""
-
-SAME_TIME = 1e-6
-"""s; a phase that a knot would cut nearer to its ends is not cut."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class Sequence:
     def key_with(self, knots: tuple[float, ...]) -> tuple[object, ...]:
         """What happens, and between which knots, s: no switch crosses one while a motion is solved."""
         ends = self.without_knots.ends
-        return (self.key, tuple(np.searchsorted(ends, np.array(knots) - SAME_TIME).tolist()))
+        return (self.key, tuple(np.searchsorted(ends, np.array(knots) - SAME_EVENT).tolist()))
 
     @property
     def durations(self) -> np.ndarray:
@@ -92,12 +90,12 @@ class Sequence:
             end = 0.0
             for i, phase in enumerate(phases):
                 begin, end = end, end + phase.duration
-                if abs(end - time) <= SAME_TIME:
+                if abs(end - time) <= SAME_EVENT:
                     phases[i] = replace(phase, duration=time - begin, knot=True)
                     if i + 1 < len(phases):
                         phases[i + 1] = replace(phases[i + 1], duration=phases[i + 1].duration + end - time)
                     break
-                if begin + SAME_TIME < time < end:
+                if begin + SAME_EVENT < time < end:
                     first = replace(phase, duration=time - begin, knot=True)
                     phases[i : i + 1] = [first, replace(phase, duration=end - time, impacts=())]
                     break

@@ -86,7 +86,7 @@ SHORTER, LONGER = 0.4, 2.2
 """Factors within which durations are free in one NLP. Without bounds a long motion may collapse on the way, phases of a
 millisecond beside one that lasts as long as all."""
 
-NEAR_BOUND = 0.02
+DURATION_AT_BOUND = 0.02
 """Part of a bound within which a duration is at it."""
 
 MOST_ROUNDS = 6
@@ -323,8 +323,8 @@ class PhaseSolver:
             found = near if end.exact else found
             durations = near.sequence.durations
             vanished = [i for i, duration in enumerate(durations) if duration <= VANISHED and len(durations) > 1]
-            at_bound = (durations <= (1 + NEAR_BOUND) * SHORTER * lengths) | (
-                durations >= (1 - NEAR_BOUND) * LONGER * lengths
+            at_bound = (durations <= (1 + DURATION_AT_BOUND) * SHORTER * lengths) | (
+                durations >= (1 - DURATION_AT_BOUND) * LONGER * lengths
             )
             fits = not (soft or vanished) and self._covered(near) and _well_shared(near)
             moves = not fits or bool(at_bound.any())

@@ -10,6 +10,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Element, Tableau, Transcription, at_stages
+from fesd_robot.instants import SAME_PART
 from fesd_robot.phases.discretised import Discretised
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
@@ -20,7 +21,7 @@ CLOCK = "clock"
 STANDSTILL = 0.01
 """Numerical time of an impact that the other motion does not have."""
 
-NEAR = 0.2
+NEAR_OF_INTERVAL = 0.2
 """Of an interval: how far away an impact of the other motion may be that an impact begins as."""
 
 
@@ -61,13 +62,13 @@ class Along:
     @cached_property
     def running(self) -> list[Element]:
         """Those in which the clock runs."""
-        clock, length = self.clock, 1e-9 * self.duration
+        clock, length = self.clock, SAME_PART * self.duration
         return [element for element in self.elements if element.x[-1, clock] - element.x_left[clock] > length]
 
     @cached_property
     def frozen(self) -> list[Element]:
         """Those in which it stands still."""
-        clock, length = self.clock, 1e-9 * self.duration
+        clock, length = self.clock, SAME_PART * self.duration
         return [element for element in self.elements if element.x[-1, clock] - element.x_left[clock] <= length]
 
     @property
@@ -114,7 +115,7 @@ class Along:
                     step = length * stretch / rate / new.parts
                 else:
                     at = begin + (length if n >= count - last else 0.0)
-                    near = [e for e in hits if abs(e.x_left[clock] - at) <= NEAR * length]
+                    near = [e for e in hits if abs(e.x_left[clock] - at) <= NEAR_OF_INTERVAL * length]
                     if near:
                         hits.remove(near[0])
                         x, z, step = self._impact(near[0], fractions)

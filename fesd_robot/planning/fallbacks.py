@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.running import Deadline
-from fesd_robot.task import MAX_STAGES, Task
+from fesd_robot.task import Task
 
 Overrides = dict[str, Any]
 """``section.key`` of the task -> value."""

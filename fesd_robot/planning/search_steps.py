@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.mpcc import HomotopyOptions, NlpReport
 from fesd_robot.running import Counted, Reached, Station
 
@@ -37,7 +38,7 @@ class SearchSteps:
             self._at(Station.POLISHING)
         elif report.sigma > self._end:
             self._at(Station.SEARCHING)
-            done = sum(sigma >= report.sigma * (1 - 1e-9) for sigma in self._sigmas)
+            done = sum(sigma >= report.sigma * (1 - ROUNDED) for sigma in self._sigmas)
             self._counted(done, len(self._sigmas))
         else:
             # What follows the last loose NLP is polishing; where that fails, the homotopy goes on to its tolerance.

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, roll_pitch_yaw
 from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
@@ -16,13 +17,7 @@ from fesd_robot.plans.mode_forces import ModeForces
 from fesd_robot.plans.stage_forces import StageForces
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion, normal_rows, split_contact_force, stacked_rows
 from fesd_robot.replay import impact, rebounds
-
-STANDARD_GRAVITY = 9.81
-"""m/s^2; used for the tolerance of a force even where the robot moves on a level table."""
-
-
-_SAME_TIME = 1e-12
-"""s; a sample this close to the end of an element is there."""
+from fesd_robot.robot import STANDARD_GRAVITY
 
 Bounds = tuple[np.ndarray, np.ndarray]
 """Lower and upper."""
@@ -221,9 +216,7 @@ def _position_defects(motion: PhysicalMotion, physics: NumericPhysics, names: Na
     for interval in np.unique(motion.interval):
         end = int(np.flatnonzero(motion.interval == interval)[-1])
         cuts = [
-            k
-            for k in range(start + 1, end)
-            if turns and np.abs(ends - motion.time[k]).min(initial=np.inf) <= _SAME_TIME
+            k for k in range(start + 1, end) if turns and np.abs(ends - motion.time[k]).min(initial=np.inf) <= SAME_TIME
         ]
         defects = np.sum([_defect(motion, physics, *part) for part in pairwise([start, *cuts, end])], axis=0)
         worst = int(np.argmax(defects))

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from fesd_robot.plans.record import Record
 
-NEAR = 0.1
+NEAR_MISS = 0.1
 """Of a limit; an entry that is beyond it by no more than this misses it nearly."""
 
 
@@ -307,12 +307,12 @@ class Audit(Record):
 
     @property
     def near_misses(self) -> list[str]:
-        """Names of the violated entries if none is beyond its limit by more than `NEAR` of it; else none."""
+        """Names of the violated entries if none is beyond its limit by more than `NEAR_MISS` of it; else none."""
         return self.violations if all(map(self.nearly, self.violations)) else []
 
     def nearly(self, name: str) -> bool:
-        """Return whether an entry is beyond its limit by no more than `NEAR` of it."""
-        return name in ENTRIES and 1 < self.ratio(name) <= 1 + NEAR
+        """Return whether an entry is beyond its limit by no more than `NEAR_MISS` of it."""
+        return name in ENTRIES and 1 < self.ratio(name) <= 1 + NEAR_MISS
 
     @property
     def worst(self) -> tuple[float, str]:

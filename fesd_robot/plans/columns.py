@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fesd_robot.instants import SAME_NODE
 from fesd_robot.orientations import columns_with_angles
 from fesd_robot.plans.full_model import BASE_UNITS, FullModelMotion
 from fesd_robot.plans.plan import Plan
@@ -14,9 +15,6 @@ CONTROL_CONVENTION = (
 )
 """Which controls and efforts belong to a sample, in all exports."""
 
-_ROUNDING = 1e-6
-"""Part of a control interval; a sample this close to its end lies there."""
-
 
 def control_interval(plan: Plan) -> np.ndarray:
     """Return the control interval of every sample, by `CONTROL_CONVENTION`; integers, (n,).
@@ -25,7 +23,7 @@ def control_interval(plan: Plan) -> np.ndarray:
     motion hold at every sample.
     """
     time, starts = plan.trajectory.time, plan.controls["time"]
-    margin = _ROUNDING * (starts[1] - starts[0] if len(starts) > 1 else 1.0)
+    margin = SAME_NODE * (starts[1] - starts[0] if len(starts) > 1 else 1.0)
     second = np.append(False, np.diff(time) <= margin)
     moment = np.where(second, time + margin, time - margin)
     return np.clip(np.searchsorted(starts, moment, side="right") - 1, 0, len(starts) - 1)

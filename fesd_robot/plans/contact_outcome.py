@@ -9,11 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, Slide
 from fesd_robot.recovery import SLIP_VELOCITY, NumericPhysics, PhysicalMotion, normal_rows, tangential_rows
-
-_SAME_TIME = 1e-6
-"""s; a switch this near to an impact is that impact's."""
 
 
 def contact_outcomes(
@@ -134,7 +132,7 @@ class _Samples:
             return mode
         time = self._motion.time[sample]
         if any(
-            switch.contact == contact and switch.kind == "touchdown" and abs(switch.time - time) <= _SAME_TIME
+            switch.contact == contact and switch.kind == "touchdown" and abs(switch.time - time) <= SAME_EVENT
             for switch in self._motion.switches
         ):
             return ContactMode.FLIGHT

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
 from fesd_robot.recovery import (
     SLIP_VELOCITY,
@@ -29,9 +30,6 @@ from fesd_robot.replay import (
 
 EVERY = 2
 """Of the points of an element every second one is looked at: the left end, the middle, the right end among them."""
-
-_SAME_TIME = 1e-9
-"""s; an impact this near to the left end of an element is before it."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +128,7 @@ class ModeForces:
             time = float(dense.time[e, 0])
             if not opens or dense.interval[e] != dense.interval[e - 1]:
                 continue
-            if impacts.size and np.abs(impacts - time).min() < _SAME_TIME:
+            if impacts.size and np.abs(impacts - time).min() < SAME_TIME:
                 continue
             last, next_one = self._point(e - 1, -1), self._point(e, 0)
             force = self._nearest_division(last, next_one)

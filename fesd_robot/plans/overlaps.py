@@ -16,7 +16,7 @@ from fesd_robot.task import CircleContact, PointContact, Task, TwoBodyContact
 LEAST_DEPTH = 1e-3
 """m; shapes are seldom truer than this."""
 
-NEAR = 1.5
+NEAR_DEPTHS = 1.5
 """What is near a place that touches is within this many times a depth of it."""
 
 MOST_STATES = 1000
@@ -136,9 +136,9 @@ class _Overlaps:
             place = self._data.oMf[self._robot.frame_id(contact.touching_frame)].translation
             radius = contact.radius if isinstance(contact, CircleContact) else 0.0
             away = float(np.hypot(*(deepest - place)[[0, 2]])) - radius - LEAST_DEPTH
-            if away <= NEAR * feet:
+            if away <= NEAR_DEPTHS * feet:
                 return True
-            if away <= NEAR * one.depth and self._shapes.gap(one.shape, place) <= LEAST_DEPTH:
+            if away <= NEAR_DEPTHS * one.depth and self._shapes.gap(one.shape, place) <= LEAST_DEPTH:
                 return True
         return False
 

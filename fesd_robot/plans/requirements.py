@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import ContactMode, Ground
 from fesd_robot.errors import ModelError
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.plans.body_distances import BodyDistances
 from fesd_robot.plans.contact_outcome import contact_outcomes
 from fesd_robot.plans.measured import Measured, largest
@@ -36,9 +37,6 @@ from fesd_robot.task import (
     Task,
     Waypoint,
 )
-
-_SAME_TIME = 1e-6
-"""s; samples this near to the end of a control interval belong to it."""
 
 _TOUCHING_FORCE = 1e-2
 """N; a contact with a smaller normal force does not touch."""
@@ -201,10 +199,10 @@ class _Checks:
         motion, states, (first, last) = self._motion, self._states, window.times
         i = self._names.index(window.contact)
         if window.touch == "forbidden":
-            for k in np.flatnonzero((states.time > first + _SAME_TIME) & (states.time <= last + _SAME_TIME)):
+            for k in np.flatnonzero((states.time > first + SAME_EVENT) & (states.time <= last + SAME_EVENT)):
                 yield self._at(int(k), window.clearance - float(self._physics.gaps(states.configuration[k])[i]))
             return
-        for time in motion.clock[(motion.clock >= first - _SAME_TIME) & (motion.clock <= last + _SAME_TIME)]:
+        for time in motion.clock[(motion.clock >= first - SAME_EVENT) & (motion.clock <= last + SAME_EVENT)]:
             last = self._samples(float(time))[-1]
             yield self._at(last, float(self._physics.gaps(motion.configuration[last])[i]) - window.tolerance)
 
@@ -295,7 +293,7 @@ class _Checks:
 
     def _samples(self, time: float) -> list[int]:
         """Indices of the samples at the end of a control interval, two if it is the time of an impact."""
-        near = np.flatnonzero(np.abs(self._motion.time - time) <= _SAME_TIME)
+        near = np.flatnonzero(np.abs(self._motion.time - time) <= SAME_EVENT)
         return near.tolist() or [int(np.argmin(np.abs(self._motion.time - time)))]
 
 

@@ -8,14 +8,12 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import PlanFileError
+from fesd_robot.instants import SAME_EVENT, SAME_NODE
 from fesd_robot.plans.plan import ContactHistory, Plan, Trajectory
 from fesd_robot.plans.sampling import planned_motion
 
 MOST_SAMPLES = 10_000_000
 """More are an error of unit."""
-
-_SAME_TIME = 1e-6
-"""s; a sample at the rate this close to an impact or the end would be no other than that."""
 
 
 def sample_times(start: float, end: float, impacts: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
@@ -28,9 +26,9 @@ def sample_times(start: float, end: float, impacts: np.ndarray, rate: float) -> 
         impacts: s, in order.
         rate: Hz.
     """
-    grid = start + np.arange(math.floor((end - start) * rate + 1e-6) + 1) / rate
-    grid = np.append(grid[grid < end - _SAME_TIME], end)
-    apart = np.abs(grid[:, None] - impacts[None, :]).min(axis=1, initial=np.inf) > _SAME_TIME
+    grid = start + np.arange(math.floor((end - start) * rate + SAME_NODE) + 1) / rate
+    grid = np.append(grid[grid < end - SAME_EVENT], end)
+    apart = np.abs(grid[:, None] - impacts[None, :]).min(axis=1, initial=np.inf) > SAME_EVENT
     times = np.concatenate([grid[apart], impacts, impacts])
     second = np.concatenate([np.zeros(apart.sum() + len(impacts), bool), np.ones(len(impacts), bool)])
     order = np.lexsort((second, times))
@@ -92,4 +90,4 @@ def resampled(plan: Plan, rate: float) -> Plan:
 def _impact_times(plan: Plan, contact: str, impacts: np.ndarray) -> np.ndarray:
     """Return the impacts in which a contact takes part."""
     own = np.array([each.time for each in plan.impulses if each.contact == contact])
-    return impacts[np.abs(impacts[:, None] - own[None, :]).min(axis=1, initial=np.inf) <= _SAME_TIME]
+    return impacts[np.abs(impacts[:, None] - own[None, :]).min(axis=1, initial=np.inf) <= SAME_EVENT]

@@ -11,6 +11,8 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import PlanFileError
+from fesd_robot.exactness import NO_VELOCITY
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.orientations import with_unit_quaternions
 
 if TYPE_CHECKING:
@@ -20,12 +22,6 @@ if TYPE_CHECKING:
 Side = Literal["before", "after"]
 
 SIDES: tuple[Side, ...] = ("before", "after")
-
-VELOCITY_JUMP = 1e-6
-"""m/s or rad/s; a larger change of a velocity between two samples at one time is an impact."""
-
-_SAME_TIME = 1e-9
-"""s; a time this close to a moment is that moment."""
 
 Value = float | np.ndarray
 """A number at one time, an array of shape (m,) at m times."""
@@ -113,8 +109,8 @@ class PlannedMotion:
     def impacts(self) -> np.ndarray:
         """Times with two samples and a jump of a velocity between them, s, in order."""
         time, velocity = self._plan.trajectory.time, np.array(list(self._plan.trajectory.velocity.values()))
-        jumps = np.abs(np.diff(velocity, axis=1)).max(axis=0) > VELOCITY_JUMP
-        return time[1:][(np.diff(time) <= _SAME_TIME) & jumps]
+        jumps = np.abs(np.diff(velocity, axis=1)).max(axis=0) > NO_VELOCITY
+        return time[1:][(np.diff(time) <= SAME_TIME) & jumps]
 
     def at(self, time: float | Sequence[float] | np.ndarray, side: Side | Sequence[Side] = "before") -> MotionAt:
         """Return the motion at a time or several; see `Plan.at`."""
@@ -201,13 +197,13 @@ class PlannedMotion:
         """Put the states before an impact at the very start and after one at the very end into their places."""
         (first, last), impacts = self.span, self.impacts
         for moment, side, beyond in ((first, "before", self._start), (last, "after", self._end)):
-            if np.any(np.abs(impacts - moment) <= _SAME_TIME):
-                there = (np.abs(time - moment) <= _SAME_TIME) & (sides == side)
+            if np.any(np.abs(impacts - moment) <= SAME_TIME):
+                there = (np.abs(time - moment) <= SAME_TIME) & (sides == side)
                 state[there], rate[there] = beyond, np.nan
 
     def _refuse_outside(self, time: np.ndarray) -> None:
         first, last = self.span
-        outside = ~((time >= first - _SAME_TIME) & (time <= last + _SAME_TIME))
+        outside = ~((time >= first - SAME_TIME) & (time <= last + SAME_TIME))
         if outside.any():
             raise PlanFileError(
                 f"{self._plan.name}: found the time {time[outside][0]:g} s, expected one within the motion, from "

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fesd_robot.exactness import WRITTEN
 from fesd_robot.plans.outcome import LOWEST_JUMP, ContactOutcome, GoalEntry
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import DEFAULT_TOLERANCE
@@ -246,7 +247,7 @@ def rest_sentence(plan: Plan) -> str:
     words = _list([f"{abs(ends[name]):.2g} {unit} ({name})" for unit, name in fastest.items()])
     if not ends:
         return "The motion has no velocities."
-    if all(abs(speed) <= DEFAULT_TOLERANCE * (1 + 1e-6) for speed in ends.values()):
+    if all(abs(speed) <= DEFAULT_TOLERANCE * (1 + WRITTEN) for speed in ends.values()):
         return f"It ends at rest: nothing is faster than {words}."
     return f"It does not end at rest: the fastest are {words}."
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fesd_robot.exactness import FEASIBLE
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
 from fesd_robot.plans.descent_words import descent_words
@@ -74,7 +75,7 @@ def status_of(
         sigma = solution.reports[-1].sigma if solution.reports else float("nan")
         where = (
             f"largest constraint violation {residuals.constraint_violation:.1e} at {residuals.worst_constraint}"
-            if residuals.constraint_violation > 1e-8
+            if residuals.constraint_violation > FEASIBLE
             else f"complementarity is {residuals.complementarity:.1e} (asked for {tolerance:.0e}), "
             f"worst at {residuals.worst_pair}"
         )
@@ -146,7 +147,7 @@ def _missed(outcome: Outcome) -> str:
 
 def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:
     """Say that an interval ran out of elements, if the worst place is in one of them."""
-    worst = residuals.worst_constraint if residuals.constraint_violation > 1e-8 else residuals.worst_pair
+    worst = residuals.worst_constraint if residuals.constraint_violation > FEASIBLE else residuals.worst_pair
     interval = worst.place.interval if worst else None
     if interval is None or interval not in out_of_elements:
         return ""

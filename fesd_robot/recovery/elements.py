@@ -19,14 +19,12 @@ from fesd_robot.contact import (
     joint_modes,
 )
 from fesd_robot.fesd import Element, Tableau
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.orientations import with_unit_quaternions
 from fesd_robot.recovery.between import FRACTIONS, DenseElement
 
 FROZEN_MULTIPLIER = 1e-2
 """An element whose free-flow multiplier theta_ODE stays below this is an impact: its clock stands still."""
-
-SHORTEST_ADVANCE = 1e-9
-"""An element whose clock advances by less than this many seconds is no motion of its own."""
 
 SLIP_VELOCITY = 1e-3
 """Tangential velocity, m/s, below which a contact that could slip is said to stick."""
@@ -155,7 +153,7 @@ class ElementReader:
         stages = self.tableau.stages
         rate = theta * element.u[-1]
         advance = self.clock(element.x[-1]) - self.clock(element.x_left)
-        frozen = bool(theta[:stages].max() < FROZEN_MULTIPLIER or advance < SHORTEST_ADVANCE)
+        frozen = bool(theta[:stages].max() < FROZEN_MULTIPLIER or advance < SAME_TIME)
         modes, branch_modes = ([], []) if frozen else self._modes(number, element)
         joint_modes, joint_branch_modes = ([], []) if frozen else self._joint_modes(number, element)
         of_joints = np.array([np.asarray(value[3]).ravel() for value in values])

@@ -10,12 +10,10 @@ import pinocchio as pin
 
 from fesd_robot.contact import ContactGeometry, Scene, TwoBodies
 from fesd_robot.errors import RobotError
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.recovery.contact_rows import stacked_rows
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.robot import Link, Prismatic, Robot, continuous_quaternions, coupling_signs, lock_joints
-
-_SAME_PLACE = 1e-9
-"""m; feet that stay closer than this in the x-z plane share a contact."""
 
 _PROBES = (0.0, 0.3, -0.7)
 """First entry of the displacements at which the places of feet are compared."""
@@ -292,7 +290,7 @@ class FullModel:
         every = list(range(1, self._full.model.nframes))
         places = self._places([own, *every])
         apart = np.abs(places[:, 1:] - places[:, :1]).max(axis=(0, 2))
-        return [index for index, distance in zip(every, apart, strict=True) if distance <= _SAME_PLACE]
+        return [index for index, distance in zip(every, apart, strict=True) if distance <= ROUNDED]
 
     def _frame(self, name: str) -> int | None:
         """Return the index of a frame, None if several have its name."""

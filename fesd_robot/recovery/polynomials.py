@@ -10,9 +10,7 @@ from scipy.interpolate import KroghInterpolator
 
 from fesd_robot.fesd import make_tableau
 from fesd_robot.fesd.schemes import Scheme
-
-SAME_TIME = 1e-9
-"""s; a time this close to the end of an element is its end."""
+from fesd_robot.instants import SAME_TIME
 
 _HALVINGS = 60
 """Bisections that find a point of an element to the last bit."""

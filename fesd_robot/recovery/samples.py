@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.exactness import NO_VELOCITY
 from fesd_robot.fesd import Element
 from fesd_robot.recovery.between import DenseElement
 from fesd_robot.recovery.elements import ElementPhysics, ElementReader, JointsAtPoint
 from fesd_robot.recovery.switches import ContactPhase
-
-VELOCITY_JUMP = 1e-6
-"""Change of a velocity, m/s or rad/s, over frozen elements above which they are an impact."""
 
 _TAKES_PART = 1e-3
 """Part of the largest impulse above which a contact takes part in an impact."""
@@ -102,7 +100,7 @@ class Samples:
     def _jumps_to(self, x: np.ndarray) -> bool:
         if not np.abs(self._pending).max() > 0:
             return False
-        return bool(np.abs(self._reader.split(x)[1] - self._rows[-1]["velocity"]).max() > VELOCITY_JUMP)
+        return bool(np.abs(self._reader.split(x)[1] - self._rows[-1]["velocity"]).max() > NO_VELOCITY)
 
     def _close_impact(self, time: float) -> None:
         if not self._rows:

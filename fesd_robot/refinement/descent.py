@@ -9,6 +9,7 @@ from itertools import islice
 
 import numpy as np
 
+from fesd_robot.exactness import ZERO_PRODUCT
 from fesd_robot.fesd.neighbours import Pivots
 from fesd_robot.fesd.polishing import problem_around
 from fesd_robot.mpcc import (
@@ -36,9 +37,6 @@ PIVOT_ITERATIONS = 50
 
 PIVOT_SECONDS = 10.0
 """Most seconds on each; where its equations are singular, IPOPT's corrections of them take minutes and lead nowhere."""
-
-EXACT_PRODUCT = 1e-14
-"""Product of a pair that counts as zero in an exact solution: sides up to 1e-8 are zero, the root of it over ten."""
 
 LEAST_GAIN = 1e-4
 """Of the cost, relative to the larger of it and one; less is no descent: where a foot grazes the ground without force,
@@ -140,12 +138,12 @@ def _certified(
 
     Args:
         problem: with pairs; on the branch of an exact solution its elements of one mode are equally long.
-        tolerance: product of a pair that counts as zero; where a solution is exact, `EXACT_PRODUCT` is taken.
+        tolerance: product of a pair that counts as zero; where a solution is exact, `ZERO_PRODUCT` is taken.
         run: of whose time the certificate may take three quarters.
         without: as in `certify`.
     """
     seconds = min(CERTIFICATE_SECONDS, 0.75 * run.deadline.left)
     if not solution.solved or seconds <= 0:
         return None
-    product = EXACT_PRODUCT if solution.exact else tolerance
+    product = ZERO_PRODUCT if solution.exact else tolerance
     return certify(problem, solution.w, tolerance=product, time_limit=seconds, without=without)

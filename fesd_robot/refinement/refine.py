@@ -10,9 +10,10 @@ from functools import partial
 
 import numpy as np
 
-from fesd_robot.fesd import MAX_STAGES, Transcription, with_stages
+from fesd_robot.fesd import Transcription, with_stages
 from fesd_robot.fesd.refinement import Violated, multiplier_errors, violated_between_stages, with_parts
-from fesd_robot.mpcc import BranchPoint, Run
+from fesd_robot.mpcc import COST_LOSS, BranchPoint, Run
+from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.refinement.determinacy import in_deciding_postures
 from fesd_robot.refinement.finer import Finer, continued, with_bounds
 from fesd_robot.refinement.solved_motion import SolvedMotion
@@ -39,9 +40,6 @@ iterations."""
 
 MOST_REPAIRS = 4
 """How often other branches are looked for."""
-
-COST_LOSS = 0.2
-"""Of the cost: where a round costs more, a branch is looked for that costs less."""
 
 MOST_PARTS = 4
 """Most parts into which an element is divided at once."""

@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd import MAX_STAGES, Transcription
+from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import MpccSolution
 from fesd_robot.ocp import MotionProblem, motion_audit, motion_outcome, numeric_physics, physical_motion
 from fesd_robot.plans import Audit, LocalSearch, Outcome, Refinement
+from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion
 from fesd_robot.replay import MotionReplay, replay_intervals
 

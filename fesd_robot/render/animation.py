@@ -8,11 +8,9 @@ import numpy as np
 import pinocchio as pin
 import umsgpack
 
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.render.geometry import box_corners, file_unit
 from fesd_robot.robot import continuous_quaternions
-
-STILL = 1e-9
-"""A joint coordinate that changes less than this (m or quaternion entry) stands still."""
 
 
 class Motion(NamedTuple):
@@ -109,7 +107,7 @@ def joint_tracks(motion: Motion, joint: int) -> dict[str, Track]:
         ("position", "vector3", motion.placement[:, joint, :3]),
         ("quaternion", "quaternion", motion.placement[:, joint, 3:]),
     ):
-        if np.ptp(values, axis=0).max() > STILL:
+        if np.ptp(values, axis=0).max() > ROUNDED:
             tracks[name] = Track(name, kind, motion.time, values)
     return tracks
 

@@ -12,7 +12,7 @@ from fesd_robot.render.terrain import GroundVisual
 CALM = 0.12
 """s; standard deviation of the window over which the camera's path is smoothed, so that steps do not shake it."""
 
-NEAR = 1.0
+HEIGHTS_ABOVE = 1.0
 """Heights of the robot that the ground may lie below it and still be in the picture."""
 
 MOST = 400
@@ -30,7 +30,7 @@ def followed(motion: Motion, ground: GroundVisual) -> dict[str, Any] | None:
     time, low, high = motion.time.astype(float), motion.boxes[:, 0].copy(), motion.boxes[:, 1]
     levels = np.array([ground.elevation(float(x), float(y)) for x, y in (low[:, :2] + high[:, :2]) / 2])
     height = float((high - low)[:, 2].max())
-    on_ground = bool((low[:, 2] - levels).min() < NEAR * height)
+    on_ground = bool((low[:, 2] - levels).min() < HEIGHTS_ABOVE * height)
     bottom = levels if on_ground else np.full(len(time), low[:, 2].min())
     top = float((high[:, 2] - bottom).max())
     path = np.stack([(low[:, 0] + high[:, 0]) / 2, (low[:, 1] + high[:, 1]) / 2, bottom + top / 2], axis=1)

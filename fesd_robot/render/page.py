@@ -21,6 +21,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import DimensionError, FesdRobotError
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import BoxVisual, CircleVisual, add_circles
 from fesd_robot.render.files import write_atomically
@@ -41,9 +42,6 @@ LARGE_PAGE = 25e6
 
 SHOWN_MARKS = 12
 """Marks of a group that are shown at first; more would hide the robot."""
-
-CLOCK_NOISE = 1e-6
-"""Seconds by which time may step back, as the clock of a plan does that is solved to finite tolerance."""
 
 VIEWER = Path(__file__).parent / "meshcat" / "viewer"
 """Meshcat's viewer, with its licences."""
@@ -204,8 +202,8 @@ def _check(model: pin.Model, time: np.ndarray, configuration: np.ndarray, traces
         if not np.isfinite(array).all():
             row = int(np.argwhere(~np.isfinite(array))[0][0])
             raise FesdRobotError(f"{name} has a value that is not finite in row {row}")
-    if (np.diff(time) < -CLOCK_NOISE).any():
-        row = int(np.flatnonzero(np.diff(time) < -CLOCK_NOISE)[0])
+    if (np.diff(time) < -SAME_EVENT).any():
+        row = int(np.flatnonzero(np.diff(time) < -SAME_EVENT)[0])
         raise FesdRobotError(f"time decreases from {time[row]} to {time[row + 1]} s at row {row + 1}")
 
 

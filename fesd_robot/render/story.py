@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.exactness import ROUNDED
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.orientations import columns_with_angles
 from fesd_robot.render.palette import series_color
 from fesd_robot.render.timeline import mode_spans
@@ -16,9 +18,6 @@ if TYPE_CHECKING:
     from fesd_robot.ocp import Actuation
     from fesd_robot.plans import Plan
     from fesd_robot.render.feet import Foot
-
-SAME_MOMENT = 1e-6
-"""s; events that are closer than this are one."""
 
 KINDS = {"stick_to_slip": "begins to slip", "slip_to_stick": "sticks", "slip_reversal": "slips the other way"}
 """What a switch is called where its own name is not plain."""
@@ -83,7 +82,7 @@ def _events(plan: Plan) -> list[dict[str, Any]]:
     found += [(one.time, f"{one.joint} {KINDS.get(one.kind, one.kind)}", False) for one in plan.joint_switches]
     events: list[dict[str, Any]] = []
     for moment, words, impact in sorted(found):
-        if events and moment - events[-1]["time"] <= SAME_MOMENT:
+        if events and moment - events[-1]["time"] <= SAME_EVENT:
             events[-1] = {**events[-1], "words": f"{events[-1]['words']}; {words}"}
             events[-1]["impact"] = events[-1]["impact"] or impact
         else:
@@ -133,7 +132,7 @@ def _curves(plan: Plan) -> list[dict[str, Any]]:
 
 def _constant(vectors: np.ndarray) -> Any:
     """Return directions, once if they never change."""
-    return _short(vectors[:1] if np.ptp(vectors, axis=0).max() < 1e-9 else vectors)
+    return _short(vectors[:1] if np.ptp(vectors, axis=0).max() < ROUNDED else vectors)
 
 
 def _finite(value: float) -> float | None:

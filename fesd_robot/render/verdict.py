@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.plans import goal_words
 
 if TYPE_CHECKING:
@@ -45,10 +46,6 @@ def verdict_of(plan: Plan) -> Verdict:
     return Verdict(True, "The robot reaches its goal within the tolerance, and the physics audit passed.")
 
 
-NOTHING = 1e-9
-"""A miss below this is round-off, which nobody needs to read."""
-
-
 def goal_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
     """Return name, goal, end and miss of every position of the goal, and of the worst velocity of each unit."""
     if plan.outcome is None:
@@ -59,7 +56,7 @@ def goal_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
             f"{entry.name} ({entry.unit})",
             _rounded(entry.goal),
             _rounded(entry.end),
-            f"{entry.missed_by if entry.missed_by >= NOTHING else 0.0:.2g}",
+            f"{entry.missed_by if entry.missed_by >= ROUNDED else 0.0:.2g}",
         )
         for entry in [*positions, *plan.outcome.largest_misses("velocity")]
     ]

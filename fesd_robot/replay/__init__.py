@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "Budget",
     "ContactDynamics",
     "ContactLaw",
     "Contacts",
@@ -28,6 +29,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from fesd_robot.replay.budget import Budget
     from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
     from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
     from fesd_robot.replay.event import Event
@@ -40,6 +42,7 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
+            "fesd_robot.replay.budget": ["Budget"],
             "fesd_robot.replay.contacts": ["ContactLaw", "Contacts", "Note"],
             "fesd_robot.replay.dynamics": ["ContactDynamics", "contact_dynamics"],
             "fesd_robot.replay.event": ["Event"],

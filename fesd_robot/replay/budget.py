@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-MOST_EVENTS = 50
-"""Events of one replay, bounces left out, after which it no longer looks for more."""
-
-MOST_BOUNCES = 2000
-"""The same of bounces, which come to an end by themselves: from 3 m/s with a restitution of 0.99 there are 800."""
-
-MOST_STEPS = 2000
-"""Steps of one replay after which it ends: an interval takes 5 to 100, and thousands where rigid bodies have no motion
-that goes on (Painleve)."""
-
-STEPS_OF_A_BOUNCE = 50
-"""Steps that a bounce adds to them."""
-
 
 @dataclass
 class Budget:
-    """What a replay has taken: events, bounces among them, and steps of the integrator."""
+    """What a replay may take, and what it has taken.
 
+    Attributes:
+        most_events: events, bounces left out, after which it no longer looks for more.
+        most_bounces: the same of bounces, which come to an end by themselves: from 3 m/s with a restitution of 0.99
+            there are 800.
+        most_steps: of the integrator, after which it ends: an interval takes 5 to 100, and thousands where rigid bodies
+            have no motion that goes on (Painleve).
+        steps_of_a_bounce: what a bounce adds to them.
+        events, bounces, steps: so far, bounces among the events.
+    """
+
+    most_events: int = 50
+    most_bounces: int = 2000
+    most_steps: int = 2000
+    steps_of_a_bounce: int = 50
     events: int = 0
     bounces: int = 0
     steps: int = 0
@@ -29,9 +30,9 @@ class Budget:
     @property
     def watching(self) -> bool:
         """Whether it still looks for events."""
-        return self.events - self.bounces < MOST_EVENTS and self.bounces < MOST_BOUNCES
+        return self.events - self.bounces < self.most_events and self.bounces < self.most_bounces
 
     @property
     def over(self) -> bool:
         """Whether there are no steps left."""
-        return self.steps >= MOST_STEPS + STEPS_OF_A_BOUNCE * self.bounces
+        return self.steps >= self.most_steps + self.steps_of_a_bounce * self.bounces

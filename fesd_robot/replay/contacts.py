@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
+from fesd_robot.exactness import SINGULAR
 from fesd_robot.recovery import NumericPhysics, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import contact_dynamics
 from fesd_robot.replay.headings import slip_headings
@@ -33,7 +34,7 @@ more accurate, and where two feet land at once it must not decide which of them 
 _JAMMED_CHANGE = 1e-3
 """Least change of the velocity of a slide by the impact that ends a jam, relative to it."""
 
-_SAME = 1e-6
+_SAME_MOTION = 1e-6
 """Difference of two accelerations relative to the larger up to which two choices of modes are the same motion; and more
 room of the forces than that, `ModeMotion.margin`, is room to spare."""
 
@@ -236,7 +237,7 @@ class ContactLaw:
         resting = rubbing[np.abs(v[rubbing]) <= ZERO_TANGENTIAL_VELOCITY]
         held = np.vstack([jacobian[rows], np.eye(len(v))[resting]])
         response = np.linalg.solve(self._physics.mass_matrix(q), held.T)
-        impulse = np.linalg.lstsq(held @ response, held @ v, rcond=1e-10)[0]
+        impulse = np.linalg.lstsq(held @ response, held @ v, rcond=SINGULAR)[0]
         return np.asarray(v - response @ impulse)
 
     @staticmethod
@@ -248,7 +249,7 @@ class ContactLaw:
         """
         first = choices[0]
         same = next((c for c in choices if c.modes == modes and c.admissible and c.proper), first)
-        return first if first.margin > _SAME and _one_motion(first, same) else same
+        return first if first.margin > _SAME_MOTION and _one_motion(first, same) else same
 
     def _judge(self, choices: list[ModeMotion]) -> None:
         best, others = choices[0], choices[1:]
@@ -265,5 +266,5 @@ class ContactLaw:
 
 def _one_motion(first: ModeMotion, second: ModeMotion) -> bool:
     """Return whether two choices of modes have the same acceleration."""
-    size = _SAME * (1.0 + np.abs(first.acceleration).max())
+    size = _SAME_MOTION * (1.0 + np.abs(first.acceleration).max())
     return bool(np.abs(second.acceleration - first.acceleration).max() <= size)

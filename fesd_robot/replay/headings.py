@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import root
 
-NO_SPEED = 1e-6
-"""m/s; the direction of a slower contact is the one that it had before."""
+from fesd_robot.exactness import NO_VELOCITY
 
 _TURNS = 8
 """Directions from which that of a beginning slide is searched for where the first one leads to none."""
@@ -23,7 +22,7 @@ def slip_headings(
     before: np.ndarray | None = None,
     *,
     through_zero: bool = False,
-    slow: float = NO_SPEED,
+    slow: float = NO_VELOCITY,
 ) -> np.ndarray:
     """Return the directions in which contacts slide, (n_c, n_t).
 

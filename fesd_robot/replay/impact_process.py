@@ -11,21 +11,19 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.exactness import SINGULAR
 from fesd_robot.recovery import cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.headings import beginning_headings, slip_headings
 from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.splits import widest_split
 
-ZERO = 1e-12
+ZERO_OF_LARGEST = 1e-12
 """Ratio of a velocity to the largest one of an impact, and of a rate to the largest one, that counts as zero."""
 
 SETTLED = 1e-9
-"""The same as `ZERO` of velocities in space, where phases are integrated."""
+"""The same as `ZERO_OF_LARGEST` of velocities in space, where phases are integrated."""
 
-_SINGULAR = 1e-10
-"""Ratio of singular values of J M^-1 J^T that counts as zero, where contacts are redundant."""
-
-_HELD = float(np.sqrt(_SINGULAR))
+_HELD = float(np.sqrt(SINGULAR))
 """Rate of a velocity that is held, as a ratio of the largest one, that counts as zero: what such singular values leave,
 which are the squares of those of J. Corners of a face that meet the ground together are not all equally high."""
 
@@ -305,7 +303,7 @@ class ImpactProcess:
             return pushed
         spread, limits = np.array(columns).T, np.array(bounds)
         matrix, wanted = (self.compliance @ spread)[rows], -(self.compliance @ pushed)[rows]
-        held = np.linalg.lstsq(matrix, wanted, rcond=_SINGULAR)[0]
+        held = np.linalg.lstsq(matrix, wanted, rcond=SINGULAR)[0]
         held = widest_split(held, self.jacobian.T @ spread, limits @ spread, limits @ pushed + np.array(offsets))
         return np.asarray(pushed + spread @ held)
 
@@ -320,7 +318,7 @@ class ImpactProcess:
                 least = min(least, push, 1.0 - push)
             if chosen[1] is ContactMode.STICK:
                 least = min(least, self.friction[i] * push - float(np.linalg.norm(friction)))
-        return least + 1e3 * ZERO
+        return least + 1e3 * ZERO_OF_LARGEST
 
     def _allowed(
         self, choice: Choice, velocity: np.ndarray, rates: np.ndarray, headings: np.ndarray, left: Choice | None
@@ -332,7 +330,7 @@ class ImpactProcess:
         """
         slope = self.compliance @ rates
         scale = 1.0 + np.abs(self.compliance).max()
-        small_rate, small_slope, small_held = 1e3 * ZERO, 1e3 * ZERO * scale, _HELD * scale
+        small_rate, small_slope, small_held = 1e3 * ZERO_OF_LARGEST, 1e3 * ZERO_OF_LARGEST * scale, _HELD * scale
         for i, chosen in enumerate(choice):
             if not self.touching[i]:
                 continue

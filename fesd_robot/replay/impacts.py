@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.recovery import NumericPhysics, by_contact, normal_rows
-from fesd_robot.replay.impact_process import SETTLED, ZERO, Choice, ImpactProcess
+from fesd_robot.replay.impact_process import SETTLED, ZERO_OF_LARGEST, Choice, ImpactProcess
 from fesd_robot.replay.impact_state import ImpactState
 from fesd_robot.replay.impulse_cone import impact_at_once
 
@@ -115,7 +115,7 @@ def impact(
     response = np.linalg.solve(physics.mass_matrix(q), jacobian.T)
     process = ImpactProcess(jacobian, jacobian @ response, physics.friction, np.asarray(touching), physics.rows)
     before = jacobian @ v
-    zero = ZERO if physics.rows == 2 else 10 * SETTLED
+    zero = ZERO_OF_LARGEST if physics.rows == 2 else 10 * SETTLED
     small, finished = zero * max(1.0, float(np.abs(before).max(initial=0.0))), False
     if pressed is not None:
         normal_rows(before, physics.rows)[:] -= np.where(pressed, max(_PRESSED, 10.0 * small), 0.0)

@@ -7,10 +7,8 @@ from itertools import product
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
+from fesd_robot.exactness import ROUNDED, SINGULAR_STEP
 from fesd_robot.recovery import NumericPhysics
-
-_ZERO = 1e-9
-"""Velocity or impulse, relative to the largest, that counts as zero."""
 
 _MODES = (ContactMode.IMPACT_STICK, ContactMode.IMPACT_FORWARDS, ContactMode.IMPACT_BACKWARDS, ContactMode.FLIGHT)
 """Of a contact that touches, the last without an impulse, in the order in which they are tried."""
@@ -37,7 +35,7 @@ def impact_at_once(
     compliance, before = jacobian @ response, jacobian @ v
     rebound = np.zeros(len(before))
     rebound[::2] = physics.restitution * np.maximum(-before[::2], 0.0)
-    closed, zero = np.flatnonzero(touching), _ZERO * max(1.0, float(np.abs(before).max(initial=0.0)))
+    closed, zero = np.flatnonzero(touching), ROUNDED * max(1.0, float(np.abs(before).max(initial=0.0)))
     for modes in product(_MODES, repeat=len(closed)):
         impulse = _impulse(compliance, rebound - before, physics.friction, closed, modes)
         after = before + compliance @ impulse
@@ -63,7 +61,7 @@ def _impulse(
     if not columns:
         return np.zeros(len(change))
     basis = np.array(columns).T
-    return np.asarray(basis @ np.linalg.lstsq((compliance @ basis)[rows], change[rows], rcond=1e-12)[0])
+    return np.asarray(basis @ np.linalg.lstsq((compliance @ basis)[rows], change[rows], rcond=SINGULAR_STEP)[0])
 
 
 def _possible(

@@ -10,12 +10,14 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.exactness import NO_VELOCITY
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.recovery import NumericPhysics, SwitchRecord, normal_rows, stacked_rows, tangential_rows
 from fesd_robot.replay.budget import Budget
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
 from fesd_robot.replay.event import Event
-from fesd_robot.replay.headings import NO_SPEED, slip_headings
+from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.mode_motion import ADMISSIBLE, scale_of
 from fesd_robot.replay.modes import (
     acceleration_in_modes,
@@ -46,9 +48,6 @@ STUCK, TURNED = -1, -2
 FARTHEST = 1.0
 """rad or m from the base: tangent coordinates of a body in space have no rate where it has turned round once."""
 
-AT_THE_END = 1e-6
-"""s; what hits within this time of the end of a replay may as well hit after it."""
-
 
 @dataclass(frozen=True)
 class Replay:
@@ -61,7 +60,7 @@ class Replay:
         notes: what is not as it should be; the state is NaN where it could not be integrated.
         joint_events: changes of joints between sticking and sliding, in time order; their contact is a number of a
             joint with dry friction.
-        arriving: velocity before what hits within `AT_THE_END` of the end, (n_v); that at the end if nothing does.
+        arriving: velocity before what hits within `SAME_EVENT` of the end, (n_v); that at the end if nothing does.
     """
 
     configuration: np.ndarray
@@ -81,6 +80,7 @@ def replay_motion(
     duration: float,
     start: float = 0.0,
     flying: np.ndarray | None = None,
+    budget: Budget | None = None,
 ) -> Replay:
     """Return where rigid bodies with unilateral contacts and Coulomb friction are led by constant controls.
 
@@ -99,6 +99,7 @@ def replay_motion(
         start: time of the start, s, to which the times of events are added.
         flying: contacts that are open at the start if they are above the ground by however little, (n_c) of bool; none
             if omitted.
+        budget: what it may take; as much as a control interval if omitted.
 
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.5 (DOP853);
     Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996).
@@ -108,7 +109,7 @@ def replay_motion(
         lost = np.full_like(v, np.nan)
         return Replay(np.full_like(q, np.nan), lost, (), nowhere, frozenset({Note.FAILED}), arriving=lost)
     law = ContactLaw(physics, u)
-    segments = Segments(physics, q, u, law)
+    segments = Segments(physics, q, u, law, budget=budget or Budget())
     begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
     events, joint_events = list[SwitchRecord](), list[SwitchRecord]()
     following = events_along(segments, begin.contacts, begin.velocity, duration)
@@ -121,7 +122,7 @@ def replay_motion(
             break
         events += event.switches(start)
         joint_events += event.joint_switches(start)
-        if arriving is None and event.impact and event.time > duration - AT_THE_END:
+        if arriving is None and event.impact and event.time > duration - SAME_EVENT:
             arriving = event.velocity
     arriving = v if arriving is None else arriving
     return Replay(q, v, tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events), arriving)
@@ -305,7 +306,7 @@ class Segments:
             return []
         slides = np.array([mode.direction != 0 for mode in contacts.modes]) & (self.physics.friction > 0)
         speeds = np.linalg.norm(tangential_rows(self._velocity(y), self.physics.rows), axis=1)
-        return np.flatnonzero(slides & (speeds <= NO_SPEED)).tolist()
+        return np.flatnonzero(slides & (speeds <= NO_VELOCITY)).tolist()
 
     def _turn(
         self,
@@ -323,7 +324,7 @@ class Segments:
         velocities = tangential_rows(self._velocity(y), self.physics.rows)
         if starting:
             headings[starting] = dynamics(*self.state(y)).headings[starting]
-            starting[:] = [i for i in starting if np.linalg.norm(velocities[i]) <= NO_SPEED]
+            starting[:] = [i for i in starting if np.linalg.norm(velocities[i]) <= NO_VELOCITY]
         headings[:] = slip_headings(velocities, headings)
 
     def _dynamics(

@@ -9,14 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion, SwitchRecord
 from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
 from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
-
-SAME_TIME = 1e-9
-"""Difference of two times, s, below which they are the same."""
 
 NEARBY = 0.25
 """Part of a control interval within which an event at the end of an interval is looked for."""

@@ -9,6 +9,7 @@ from itertools import combinations, product
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
+from fesd_robot.exactness import SINGULAR
 from fesd_robot.recovery import by_contact, cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import beginning_headings
@@ -16,9 +17,6 @@ from fesd_robot.replay.joints import joints_in_motion
 from fesd_robot.replay.mode_motion import ADMISSIBLE, ZERO_TANGENTIAL_VELOCITY, ModeMotion, scale_of
 from fesd_robot.replay.pivoting import pivoted
 from fesd_robot.replay.splits import widest_split
-
-_SINGULAR = 1e-10
-"""Ratio of singular values, or normalised determinant, that counts as zero."""
 
 _SOFT = 1e4
 """Compliance of contacts along their tangents, as a ratio of the one along their normals, where they are redundant."""
@@ -177,15 +175,15 @@ def _held(dynamics: ContactDynamics, rows: np.ndarray, matrix: np.ndarray) -> tu
     """
     wanted = -dynamics.free[rows]
     if dynamics.rows == 2:
-        solution, _, rank, _ = np.linalg.lstsq(matrix, wanted, rcond=_SINGULAR)
+        solution, _, rank, _ = np.linalg.lstsq(matrix, wanted, rcond=SINGULAR)
         return solution, int(rank)
     left, sizes, right = np.linalg.svd(matrix)
-    rank = int(np.count_nonzero(sizes > _SINGULAR * sizes[0]))
+    rank = int(np.count_nonzero(sizes > SINGULAR * sizes[0]))
     solution = right[:rank].T @ ((wanted @ left[:, :rank]) / sizes[:rank])
     if rank < len(rows):
         stretched = left[:, rank:].T * np.where(rows % dynamics.rows == 0, 1.0, _SOFT)
         free = right[rank:].T
-        solution = solution - free @ np.linalg.lstsq(stretched @ free, stretched @ solution, rcond=_SINGULAR)[0]
+        solution = solution - free @ np.linalg.lstsq(stretched @ free, stretched @ solution, rcond=SINGULAR)[0]
     return solution, rank
 
 
@@ -281,7 +279,7 @@ def _loads_move(dynamics: ContactDynamics, modes: Modes) -> bool:
         return False
     rows, spread = _constraints(dynamics, modes)
     _, sizes, right = np.linalg.svd((dynamics.compliance @ spread)[rows])
-    free = spread @ right[np.count_nonzero(sizes > _SINGULAR * sizes[0]) :].T
+    free = spread @ right[np.count_nonzero(sizes > SINGULAR * sizes[0]) :].T
     return bool(np.abs(dynamics.response @ free).max(initial=0.0) > _MOVED * sizes[0])
 
 
@@ -332,12 +330,12 @@ def is_proper(dynamics: ContactDynamics, modes: Modes) -> bool:
     normal = [size * i for i in closed]
     sticking = [row for i in closed if modes[i] is ContactMode.STICK for row in range(size * i + 1, size * (i + 1))]
     columns = np.column_stack([w @ slip_direction(dynamics, i, modes[i]) for i in closed])
-    held = np.linalg.pinv(w[np.ix_(sticking, sticking)], rcond=_SINGULAR, hermitian=True)
+    held = np.linalg.pinv(w[np.ix_(sticking, sticking)], rcond=SINGULAR, hermitian=True)
     matrix = columns[normal] - w[np.ix_(normal, sticking)] @ held @ columns[sticking]
     size = np.sqrt(w[normal, normal])
     matrix = matrix / np.outer(size, size)
     return all(
-        np.linalg.det(matrix[np.ix_(part, part)]) > -_SINGULAR
+        np.linalg.det(matrix[np.ix_(part, part)]) > -SINGULAR
         for count in range(1, len(closed) + 1)
         for part in map(list, combinations(range(len(closed)), count))
     )

@@ -22,7 +22,7 @@ _SHOWN = 1e-5
 _AT_BOUND = 1e-6
 """Room of a force in its friction cone, as a ratio of the largest force, up to which it is at the cone."""
 
-_NEAR = 1e-5
+_DRIFTED = 1e-5
 """By how much modes next to those just left may violate a condition, as `ADMISSIBLE`: by what a state has drifted."""
 
 
@@ -55,7 +55,7 @@ def pivoted(
             if motion.admissible and modes == left:
                 alone = _without_room(dynamics, motion)
                 for change in (_at_bound(dynamics, motion) | alone, alone):
-                    nearest = replace(rated(dynamics, _changed(modes, change)), tolerance=_NEAR)
+                    nearest = replace(rated(dynamics, _changed(modes, change)), tolerance=_DRIFTED)
                     if nearest.admissible:
                         return nearest
             pivots = _pivots(dynamics, motion, closed, stays)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-_RANK = 1e-10
-"""Ratio of singular values below which forces are redundant."""
+from fesd_robot.exactness import SINGULAR
 
 
 def widest_split(forces: np.ndarray, directions: np.ndarray, rows: np.ndarray, offsets: np.ndarray) -> np.ndarray:
@@ -25,7 +24,7 @@ def widest_split(forces: np.ndarray, directions: np.ndarray, rows: np.ndarray, o
     if not rows.size or (rows @ forces + offsets).min() >= 0:
         return forces
     _, sizes, right = np.linalg.svd(directions)
-    null = right[np.count_nonzero(sizes > _RANK * sizes[0]) :].T
+    null = right[np.count_nonzero(sizes > SINGULAR * sizes[0]) :].T
     slopes = rows @ null
     if not null.size or not slopes.any():
         return forces

@@ -13,6 +13,7 @@ __all__ = [
     "ROOT_HEIGHT",
     "ROOT_PITCH",
     "SAGITTAL_NAMES",
+    "STANDARD_GRAVITY",
     "BodyShapes",
     "BoxShape",
     "Depth",
@@ -128,7 +129,7 @@ if TYPE_CHECKING:
     from fesd_robot.robot.sagittal import propose_sagittal
     from fesd_robot.robot.simple_body import Solid, ball, box, cylinder
     from fesd_robot.robot.tree import Link
-    from fesd_robot.robot.units import configuration_units, deviation_units, velocity_units
+    from fesd_robot.robot.units import STANDARD_GRAVITY, configuration_units, deviation_units, velocity_units
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
@@ -171,6 +172,7 @@ else:
                 "ROOT_PITCH",
                 "Root",
                 "SAGITTAL_NAMES",
+                "STANDARD_GRAVITY",
                 "changes_alone",
                 "is_height",
                 "root_height",
@@ -189,6 +191,6 @@ else:
             "fesd_robot.robot.sagittal": ["propose_sagittal"],
             "fesd_robot.robot.simple_body": ["Solid", "ball", "box", "cylinder"],
             "fesd_robot.robot.tree": ["Link"],
-            "fesd_robot.robot.units": ["configuration_units", "deviation_units", "velocity_units"],
+            "fesd_robot.robot.units": ["STANDARD_GRAVITY", "configuration_units", "deviation_units", "velocity_units"],
         },
     )

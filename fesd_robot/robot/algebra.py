@@ -6,8 +6,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import DimensionError
-
-_ROUNDING = 1e-15
+from fesd_robot.exactness import LAST_BITS
 
 
 def clean(values: np.ndarray) -> ca.DM:
@@ -20,9 +19,9 @@ def clean(values: np.ndarray) -> ca.DM:
         values: a vector or a matrix; entries below 1e-15 times the largest one count as zero.
     """
     array = np.array(values, dtype=float)
-    array[np.abs(array) <= _ROUNDING * max(1.0, np.abs(array).max(initial=0.0))] = 0.0
+    array[np.abs(array) <= LAST_BITS * max(1.0, np.abs(array).max(initial=0.0))] = 0.0
     for one in (1.0, -1.0):
-        array[np.abs(array - one) <= _ROUNDING] = one
+        array[np.abs(array - one) <= LAST_BITS] = one
     return ca.sparsify(ca.DM(array))
 
 

@@ -9,10 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import JointError
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.robot.lock import find_joint
-
-_SAME_POSE = 1e-9
-"""m, or entry of a rotation matrix; bodies that move less than this against each other are one."""
 
 _PROBE_VALUES = (0.0, 0.7, -1.3)
 """m or rad; joint values at which the poses of two bodies are compared."""
@@ -171,7 +169,7 @@ class _Builder:
             raise self._apart(index)
         for sign in (1.0, -1.0):
             poses = [self._pose(leader, probe).inverse() * self._pose(index, sign * probe) for probe in _PROBE_VALUES]
-            if all(np.abs(pose.homogeneous - poses[0].homogeneous).max() <= _SAME_POSE for pose in poses):
+            if all(np.abs(pose.homogeneous - poses[0].homogeneous).max() <= ROUNDED for pose in poses):
                 self._merge_limits(index, leader, sign)
                 self.signs[index] = sign
                 place = self._places[leader]

@@ -7,11 +7,9 @@ from typing import NamedTuple
 
 import casadi as ca
 
+from fesd_robot.exactness import NO_LENGTH
 from fesd_robot.robot.algebra import clean
 from fesd_robot.robot.round_shapes import BoxShape, SimpleShape
-
-ROUNDED = 1e-18
-"""m2; added to squares of lengths, so that their roots have derivatives at zero."""
 
 PARALLEL = 1e-9
 """Square of the sine of an angle below which two directions count as parallel."""
@@ -107,7 +105,7 @@ def _to_segment(point: ca.SX, segment: Segment) -> ca.SX:
     offset = point - segment.start
     if segment.direction is not None:
         offset = offset - _within(ca.dot(segment.direction, offset), segment.length) * segment.direction
-    return ca.sqrt(ca.sumsqr(offset) + ROUNDED)
+    return ca.sqrt(ca.sumsqr(offset) + NO_LENGTH**2)
 
 
 def _between_lines(first: Segment, second: Segment) -> ca.SX:
@@ -120,13 +118,13 @@ def _between_lines(first: Segment, second: Segment) -> ca.SX:
     b, d, e = ca.dot(u, v), ca.dot(u, w), ca.dot(v, w)
     sine = ca.fmax(1 - b**2, PARALLEL)
     s, t = _within((b * e - d) / sine, first.length), _within((e - b * d) / sine, second.length)
-    return ca.sqrt(ca.sumsqr(w + s * u - t * v) + ROUNDED)
+    return ca.sqrt(ca.sumsqr(w + s * u - t * v) + NO_LENGTH**2)
 
 
 def _to_box(point: ca.SX, box: Block) -> ca.SX:
     outside = ca.fabs(box.axes.T @ (point - box.center)) - ca.DM(box.half)
     inside = ca.fmin(ca.fmax(ca.fmax(outside[0], outside[1]), outside[2]), 0)
-    return ca.sqrt(ca.sumsqr(ca.fmax(outside, 0)) + ROUNDED) + inside
+    return ca.sqrt(ca.sumsqr(ca.fmax(outside, 0)) + NO_LENGTH**2) + inside
 
 
 def _within(value: ca.SX, length: float) -> ca.SX:

@@ -9,9 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import JointError, nearest
-
-_LIMIT_ROUNDING = 1e-9
-"""m or rad; a value less than this outside its limit counts as on it."""
+from fesd_robot.exactness import ROUNDED
 
 
 def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
@@ -36,7 +34,7 @@ def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:
         joint = model.joints[model.getJointId(name)]
         if joint.nq == 1:
             lower, upper = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
-            if not lower - _LIMIT_ROUNDING <= value <= upper + _LIMIT_ROUNDING:
+            if not lower - ROUNDED <= value <= upper + ROUNDED:
                 raise JointError(
                     f"found {value:g}, expected a value in [{lower:g}, {upper:g}], the limits in the robot",
                     option="locked",

@@ -11,13 +11,11 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.robot.model_file import Shape
 
 _ALIGNED = 1e-6
 """Entry of a direction that counts as zero."""
-
-_SAME = 1e-9
-"""m; points or supports that differ less are one."""
 
 _DIRECTIONS = np.radians(np.linspace(-75, 75, 61))
 """Tilts, rad, over which what a body touches first is looked for."""
@@ -71,7 +69,7 @@ def touching_outlines(
     chosen: set[int] = set()
     for turn in _DIRECTIONS:
         reach = centers @ [np.cos(angle + turn), np.sin(angle + turn)] + radii
-        chosen |= set(np.flatnonzero(reach >= reach.max() - _SAME).tolist())
+        chosen |= set(np.flatnonzero(reach >= reach.max() - ROUNDED).tolist())
     along = centers @ [-np.sin(angle), np.cos(angle)]
     return [outlines[k] for k in _distinct(sorted(chosen, key=lambda k: along[k]), centers, radii)]
 
@@ -88,7 +86,7 @@ def _touching_in_space(shapes: Sequence[Shape], body: pin.SE3, towards: np.ndarr
         aside = np.cos(azimuth) * along + np.sin(azimuth) * across
         for turn in _DIRECTIONS:
             reach = centers @ (np.cos(turn) * towards + np.sin(turn) * aside) + radii
-            chosen |= set(np.flatnonzero(reach >= reach.max() - _SAME).tolist())
+            chosen |= set(np.flatnonzero(reach >= reach.max() - ROUNDED).tolist())
     order = sorted(chosen, key=lambda k: (round(float(centers[k] @ along), _DIGITS), float(centers[k] @ across)))
     return [outlines[k] for k in _distinct(order, centers, radii)]
 
@@ -116,7 +114,7 @@ def _outlines_in_space(shape: Shape) -> Iterator[Outline]:
 def _distinct(order: Iterable[int], centers: np.ndarray, radii: np.ndarray) -> list[int]:
     kept: list[int] = []
     for k in order:
-        if all(max(np.abs(centers[k] - centers[j]).max(), abs(radii[k] - radii[j])) > _SAME for j in kept):
+        if all(max(np.abs(centers[k] - centers[j]).max(), abs(radii[k] - radii[j])) > ROUNDED for j in kept):
             kept.append(k)
     return kept
 

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
+from fesd_robot.exactness import LAST_BITS
 from fesd_robot.robot.joints import FreeFlyer, Planar
 
 Root = Literal["fixed", "sagittal", "planar", "free_flyer"]
@@ -31,8 +32,6 @@ SAGITTAL_NAMES = ("root_x", ROOT_HEIGHT, ROOT_PITCH)
 
 _RIGHT_ANGLE_ROUNDING = 1e-5
 """Entry of a rotation matrix; a placement this close to right angles means them, to the digits written (1.5708)."""
-
-_ROUNDING = 1e-15
 
 
 def make_root_joint(root: Root) -> pin.JointModel | None:
@@ -125,7 +124,7 @@ def square_placements(model: pin.Model) -> list[str]:
     for index in range(1, model.njoints):
         rotation = model.jointPlacements[index].rotation
         square = np.round(rotation)
-        if _ROUNDING < np.abs(rotation - square).max() <= _RIGHT_ANGLE_ROUNDING:
+        if LAST_BITS < np.abs(rotation - square).max() <= _RIGHT_ANGLE_ROUNDING:
             model.jointPlacements[index].rotation = square
             turned.append(model.names[index])
     return turned

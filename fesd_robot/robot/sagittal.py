@@ -15,7 +15,7 @@ from fesd_robot.robot.tree import directions
 _ALIGNED = 1e-4
 """Entry of an axis that counts as zero: angles in files are written to a few digits."""
 
-_SAME = 1e-4
+_IN_UNISON = 1e-4
 """m; joints this close in the x-z plane may move in unison."""
 
 
@@ -50,7 +50,7 @@ def propose_sagittal(model: pin.Model) -> SagittalProposal:
     groups: list[list[int]] = []
     for joint in (j for j in single if j not in leaves):
         place = data.oMi[joint].translation[[0, 2]]
-        beside = [own for own in groups if np.abs(data.oMi[own[0]].translation[[0, 2]] - place).max() <= _SAME]
+        beside = [own for own in groups if np.abs(data.oMi[own[0]].translation[[0, 2]] - place).max() <= _IN_UNISON]
         for own in beside:
             trial = {**coupled, model.names[joint]: model.names[own[0]]}
             if _couples(held, trial):

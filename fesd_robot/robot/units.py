@@ -6,6 +6,9 @@ from fesd_robot.orientations import deviation_names
 from fesd_robot.robot.joints import Prismatic
 from fesd_robot.robot.robot import Robot
 
+STANDARD_GRAVITY = 9.81
+"""m/s2; what a weight is measured with where the world of a model has another gravity, or none along it."""
+
 _LENGTHS = (".x", ".y", ".z", ".vx", ".vy", ".vz")
 
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from fesd_robot.errors import SolverError
 from fesd_robot.recovery import NumericPhysics, SwitchRecord
-from fesd_robot.replay import ContactLaw, Contacts, Event, Impact, Note, Segments, States, events_along
+from fesd_robot.replay import Budget, ContactLaw, Contacts, Event, Impact, Note, Segments, States, events_along
 from fesd_robot.simulation.schedule import Schedule
 
 _FATAL = {
-    Note.MANY_EVENTS: "more than 50 contact events, or 2000 bounces, happen within one control interval",
+    Note.MANY_EVENTS: f"more than {Budget.most_events} contact events, or {Budget.most_bounces} bounces, "
+    "happen within one control interval",
     Note.MANY_STEPS: "the steps become too short",
     Note.FAILED: "the motion cannot be integrated",
     Note.UNFINISHED_IMPACT: "an impact does not end",

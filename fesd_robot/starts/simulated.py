@@ -11,6 +11,7 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity
 from fesd_robot.contact import FRICTION_AFTER_IMPACT, ContactMode, Modes, factors_of
 from fesd_robot.errors import SolverError
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.fesd import Element, Transcription
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
 from fesd_robot.fesd.polishing import BranchTranscription
@@ -22,9 +23,6 @@ from fesd_robot.simulation import Drive, Hit, Piece, Schedule
 from fesd_robot.simulation.drive import drive
 from fesd_robot.starts.force_variables import ForceVariables
 from fesd_robot.starts.known import exact_start
-
-TAKES_PART = 1e-9
-"""Of the largest normal impulse of an impact: a contact with more takes part."""
 
 _Factors = tuple[ActiveFactor, ...]
 
@@ -131,14 +129,14 @@ class _Known:
 
     def _add_impact(self, hit: Hit, elements: list[Element], factors: list[_Factors]) -> None:
         impulse, a_n = hit.impact.impulse, self.motion.auxiliary_force
-        part = impulse[:, 0] > TAKES_PART * impulse[:, 0].max()
+        part = impulse[:, 0] > ROUNDED * impulse[:, 0].max()
         if not impulse[:, 0].max() > 0:
             return
         touching = part | (self.physics.gaps(hit.configuration) <= 0.0)
         steps = np.append(0.0, self._fractions)[:, None]
         velocities = hit.before + steps * (hit.impact.velocity - hit.before)
         states = np.array([self._state(hit.time, hit.configuration, v, touching) for v in velocities])
-        largest = np.maximum(impulse[:, :1], TAKES_PART * impulse[:, 0].max())
+        largest = np.maximum(impulse[:, :1], ROUNDED * impulse[:, 0].max())
         force = np.where(part[:, None], a_n * impulse / largest, 0.0)
         control = self.driven.pieces[min(hit.pieces, len(self.driven.pieces) - 1)].control
         self._add(states, force, control, float(impulse[:, 0].max()) / a_n, elements)

@@ -16,7 +16,6 @@ __all__ = [
     "DEFAULT_TOLERANCE",
     "EXAMPLE_ROBOT_PREFIX",
     "GROUND",
-    "MAX_STAGES",
     "PACKAGE_PREFIX",
     "SCHEMA_FILE",
     "Actuator",
@@ -158,7 +157,6 @@ if TYPE_CHECKING:
     from fesd_robot.task.load import load_task
     from fesd_robot.task.messages import validation_error
     from fesd_robot.task.method import (
-        MAX_STAGES,
         FigureFormat,
         FigureWidth,
         Formulation,
@@ -236,7 +234,6 @@ else:
                 "FigureFormat",
                 "FigureWidth",
                 "Formulation",
-                "MAX_STAGES",
                 "Method",
                 "Output",
                 "Solver",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
+from fesd_robot.instants import WRITTEN_NODE
 from fesd_robot.task.constraints import ContactWindow
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
@@ -15,9 +16,6 @@ from fesd_robot.task.reference import Jumps, ThroughWaypoints
 
 if TYPE_CHECKING:
     from fesd_robot.task.schema import Task
-
-_ROUNDED = 1e-3
-"""A time this near to the end of a control interval, as a fraction of the interval, is that end in few digits."""
 
 _DIVISORS = (2, 3)
 """Into how many parts an interval of a coarser control grid falls: the first of these that fits the task."""
@@ -127,10 +125,10 @@ def _time(task: Task, key: tuple[str, ...], time: float, inside: bool = False) -
         return
     length = duration / intervals
     first, last = (1, intervals - 1) if inside else (0, intervals)
-    if not (first - _ROUNDED) * length <= time <= (last + _ROUNDED) * length:
+    if not (first - WRITTEN_NODE) * length <= time <= (last + WRITTEN_NODE) * length:
         bounds = f"from {first * length:.6g} to {last * length:.6g} s"
         yield conflict(key, f"found {time:g}, expected the end of a control interval {bounds}")
-    elif abs(time / length - round(time / length)) > _ROUNDED:
+    elif abs(time / length - round(time / length)) > WRITTEN_NODE:
         below = int(time / length)
         nearby = " or ".join(f"{end * length:.6g}" for end in (below, below + 1) if first <= end <= last)
         yield conflict(key, f"found {time:g}, expected the end of a control interval; the nearest are {nearby} s")

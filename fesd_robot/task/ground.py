@@ -8,6 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
 
+from fesd_robot.exactness import ROUNDED
+from fesd_robot.ranges import STEEPEST
 from fesd_robot.task.fields import (
     Name,
     NonNegative,
@@ -24,9 +26,6 @@ from fesd_robot.task.fields import (
 
 GROUND = "ground"
 """Name of the ground among the surfaces that a contact may choose."""
-
-STEEPEST = 20.0
-"""Largest slope of a rise, the one that `fesd_robot.contact.ground` can compute with."""
 
 RESTITUTION = (
     "Coefficient of restitution e of impacts, without unit, from 0 to 1: what hits with a normal velocity v parts with "
@@ -212,7 +211,7 @@ class Steps(Shape):
                     (*at, "x"), f"found x {step.x:g} after {self.steps[i - 1].x:g}, expected edges with increasing x"
                 )
             # The length of a rise is a sum of decimals: rounding must not forbid rises that meet.
-            if i and step.x - self.steps[i - 1].x < self.smoothing * (1 - 1e-9):
+            if i and step.x - self.steps[i - 1].x < self.smoothing * (1 - ROUNDED):
                 raise conflict(
                     (*at, "x"),
                     f"found an edge {step.x - self.steps[i - 1].x:g} m after the one before, expected at least the "

@@ -7,13 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.task.fields import Count, NonNegative, Positive, Section, conflict, expected, is_number
 
 IMPULSES_RATIO = 5.0
 """Default of `Solver.velocity_level_ratio` with impulses, with which motions are found more often."""
-
-MAX_STAGES = 9
-"""Most stages of a scheme that a task can ask for."""
 
 
 def _read_gap(value: Any) -> Any:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import MappingProxyType
 
 from fesd_robot.errors import nearest
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.orientations import angles_of, orientations_of, value_names
 from fesd_robot.task.constraints import BodyPoint, SwingClearance
 from fesd_robot.task.contacts import BodyContact, TwoBodyContact
@@ -20,9 +21,6 @@ from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.reference import Jumps
 from fesd_robot.task.robot import JointActuator
 from fesd_robot.task.schema import Task
-
-_SLACK = 1e-9
-"""m or rad (or per s): a value this far outside its limit is on it, rounded."""
 
 _CONFIGURATION: NameKind = "configuration coordinate"
 _VELOCITY: NameKind = "velocity coordinate"
@@ -128,7 +126,7 @@ def check_values(
         given = task.limits.velocity if limits is velocity else task.limits.position
         for name, value in values.items():
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
-            if not lower - _SLACK <= value <= upper + _SLACK:
+            if not lower - ROUNDED <= value <= upper + ROUNDED:
                 source = f"limits.{'velocity' if limits is velocity else 'position'}" if name in given else "the robot"
                 words = "one turn in rad" if name in turns and name not in given else f"the limits in {source}"
                 unit = None if limits is velocity else "rad" if name in turns else (units or {}).get(name)
@@ -141,7 +139,7 @@ def check_values(
                 )
     for name, (lower, upper) in task.limits.velocity.items():
         at_rest = name not in task.initial.velocity and task.goal.periodic is None
-        if at_rest and not lower - _SLACK <= 0 <= upper + _SLACK:
+        if at_rest and not lower - ROUNDED <= 0 <= upper + ROUNDED:
             problems.append(
                 (
                     ("limits", "velocity", name),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 
+from fesd_robot.exactness import WRITTEN
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_of
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.origins import KeyPath
@@ -13,10 +14,6 @@ from fesd_robot.task.schema import Task
 
 ROUNDED = 1e-2
 """Difference of a quaternion's norm from one that few digits leave; it is normalised."""
-
-
-_SLACK = 1e-6
-"""rad; a right angle in few digits is one."""
 
 
 def check_orientations(task: Task, configuration_names: Collection[str]) -> None:
@@ -107,7 +104,7 @@ def _limited(task: Task, joint: str) -> Iterator[tuple[KeyPath, str]]:
             found = "limits that are one turn apart or more"
             yield (*at, angle), f"found {found}, expected two numbers less than {2 * math.pi:.6g} apart (rad)"
     right = math.pi / 2
-    if any(math.isfinite(bound) and abs(bound) > right + _SLACK for bound in given.get(pitch, ())):
+    if any(math.isfinite(bound) and abs(bound) > right + WRITTEN for bound in given.get(pitch, ())):
         yield (*at, pitch), f"found a limit beyond a right angle, expected numbers in [-{right:.6g}, {right:.6g}] (rad)"
 
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from fesd_robot.contact import Ground, Plane, Terrain
-from fesd_robot.contact.ground import STEEPEST, height_map, steps
+from fesd_robot.contact.ground import height_map, steps
 from fesd_robot.errors import GroundError
-from fesd_robot.task import ground as task_ground
 
 from .grounds import GROUNDS, HILLS, SINE_X, SOFT, STAIRS, sine
 
@@ -164,8 +163,3 @@ def test_a_ground_that_cannot_be_is_refused(build: object, message: str) -> None
     """Faces that are too steep, circles in narrow hollows and too many points are errors with place and bound."""
     with pytest.raises(GroundError, match=message):
         build()  # type: ignore[operator]
-
-
-def test_tasks_know_the_steepest_slope() -> None:
-    """The task refuses the same slopes as the ground."""
-    assert task_ground.STEEPEST == STEEPEST

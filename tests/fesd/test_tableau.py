@@ -13,7 +13,8 @@ from scipy.optimize import fsolve
 
 from fesd_robot.errors import ModelError, OptionError
 from fesd_robot.fesd.schemes import FAMILIES
-from fesd_robot.fesd.tableau import MAX_STAGES, Scheme, Tableau, make_tableau
+from fesd_robot.fesd.tableau import Scheme, Tableau, make_tableau
+from fesd_robot.ranges import MAX_STAGES
 
 EVERY = [(scheme, stages) for scheme, f in FAMILIES.items() for stages in range(f.fewest, f.most + 1)]
 COLLOCATION = [pair for pair in EVERY if pair[0] in ("gauss_legendre", "radau_iia")]

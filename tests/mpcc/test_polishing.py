@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.exactness import EXACT_PRODUCT
 from fesd_robot.mpcc import (
     BranchNlp,
     HomotopyOptions,
@@ -17,7 +18,6 @@ from fesd_robot.mpcc import (
     Run,
     solve,
 )
-from fesd_robot.mpcc.polishing import EXACT_PRODUCT
 from fesd_robot.running.deadline import Deadline
 
 from .known import KNOWN, Known

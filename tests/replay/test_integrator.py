@@ -12,7 +12,7 @@ from scipy.special import ellipk
 
 from fesd_robot.contact import Scene
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay import budget
+from fesd_robot.replay import Budget
 from fesd_robot.replay.contacts import Note
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.robot import load_robot
@@ -191,17 +191,19 @@ def test_a_foot_that_dips_below_the_ground_inside_a_step_touches_it() -> None:
     assert result.velocity[1] > -GRAVITY * lowest + 1e-3
 
 
-def test_the_cap_on_events_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cap_on_events_is_reported() -> None:
     """After the last event that is allowed the motion goes on in its modes, with a note."""
-    monkeypatch.setattr(budget, "MOST_EVENTS", 1)
-    result = replay_motion(point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 0.3)
+    result = replay_motion(
+        point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 0.3, budget=Budget(most_events=1)
+    )
     assert Note.MANY_EVENTS in result.notes
 
 
-def test_steps_that_become_too_short_end_a_replay(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_that_become_too_short_end_a_replay() -> None:
     """Where steps run out the state is NaN, with a note, so that nothing passes by it, and nothing takes minutes."""
-    monkeypatch.setattr(budget, "MOST_STEPS", 5)
-    result = replay_motion(point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 3.0)
+    result = replay_motion(
+        point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 3.0, budget=Budget(most_steps=5)
+    )
     assert np.isnan(result.velocity).all() and Note.MANY_STEPS in result.notes
 
 

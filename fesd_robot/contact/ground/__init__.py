@@ -3,7 +3,7 @@
 from fesd_robot.contact.ground.height_field import MAX_POINTS, HeightField
 from fesd_robot.contact.ground.heights import Grid, read_heights, read_image
 from fesd_robot.contact.ground.plane import HalfSpace, Plane, facing_wall, tilted_plane
-from fesd_robot.contact.ground.profile import MAX_PIECES, STEEPEST, Profile
+from fesd_robot.contact.ground.profile import MAX_PIECES, Profile
 from fesd_robot.contact.ground.profiles import height_map, steps
 from fesd_robot.contact.ground.solids import Box, Cylinder, Pose, Solid
 from fesd_robot.contact.ground.surface import LATERAL, Axes, Ground
@@ -14,7 +14,6 @@ __all__ = [
     "LATERAL",
     "MAX_PIECES",
     "MAX_POINTS",
-    "STEEPEST",
     "Axes",
     "Box",
     "Cylinder",

@@ -12,10 +12,10 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import NdBSpline
 
-from fesd_robot.contact.ground.profile import STEEPEST
 from fesd_robot.contact.ground.spline_axis import SplineAxis, taylor
 from fesd_robot.contact.ground.surface import Axes, turned_axes
 from fesd_robot.errors import GroundError
+from fesd_robot.ranges import STEEPEST
 
 MAX_POINTS = 10_000
 """Points of a height map: every evaluation of a CasADi expression looks at all of them."""

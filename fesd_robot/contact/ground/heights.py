@@ -13,12 +13,10 @@ import numpy as np
 from fesd_robot.contact.ground.height_field import MAX_POINTS
 from fesd_robot.contact.ground.profile import MAX_PIECES
 from fesd_robot.errors import GroundError, nearest_file
+from fesd_robot.exactness import ROUNDED
 
 _TABLES = {2: ("x,z", "two"), 3: ("x,y,z", "three")}
 """Number of columns -> their names, and the number in words."""
-
-_SAME = 1e-9
-"""Of the largest coordinate of a grid: coordinates that differ less are one."""
 
 _LEVELS = {"1": 1, "L": 255, "I;16": 65535, "I;16B": 65535, "I;16L": 65535, "I": 65535}
 """Mode of a grey image -> its white."""
@@ -166,7 +164,7 @@ def _grid(path: Path, rows: list[_Row]) -> Grid:
 def _axis(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the different values, increasing, and which of them each value is."""
     order = np.argsort(values, kind="stable")
-    new = np.append(True, np.diff(values[order]) > _SAME * np.abs(values).max())
+    new = np.append(True, np.diff(values[order]) > ROUNDED * np.abs(values).max())
     places = np.empty(len(values), dtype=int)
     places[order] = np.cumsum(new) - 1
     return values[order][new], places

@@ -12,9 +12,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from fesd_robot.errors import GroundError
-
-STEEPEST = 20.0
-"""Largest |dh/dx|: a face of 87 degrees. Steeper ones belong in `Wall`, whose normal is exact."""
+from fesd_robot.ranges import STEEPEST
 
 MAX_PIECES = 1000
 """Polynomials of a profile; every evaluation of a CasADi expression looks at all of them."""

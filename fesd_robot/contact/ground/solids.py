@@ -11,9 +11,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.contact.ground.surface import Axes, turned_axes, upright_axes
-
-_NEVER_ZERO = 1e-9
-"""m; added to distances from the core, in squares: below round-off on the surface, and a derivative at the core."""
+from fesd_robot.exactness import NO_LENGTH
 
 
 @dataclass(frozen=True)
@@ -170,7 +168,7 @@ class Cylinder(Solid):
         return self.radius, self.radius, self.half
 
     def _beyond(self, own: list[Any]) -> list[tuple[Any, list[Any]]]:
-        away = (own[0] ** 2 + own[1] ** 2 + _NEVER_ZERO**2) ** 0.5
+        away = (own[0] ** 2 + own[1] ** 2 + NO_LENGTH**2) ** 0.5
         faces: list[tuple[Any, list[Any]]] = [(away - self.radius, [own[0] / away, own[1] / away, 0.0])]
         if math.isfinite(self.half):
             side = 2.0 * (own[2] >= 0) - 1.0 if self.underside else 1.0
@@ -195,4 +193,4 @@ def _largest(parts: list[Any]) -> Any:
 
 def _length(parts: list[Any]) -> Any:
     """Distance from the core, m, 1e-9 on it and inside."""
-    return (sum(_most(part, 0.0) ** 2 for part in parts) + _NEVER_ZERO**2) ** 0.5
+    return (sum(_most(part, 0.0) ** 2 for part in parts) + NO_LENGTH**2) ** 0.5

@@ -11,6 +11,7 @@ from scipy.linalg.blas import dnrm2
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.exactness import SINGULAR_STEP
 from fesd_robot.fesd.adaptive.compiled import DenseFunction
 from fesd_robot.fesd.element import SystemFunctions
 from fesd_robot.fesd.schemes import lagrange
@@ -263,6 +264,6 @@ class _Factors:
         if not np.isfinite(self._matrix).all():
             return None
         try:
-            return np.asarray(np.linalg.lstsq(self._matrix, right, rcond=1e-12)[0])
+            return np.asarray(np.linalg.lstsq(self._matrix, right, rcond=SINGULAR_STEP)[0])
         except np.linalg.LinAlgError:
             return None

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
+from fesd_robot.exactness import SINGULAR
 from fesd_robot.fesd.adaptive.compiled import DenseFunction
 from fesd_robot.fesd.groups import PairGroups
 
@@ -130,13 +131,13 @@ class PointModes:
             matrix, right = np.vstack([by_z, hidden_z / scale]), np.concatenate([rows, hidden / scale])
             if not np.isfinite(matrix).all() or not np.isfinite(right).all():
                 break
-            step = np.linalg.lstsq(matrix, right, rcond=1e-10)[0]
+            step = np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0]
             z -= step
             if np.abs(step).max() <= 1e-13 * (1.0 + np.abs(z).max()):
                 break
         rows, by_z, hidden, _, rate, moved, _, H, G_z, *_ = self._function(x, u, z, p, m, projection)
         scale = float(np.abs(rate).max()) + 1e-300
-        z_rate = np.linalg.lstsq(by_z, -moved, rcond=1e-10)[0] if np.isfinite(by_z).all() else np.zeros(n_z)
+        z_rate = np.linalg.lstsq(by_z, -moved, rcond=SINGULAR)[0] if np.isfinite(by_z).all() else np.zeros(n_z)
         off = max(float(np.abs(rows).max()), float(np.abs(hidden).max()) / (1.0 + scale))
         return PointMode(
             mode.copy(), z, rate.copy(), H.copy(), G_z @ z_rate / scale, bool(off <= INCONSISTENT),
@@ -152,7 +153,7 @@ class PointModes:
             P = self._projections[mode.tobytes()][1].reshape(len(rows), -1)
             if np.abs(P @ rows).max() <= 1e-15 * (1.0 + np.abs(x).max()):
                 break
-            x = x - np.linalg.lstsq(P @ by_x.reshape(len(rows), len(x)), P @ rows, rcond=1e-10)[0]
+            x = x - np.linalg.lstsq(P @ by_x.reshape(len(rows), len(x)), P @ rows, rcond=SINGULAR)[0]
         return x
 
     def fitting(self, point: Point, closed: np.ndarray, likely: np.ndarray, about: np.ndarray) -> list[PointMode]:
@@ -235,7 +236,7 @@ class PointModes:
         x, u, z, p = point
         for shares in product(STARTS, repeat=len(sliding)):
             *_, H, _, H_z, _ = self._function(x, u, z, p, mode.astype(float), np.zeros(len(z) ** 2))
-            start = z + np.linalg.lstsq(H_z[sliding], np.array(shares) - H[sliding], rcond=1e-10)[0]
+            start = z + np.linalg.lstsq(H_z[sliding], np.array(shares) - H[sliding], rcond=SINGULAR)[0]
             one = self.solve(x, u, start, p, mode)
             if all(np.abs(one.z - other.z).max() > 1e-6 * (1.0 + np.abs(one.z).max()) for other in found):
                 found.append(one)
@@ -266,5 +267,5 @@ def _left_null_space(matrix: np.ndarray) -> np.ndarray:
     if not np.isfinite(matrix).all():
         return np.zeros(matrix.size)
     left, values, _ = np.linalg.svd(matrix)
-    null = left[:, values <= 1e-10 * max(values[0], 1.0)]
+    null = left[:, values <= SINGULAR * max(values[0], 1.0)]
     return np.asarray((null @ null.T).ravel())

@@ -14,10 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.exactness import NO_VELOCITY
 from fesd_robot.fesd.polishing import ElementConditions
-
-NO_SIDE = 1e-6
-"""Velocity along the ground, m/s, below which it does not tell to which side a contact slips in an impact."""
 
 ActiveSet = tuple[ActiveFactor, ...]
 """Active factors of the conditions of one contact, or of the dry friction of one joint: its part of a branch."""
@@ -114,7 +112,7 @@ class ContactConditions:
                 sticking[n] = after[n] if one.G in along else ActiveFactor.COMPLEMENT
             elif n in parts:
                 slipping[n] = ActiveFactor.H if one.direction * values[one.G] > 0 else ActiveFactor.G
-        if len(parts) == 2 and all(abs(values[one]) < NO_SIDE for one in along):
+        if len(parts) == 2 and all(abs(values[one]) < NO_VELOCITY for one in along):
             slipping[parts[0]], slipping[parts[1]] = ActiveFactor.G, ActiveFactor.H
             sides = [tuple(slipping), self.mirrored(tuple(slipping))]
         else:

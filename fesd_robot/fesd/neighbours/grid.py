@@ -14,9 +14,7 @@ from fesd_robot.fesd.neighbours.room import at_stages, in_equal_parts, with_coun
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
-
-ROUNDED = 1e-9
-"""Of the duration: times that differ by less are the same."""
+from fesd_robot.instants import SAME_PART
 
 BISECTIONS = 60
 """Halvings of an element in which the clock shows a given time; more than there are digits."""
@@ -87,7 +85,7 @@ def on_grid(known: KnownElements, transcription: Transcription) -> tuple[Transcr
         counts.append(max(transcription.elements[k], len(modes)))
         filled = spread(modes, counts[-1])
         speed = sum(piece.length for piece in own) / length
-        weights = [max(_advance(known, piece), ROUNDED * length) for piece in own]
+        weights = [max(_advance(known, piece), SAME_PART * length) for piece in own]
         control = np.average([known.elements[piece.element].u for piece in own], axis=0, weights=weights)
         control = np.clip(np.append(control[:-1], speed), ocp.control_lower, ocp.control_upper)
         start = k * length
@@ -106,7 +104,7 @@ def on_grid(known: KnownElements, transcription: Transcription) -> tuple[Transcr
 def _pieces(known: KnownElements, ends: np.ndarray, stretch: float) -> list[list[_Piece]]:
     """Return the parts of elements in every new interval, of which the ends are given, (N)."""
     pieces: list[list[_Piece]] = [[] for _ in ends]
-    rounded = ROUNDED * ends[-1]
+    rounded = SAME_PART * ends[-1]
     for e, element in enumerate(known.elements):
         if known.branch.without_length[e]:
             continue

@@ -31,7 +31,7 @@ PAIR = 2
 """Contacts of a pair. Where more than two switch alike, pairs of them move, too, as the hind feet of a quadruped; and
 where there are more contacts than a pair, those that move together come before single ones, which seldom gain then."""
 
-NEAR = 1
+NEAR_INTERVALS = 1
 """Intervals between switches of several contacts that move together, exchange places, or share their impacts."""
 
 _Slides = Mapping[tuple[str, int], Switch]
@@ -141,7 +141,7 @@ def _shifted(switches: Sequence[Switch], others: Collection[int]) -> Iterator[Ch
     """
     for switch in switches:
         for where, patterns in switch.choices.items():
-            if where.stays and not any(abs(switch.interval - one) <= NEAR for one in others):
+            if where.stays and not any(abs(switch.interval - one) <= NEAR_INTERVALS for one in others):
                 continue
             what = f"{switch.kind} of {switch.contact.in_words} in interval {switch.interval} {where}"
             yield Change(what, [(switch.contact, patterns)])
@@ -210,7 +210,7 @@ def _shifted_within(one: Switch, others: Sequence[Switch], slides: _Slides) -> I
     for where, patterns in one.choices.items():
         what = f"{one.kind} of {one.contact.in_words} in interval {one.interval} {where}"
         yield Change(what, [(one.contact, patterns)])
-    near = [other for other in others if abs(other.interval - one.interval) <= NEAR]
+    near = [other for other in others if abs(other.interval - one.interval) <= NEAR_INTERVALS]
     at_once = [other for other in near if other.interval == one.interval]
     for group in [at_once, near] if at_once != near else [near]:
         if group and len({other.contact.name for other in group}) == len(group):
@@ -234,7 +234,7 @@ def _shifted_together(switches: Sequence[Sequence[Switch]], slides: _Slides) -> 
     """
     every, seen = [switch for own in switches for switch in own], set()
     for switch in every:
-        near = [other for other in every if abs(other.interval - switch.interval) <= NEAR]
+        near = [other for other in every if abs(other.interval - switch.interval) <= NEAR_INTERVALS]
         alike = [other for other in near if other.kind is switch.kind]
         at_once = [other for other in every if other.interval == switch.interval]
         pairs = combinations(alike, PAIR) if len(alike) > PAIR else ()
@@ -291,7 +291,7 @@ def _exchanged(switches: Sequence[Sequence[Switch]]) -> Iterator[Change]:
         alike.setdefault((switch.kind, switch.place), []).append(switch)
     last_first = sorted(alike, key=lambda one: (one[0].value, one[1]), reverse=True)
     for (kind, place), (other_kind, other_place) in combinations(last_first, 2):
-        if kind is not other_kind or place[0] - other_place[0] > 2 * NEAR:
+        if kind is not other_kind or place[0] - other_place[0] > 2 * NEAR_INTERVALS:
             continue
         own, others = alike[kind, place], alike[kind, other_place]
         moved = [(one, one.towards(other_place)) for one in own] + [(one, one.towards(place)) for one in others]

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import lstsq
 
 from fesd_robot.complementarity import ActiveFactor, Branch, HeldAt
+from fesd_robot.exactness import SINGULAR_STEP
 from fesd_robot.fesd.element import (
     CONTINUITY,
     DYNAMICS,
@@ -26,10 +27,11 @@ from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.polishing import ElementConditions
 from fesd_robot.fesd.refinement.parts import element_in_parts
 from fesd_robot.fesd.refinement.stages import interpolated
-from fesd_robot.fesd.schemes import MAX_STAGES, lagrange
+from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
+from fesd_robot.ranges import MAX_STAGES
 
 NEWTON_ITERATIONS = 12
 """Most Newton iterations for an element; from the interpolated stages 2 to 4 are enough."""
@@ -178,7 +180,8 @@ class _ModeEquations:
             if np.abs(residual).max() <= NEWTON_TOLERANCE:
                 stages = np.array([own[layout.algebraic(0, j)] for j in range(layout.stages)])
                 return _Solved(np.array(own[layout.state(0, layout.stages)]), _at_ends(self.options.tableau, stages))
-            own[unknown] -= lstsq(slope[np.ix_(chosen, unknown)], residual, cond=1e-12, lapack_driver="gelsy")[0]
+            known = slope[np.ix_(chosen, unknown)]
+            own[unknown] -= lstsq(known, residual, cond=SINGULAR_STEP, lapack_driver="gelsy")[0]
         return None
 
     def _equations(self, factors: Sequence[ActiveFactor]) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.errors import FesdRobotError
+from fesd_robot.instants import SAME_TIME
 from fesd_robot.plans.exports.base_state import floating_bodies
 from fesd_robot.plans.exports.facts import facts
 from fesd_robot.plans.exports.format import ExportFormat
@@ -22,13 +23,9 @@ def segments_of(time: np.ndarray) -> list[np.ndarray]:
     Drake's breaks increase, so that of samples which are closer than its tolerance only the last before an impact
     counts.
     """
-    jumps = np.flatnonzero(np.diff(time) <= _CLOSEST) + 1
+    jumps = np.flatnonzero(np.diff(time) <= SAME_TIME) + 1
     parts = np.split(np.arange(len(time)), jumps)
     return [part for part in parts if len(part) > 1]
-
-
-_CLOSEST = 1e-9
-"""s between two breaks."""
 
 
 def drake_segments(plan: Plan, motion: ModelMotion) -> dict[str, Any]:

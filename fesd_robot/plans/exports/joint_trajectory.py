@@ -12,6 +12,7 @@ import numpy as np
 from ruamel.yaml import YAML
 
 from fesd_robot.errors import FesdRobotError, nearest
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.plans.columns import CONTROL_CONVENTION
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.full_model import JointMotion
@@ -20,9 +21,6 @@ from fesd_robot.plans.plan import Plan
 logger = logging.getLogger(__name__)
 
 NANOSECONDS = 1_000_000_000
-
-AT_REST = 1e-9
-"""m/s or rad/s; velocities up to here are round-off."""
 
 
 def joint_trajectory(plan: Plan, joints: Sequence[str] | None = None) -> dict[str, Any]:
@@ -79,7 +77,7 @@ def end_of(plan: Plan) -> str:
     """Return in words whether the robot is at rest at the end, with its largest velocity if not."""
     last = {name: abs(values[-1]) for name, values in plan.trajectory.velocity.items()}
     fastest = max(last, key=lambda name: last[name])
-    if last[fastest] <= AT_REST:
+    if last[fastest] <= ROUNDED:
         return "the robot ends at rest"
     return f"the robot does not end at rest: {fastest} moves at {last[fastest]:.3g} {plan.units.velocity[fastest]}"
 

@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.plans import Plan
-from fesd_robot.render.figures.lines import SAME_TIME
 from fesd_robot.render.palette import GREY, MODES
 from fesd_robot.render.timeline import ModeSpan, mode_spans
 
@@ -47,7 +47,7 @@ def phases_of(plan: Plan) -> Phases:
     switches = _distinct([*(each.time for each in plan.switches), *(each.time for each in plan.joint_switches)])
     return Phases(
         spans={name: mode_spans(time, contact.mode) for name, contact in plan.contacts.items()},
-        switches=tuple(each for each in switches if all(abs(each - other) > SAME_TIME for other in impacts)),
+        switches=tuple(each for each in switches if all(abs(each - other) > SAME_EVENT for other in impacts)),
         impacts=tuple(impacts),
     )
 
@@ -55,7 +55,7 @@ def phases_of(plan: Plan) -> Phases:
 def _distinct(times: Iterable[float]) -> list[float]:
     kept: list[float] = []
     for time in sorted(times):
-        if not kept or time - kept[-1] > SAME_TIME:
+        if not kept or time - kept[-1] > SAME_EVENT:
             kept.append(time)
     return kept
 

@@ -8,12 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.render.palette import GREY, SERIES
 
 LINE = 1.2
-
-SAME_TIME = 1e-6
-"""Samples closer than this, s, are the two sides of a jump (the clock of a solved plan stands still only nearly)."""
 
 
 def draw_series(panel: Axes, time: np.ndarray, values: np.ndarray, color: str = SERIES[1]) -> Line2D:
@@ -28,7 +26,7 @@ def draw_series(panel: Axes, time: np.ndarray, values: np.ndarray, color: str = 
     Returns:
         The line; without the NaN that part it, its data are the given ones.
     """
-    jumps = 1 + np.flatnonzero((np.diff(time) < SAME_TIME) & (np.diff(values) != 0))
+    jumps = 1 + np.flatnonzero((np.diff(time) < SAME_EVENT) & (np.diff(values) != 0))
     (line,) = panel.plot(np.insert(time, jumps, np.nan), np.insert(values, jumps, np.nan), color=color, linewidth=LINE)
     if len(jumps):
         panel.vlines(time[jumps], values[jumps - 1], values[jumps], colors=color, linestyles="dotted", linewidth=0.9)
@@ -50,16 +48,16 @@ def with_steps(time: np.ndarray, values: np.ndarray, edges: np.ndarray, stages: 
     Returns:
         time and values with a sample more for every edge that has none of the element behind it.
     """
-    after = np.searchsorted(edges, time - SAME_TIME)
+    after = np.searchsorted(edges, time - SAME_EVENT)
     # The second of two samples at one time is that of the element behind.
-    second = np.flatnonzero(np.diff(time) < SAME_TIME) + 1
-    after[second] = np.searchsorted(edges, time[second] + SAME_TIME)
+    second = np.flatnonzero(np.diff(time) < SAME_EVENT) + 1
+    after[second] = np.searchsorted(edges, time[second] + SAME_EVENT)
     after = np.maximum.accumulate(after)
     places, starts, begun = [], [], []
     for first in np.flatnonzero(np.diff(after) > 0) + 1:
         edge = float(edges[after[first] - 1])
         own = np.flatnonzero(after == after[first])[:stages]
-        if time[first] - edge > SAME_TIME:
+        if time[first] - edge > SAME_EVENT:
             places.append(first)
             starts.append(edge)
             begun.append(_at(edge, time[own], values[own]))
@@ -68,7 +66,7 @@ def with_steps(time: np.ndarray, values: np.ndarray, edges: np.ndarray, stages: 
 
 def _at(edge: float, time: np.ndarray, values: np.ndarray) -> float:
     """Return the polynomial through some samples at a time; the first of them where it would leave their range far."""
-    if np.any(np.diff(time) < SAME_TIME):
+    if np.any(np.diff(time) < SAME_EVENT):
         return float(values[0])
     weights = [np.prod([(edge - other) / (own - other) for other in time if other != own]) for own in time]
     value, reach = float(np.dot(weights, values)), float(np.ptp(values))
@@ -79,7 +77,7 @@ def _at(edge: float, time: np.ndarray, values: np.ndarray) -> float:
 def edges_of(starts: np.ndarray, switches: Sequence[float]) -> np.ndarray:
     """Return the times at which forces may jump: starts of control intervals but the first, and switches, each once."""
     times = np.sort(np.concatenate([starts[1:], np.asarray(switches, dtype=float)]))
-    return times[np.insert(np.diff(times) > 2 * SAME_TIME, 0, True)] if times.size else times
+    return times[np.insert(np.diff(times) > 2 * SAME_EVENT, 0, True)] if times.size else times
 
 
 def draw_steps(panel: Axes, starts: np.ndarray, end: float, values: np.ndarray, color: str = SERIES[1]) -> None:

@@ -15,8 +15,8 @@ from matplotlib.patches import FancyArrowPatch
 from scipy.spatial import ConvexHull
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.instants import SAME_EVENT
 from fesd_robot.render.figures.background import Phases
-from fesd_robot.render.figures.lines import SAME_TIME
 from fesd_robot.render.figures.look import DPI, TEXT, Look, add_legend, write_title
 from fesd_robot.render.figures.robot_motion import RobotMotion
 from fesd_robot.render.palette import BLACK, GREEN, GREY, MODES, series_color
@@ -107,7 +107,7 @@ def chosen_samples(time: np.ndarray, events: Sequence[float], count: int) -> lis
         times.append(0.5 * (times[gap] + times[gap + 1]))
     # Of the two samples of an impact the one after it shows the force.
     return sorted(
-        {int(np.flatnonzero(np.abs(time - moment) <= np.abs(time - moment).min() + SAME_TIME)[-1]) for moment in times}
+        {int(np.flatnonzero(np.abs(time - moment) <= np.abs(time - moment).min() + SAME_EVENT)[-1]) for moment in times}
     )
 
 
