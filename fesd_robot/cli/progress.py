@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fesd_robot.running import CERTIFICATE_SECONDS, Station
+from fesd_robot.running import SearchEffort, Station
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -179,7 +179,7 @@ class Progress:
     def _how_far(self) -> str:
         """Return how far the station is, as far as that is known."""
         if self._station is Station.CERTIFYING:
-            return f", {max(CERTIFICATE_SECONDS - (time.monotonic() - self._reached), 0.0):.0f} s at most"
+            return f", {max(SearchEffort.certificate_seconds - (time.monotonic() - self._reached), 0.0):.0f} s at most"
         if self._done is None:
             return ""
         done, of = self._done

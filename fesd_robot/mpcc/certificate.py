@@ -11,6 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch, Label
 from fesd_robot.mpcc.problem import Mpcc
+from fesd_robot.running import SearchEffort
 
 ACTIVITY = 0.1
 """A side of a pair counts as zero up to this times the root of the largest product."""
@@ -60,7 +61,7 @@ def certify(
     w: np.ndarray,
     *,
     tolerance: float = 1e-8,
-    time_limit: float = 45.0,
+    time_limit: float = SearchEffort.certificate_seconds,
     without: Callable[[np.ndarray], Mpcc | None] | None = None,
 ) -> Certificate:
     """Return what kind of stationary point w is, by linear programs (`stationarity`, `b_stationary`).

@@ -16,17 +16,8 @@ from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.solution import MpccSolution
 from fesd_robot.nlp import AT, FREE, NEAR, NlpSettings, Start
 
-CONTINUATION_ITERATIONS = 120
-"""IPOPT iterations on a branch before it is updated; what needs more has an element that shrinks to nothing."""
-
-CONTINUATION_UPDATES = 1
-"""How often that happens."""
-
 WHOLE_STEPS = replace(BRANCH, whole_steps=True, at_rest=10)
 """How an NLP is solved whose solution is near; one that stands still may still converge in a few iterations."""
-
-WHOLE_STEP_ITERATIONS = 60
-"""Iterations with whole steps, after which the line search is used from the beginning."""
 
 FAR_OBJECTIVE = 0.05
 """Change of the objective relative to one plus its size, above which whole steps have led to another solution."""
@@ -126,21 +117,20 @@ class BranchSolver:
         self,
         start: BranchPoint,
         *,
-        iterations: int = CONTINUATION_ITERATIONS,
-        updates: int = CONTINUATION_UPDATES,
+        limits: PolishingLimits | None = None,
         near: bool = False,
     ) -> PolishingReport | None:
         """Return the exact end on a branch, None if there is none nearby.
 
         Args:
             start: where to begin.
-            iterations: of IPOPT before the branch is updated.
-            updates: how often the branch may be updated.
+            limits: of iterations; default: those of the run's effort.
             near: whether the end is near the start, as on a finer grid, and whole steps are tried first.
         """
+        limits = limits or PolishingLimits(self.run.effort.branch_iterations, self.run.effort.branch_updates)
         end = self._near(start) if near else None
         for starting in FREER_STARTS if start.freer else (AT,):
-            end = end or self._solve(start, replace(BRANCH, start=starting), iterations, updates)
+            end = end or self._solve(start, replace(BRANCH, start=starting), limits)
         return end
 
     def tried(self, start: BranchPoint, trial: Trial) -> PolishingReport | None:
@@ -202,9 +192,7 @@ class BranchSolver:
         """The run, of whose NLPs this solver takes note."""
         return replace(self.run, report=self._report)
 
-    def _solve(
-        self, start: BranchPoint, settings: NlpSettings, iterations: int, updates: int
-    ) -> PolishingReport | None:
+    def _solve(self, start: BranchPoint, settings: NlpSettings, limits: PolishingLimits) -> PolishingReport | None:
         if self._over:
             return None
         return self._nlp.solve(
@@ -212,15 +200,16 @@ class BranchSolver:
             start.w,
             self._own_run,
             settings=settings,
-            limits=PolishingLimits(iterations, updates),
+            limits=limits,
             branches=[start.branch],
         )
 
     def _near(self, start: BranchPoint) -> PolishingReport | None:
         """Return the exact end that whole steps lead to, None if that is none, or far away; where a start violates
         constraints, steps that have not led there do not when they go on."""
-        updates = 0 if start.freer else CONTINUATION_UPDATES
-        end = self._solve(start, WHOLE_STEPS, WHOLE_STEP_ITERATIONS, updates)
+        effort = self.run.effort
+        limits = PolishingLimits(effort.whole_step_iterations, 0 if start.freer else effort.branch_updates)
+        end = self._solve(start, WHOLE_STEPS, limits)
         if end is None:
             return None
         before, after = self.problem.residuals(start.w).objective, end.residuals.objective

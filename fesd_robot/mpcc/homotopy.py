@@ -32,12 +32,6 @@ LOST_VIOLATION = 1e-3
 SHORTEST_STEP = 0.125
 """Shortest step of the loose homotopy to the next sigma, as a power of the schedule's factor."""
 
-MOST_LOST = 12
-"""NLPs that may be lost; after them steps are no longer shortened."""
-
-READABLE = 3e-3
-"""Sigma of the position level at and below which a point shows what touches when, if need be."""
-
 LOST_IN_A_ROW = 2
 """NLPs one after the other that are lost, after which the branch of the point before them is tried."""
 
@@ -206,15 +200,15 @@ class _Homotopy:
                 step, result = 1.0, self._nlp_at(sigmas, loose=True)
                 continue
             lost_from = reached if is_lost else None
-            readable = lost_from is not None and lost_from[0][0] <= READABLE
-            if lost_from and step > SHORTEST_STEP and lost < MOST_LOST:
+            readable = lost_from is not None and lost_from[0][0] <= self._options.readable_at
+            if lost_from and step > SHORTEST_STEP and lost < self._run.effort.lost_nlps:
                 step, lost, in_a_row = 0.5 * step, lost + 1, in_a_row + 1
                 if readable and in_a_row == LOST_IN_A_ROW:
                     yield lost_from[0]
             else:
                 self._point, reached, in_a_row = result.point, (sigmas, result.iterations), 0
                 if readable:
-                    step, lost = 1.0, MOST_LOST
+                    step, lost = 1.0, self._run.effort.lost_nlps
                 if 2 * result.iterations <= self._options.loose_iterations:
                     step = min(1.0, 2.0 * step)
                 if sigmas[0] <= self._options.polish_at:

@@ -36,6 +36,8 @@ class HomotopyOptions:
         sigma_power: power of the superlinear schedule.
         polish: whether a polisher that is given to `solve` is used.
         polish_at: sigma of the position level at which polishing is first tried; the homotopy down to it is loose.
+        readable_at: sigma of the position level at and below which a point shows what touches when, if need be: where
+            NLPs are lost one after the other its branch is tried.
         loose_iterations: IPOPT iterations of an NLP of the loose homotopy.
 
     Raises:
@@ -57,6 +59,7 @@ class HomotopyOptions:
     sigma_power: float = 1.5
     polish: bool = True
     polish_at: float = 1e-5
+    readable_at: float = 3e-3
     loose_iterations: int = 200
 
     def __post_init__(self) -> None:

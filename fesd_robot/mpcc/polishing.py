@@ -19,12 +19,6 @@ from fesd_robot.mpcc.run import Run
 from fesd_robot.nlp import AT, Hopeless, NlpNumbers, NlpPoint, NlpSettings, NlpStatus, ReducedNlp, Start, prepared
 from fesd_robot.running import Kept
 
-POLISHING_ITERATIONS = 40
-"""IPOPT iterations on one branch before it is updated; the right one needs 15 to 50."""
-
-BRANCH_UPDATES = 4
-"""How often a branch is updated before the next candidate."""
-
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
 
@@ -123,8 +117,8 @@ class PolishingLimits:
         hopeless: called with every iterate; True ends an NLP as if it had no iterations left.
     """
 
-    iterations: int = POLISHING_ITERATIONS
-    updates: int = BRANCH_UPDATES
+    iterations: int
+    updates: int
     hopeless: Hopeless | None = None
 
 
@@ -171,10 +165,10 @@ class BranchNlp:
             w: a point with small products, (n).
             run: its options' feasibility is the largest constraint violation of an exact end.
             settings: of the NLP; its linear solver, its further options and its iterations are those of run and limits.
-            limits: of iterations.
+            limits: of iterations; default: those of the run's effort.
             branches: on which w may lie; default: those that the polisher reads from it.
         """
-        limits = limits or PolishingLimits()
+        limits = limits or PolishingLimits(run.effort.polishing_iterations, run.effort.polishing_updates)
         for branch in self.polisher.candidate_branches(w) if branches is None else branches:
             start, own = self._start(w), settings
             for _ in range(1 + limits.updates):

@@ -1,4 +1,4 @@
-"""How NLPs are solved, how long that may take, who may end it, and who hears of them."""
+"""How NLPs are solved, how much may be tried and how long, who may end it, and who hears of them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.report import NlpReport
-from fesd_robot.running import Deadline, Stop, stop_requested
+from fesd_robot.running import Deadline, SearchEffort, Stop, stop_requested
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,14 @@ class Run:
         stop: called once an IPOPT iteration with (iteration, objective), and between NLPs with (0, NaN); True ends the
             solve.
         report: called after every NLP.
+        effort: how much is tried.
     """
 
     options: HomotopyOptions = field(default_factory=HomotopyOptions)
     deadline: Deadline = field(default_factory=Deadline)
     stop: Stop | None = None
     report: Callable[[NlpReport], None] | None = None
+    effort: SearchEffort = field(default_factory=SearchEffort)
 
     @property
     def over(self) -> bool:

@@ -30,9 +30,6 @@ from fesd_robot.recovery import NumericPhysics, PhysicalMotion, recover
 from fesd_robot.replay import MotionReplay
 from fesd_robot.robot import configuration_units, velocity_units
 
-CONFLICT_SECONDS = 10.0
-"""Longest time for what stands against each other in a task that is not solved."""
-
 
 def numeric_physics(motion: MotionProblem) -> NumericPhysics:
     """Return Pinocchio's numeric view of the same robot, scene and contacts."""
@@ -130,16 +127,15 @@ def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: Num
     )
 
 
-def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndarray, seconds_left: float) -> str:
+def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndarray, seconds: float) -> str:
     """Return which demands of a task stand against each other at a point that is not feasible; empty if none is found.
 
     Args:
         motion: the task.
         polisher: of the transcription.
         w: the point, (n).
-        seconds_left: of the task's time.
+        seconds: longest time.
     """
-    seconds = min(CONFLICT_SECONDS, 0.5 * seconds_left)
     if seconds <= 0 or not np.isfinite(w).all():
         return ""
     conflict = conflict_at(polisher.problem, polisher.bounds(polisher.branch(w)), w, seconds)

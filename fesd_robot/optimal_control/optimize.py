@@ -47,7 +47,7 @@ def optimize(
     """
     settings, begin = settings or OptimalControlSettings(), time.perf_counter()
     own = with_end_time(problem, end_time) if end_time else problem
-    run = Run(settings.homotopy(polish=True), Deadline(settings.time_limit), report=progress)
+    run = Run(settings.homotopy(polish=True), Deadline(settings.time_limit), report=progress, effort=settings.effort)
     search = Search(own, options or FesdOptions(), settings, run)
     candidates: list[Candidate] = []
     for number in range(settings.starts + settings.more_starts):

@@ -19,6 +19,7 @@ from fesd_robot.mpcc import (
     Certificate,
     MpccSolution,
     NlpReport,
+    PolishingLimits,
     PolishingReport,
     Residuals,
     Run,
@@ -30,19 +31,9 @@ from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.optimal_control.settings import OptimalControlSettings
 from fesd_robot.optimal_control.solution import StartReport
 from fesd_robot.optimal_control.starts import start_of
-from fesd_robot.running import CERTIFICATE_SECONDS
 
 UNEVEN = 2.0
 """Ratio of the lengths of neighbouring elements of one mode from which they are not equally long."""
-
-MOST_ROUNDS = 100
-"""Improvements of a solution, one after the other."""
-
-MOST_FILLINGS = 2
-"""How often elements that have shrunk to nothing are put to use again."""
-
-SHIFT_ITERATIONS = 60
-"""IPOPT iterations on the branch of a neighbour."""
 
 DESCENT_STEPS = (1.0, 0.1, 1e-2, 1e-3)
 """Parts of a direction of descent at whose ends branches are read."""
@@ -157,7 +148,7 @@ class Search:
 
     def finished(self, candidate: Candidate) -> tuple[Candidate, Certificate | None]:
         """Return the candidate from which no move and no direction leads to a cheaper one, and its certificate."""
-        for _ in range(MOST_ROUNDS):
+        for _ in range(self.run.effort.shift_rounds):
             if self.settings.search and self._is_roomy(candidate):
                 candidate = self._shifted(candidate)
             certificate = self._certificate(candidate)
@@ -187,7 +178,8 @@ class Search:
     def _exact(self, w: np.ndarray, branch: Branch, moves: tuple[str, ...], *, freer: bool = False) -> Candidate | None:
         """Return the exact end on a branch with room, None if there is none nearby."""
         solver, transcription = self._branch_solver, self._room.transcription
-        end = solver.exact(BranchPoint(w, branch, freer), iterations=SHIFT_ITERATIONS)
+        limits = PolishingLimits(self.run.effort.shift_iterations, self.run.effort.branch_updates)
+        end = solver.exact(BranchPoint(w, branch, freer), limits=limits)
         if end is None:
             return None
         end = self._filled(end)
@@ -197,7 +189,7 @@ class Search:
     def _filled(self, end: PolishingReport) -> PolishingReport:
         """Return an exact end with all elements in use: those that have shrunk to nothing hide where a switch is."""
         room, transcription = self._room, self._room.transcription
-        for _ in range(MOST_FILLINGS):
+        for _ in range(self.run.effort.shift_fillings):
             branch = room.updated_branch(end.branch, end.w) or end.branch
             if not any(branch.without_length):
                 break
@@ -209,7 +201,7 @@ class Search:
 
     def _shifted(self, candidate: Candidate) -> Candidate:
         """Return the candidate from which no shift of a switch leads to a cheaper one."""
-        for _ in range(MOST_ROUNDS):
+        for _ in range(self.run.effort.shift_rounds):
             better = self._one_shifted(candidate)
             if better is None:
                 break
@@ -232,7 +224,7 @@ class Search:
         polisher = BranchTranscription(candidate.transcription)
         problem = problem_around(polisher, candidate.branch) if candidate.exact else candidate.transcription.problem
         product = EXACT_PRODUCT if candidate.exact else self.settings.tolerance
-        seconds = min(CERTIFICATE_SECONDS, 0.75 * self.run.deadline.left)
+        seconds = min(self.run.effort.certificate_seconds, 0.75 * self.run.deadline.left)
         return certify(problem, candidate.w, tolerance=product, time_limit=seconds)
 
     def _descended(self, candidate: Candidate, certificate: Certificate | None) -> Candidate | None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import HomotopyOptions
+from fesd_robot.running import SearchEffort
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,7 @@ class OptimalControlSettings:
         time_limit: seconds; None for no limit. At its end the cheapest solution so far is returned.
         linear_solver: ``fesd``, ``auto`` or one of IPOPT's, see `HomotopyOptions`.
         velocity_level_ratio: see `HomotopyOptions`; a smaller one where relaxed friction and impulses lift what rests.
+        effort: how much is tried.
 
     Raises:
         OptionError: a tolerance or time limit that is not positive, no start, or a ratio below one.
@@ -34,6 +36,7 @@ class OptimalControlSettings:
     time_limit: float | None = None
     linear_solver: str = "auto"
     velocity_level_ratio: float = 30.0
+    effort: SearchEffort = field(default_factory=SearchEffort)
 
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1:

@@ -15,27 +15,10 @@ from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import Profile
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
-from fesd_robot.running import Cores, Lookahead
-
-GAIN = 1e-3
-"""Part of the cost by which a neighbour has to be cheaper to take the motion's place."""
-
-WORTHWHILE = 5e-3
-"""Part of the cost that a pass over all neighbours has to bring for another one to follow, and that a gain has to be
-for the search to go on for long after it."""
-
-LEAST_PATIENCE, MOST_PATIENCE = 3e7, 5e7
-"""Work without a gain that is worthwhile, after which a search ends that is not patient, at least and at most. Work is
-IPOPT iterations times nonzeros of the derivatives and `OVERHEAD`; ten million take about a second."""
+from fesd_robot.running import Cores, Lookahead, SearchEffort
 
 OVERHEAD = 10_000
 """What an iteration takes beside the nonzeros, with its part of what an NLP takes before the first one."""
-
-STARTS = 3
-"""Motions of guesses from which a patient search goes, the cheapest first."""
-
-MOST_WORK = 1.5e8
-"""Work after which it ends whatever it gains; `fesd-robot improve` goes on from there."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +69,7 @@ class SequenceSearch:
         cheaper: called with every motion that costs less than all before.
         tried: all sequences so far.
         best: the cheapest motion; None if none is found.
-        starts: the cheapest motions of guesses, at most `STARTS`, the cheapest first.
+        starts: the cheapest motions of guesses, as many as the run's effort says, the cheapest first.
         iterations: of IPOPT with sequences that are tried at once, or on the cores that there are.
     """
 
@@ -151,17 +134,15 @@ class SequenceSearch:
         self.best, self.starts = None, []
         self.note("elements divided", found.sequence, found)
 
-    def improve(self, *, patient: bool) -> None:
-        """Try neighbours of the cheapest motion, and of those that are cheaper, until a pass brings too little.
+    def improve(self) -> None:
+        """Try neighbours of the cheapest motions, and of those that are cheaper, until a pass brings too little.
 
-        Args:
-            patient: whether it ends only then, and goes on from the motions of other guesses; else it ends once
-                neighbours have taken as much work since the last gain that was worthwhile as everything had before,
-                within `LEAST_PATIENCE` and `MOST_PATIENCE`, and after `MOST_WORK`.
+        It ends as well once neighbours have taken as much work since the last gain that was worthwhile as everything
+        had before, and after the most work, both as the run's effort says.
         """
-        self._patience, self._found_at = np.inf if patient else 0.0, self._work
+        self._found_at = self._work
         self._gained()
-        for start in self.starts if patient else self.starts[:1]:
+        for start in self.starts[: self._effort.search_starts]:
             self._improve_from(start)
 
     def _improve_from(self, start: PhaseMotion) -> None:
@@ -170,14 +151,17 @@ class SequenceSearch:
             before = start.cost
             while better := self._better_neighbour(start):
                 start = better
-            if not before - start.cost > WORTHWHILE * abs(before):
+            if not before - start.cost > self._effort.worthwhile_gain * abs(before):
                 return
 
     def _gained(self) -> None:
         """Take note of a gain that is worthwhile."""
-        self._since, self._reference = self._work, self.cost
-        if self._patience < np.inf:
-            self._patience = min(max(LEAST_PATIENCE, self._work), MOST_PATIENCE)
+        self._since, self._reference, effort = self._work, self.cost, self._effort
+        self._patience = min(max(effort.least_patience, self._work), effort.most_patience)
+
+    @property
+    def _effort(self) -> SearchEffort:
+        return self.solver.run.effort
 
     @property
     def _work(self) -> float:
@@ -193,10 +177,10 @@ class SequenceSearch:
     @property
     def _over(self) -> bool:
         """Whether the search ends: without time, by the user, or because it has not paid for long."""
-        ended = self.solver.run.over
-        if ended or self._patience == np.inf:
-            return ended
-        return self._work - self._since > self._patience or self._work - self._found_at > MOST_WORK
+        if self.solver.run.over:
+            return True
+        work = self._work
+        return work - self._since > self._patience or work - self._found_at > self._effort.most_work
 
     def _better_neighbour(self, current: PhaseMotion) -> PhaseMotion | None:
         """Return a neighbour of a motion that is cheaper, None if there is none, or the search ends."""
@@ -205,14 +189,14 @@ class SequenceSearch:
         motion = self.solver.motion
         found = neighbours(current.sequence, list(motion.contacts), Profile.of(motion, current.along), motion.ocp.knots)
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
-        below = current.cost - GAIN * abs(current.cost)
+        below = current.cost - self._effort.neighbour_gain * abs(current.cost)
         trials = [_Trial(one.sequence, below, current.own.sequence, current.w) for one in untried]
         for number, (one, result) in enumerate(zip(untried, self._ahead.results(trials), strict=False), start=1):
             self.counted(number, len(untried))
             self._seen.add(self._key(one.sequence))
             better = self._motion(result)
             kept = self._kept(one.what, one.sequence, better)
-            if kept and self._reference - self.cost > WORTHWHILE * abs(self._reference):
+            if kept and self._reference - self.cost > self._effort.worthwhile_gain * abs(self._reference):
                 self._gained()
             if better and better.cost < current.cost:
                 return better
@@ -254,7 +238,8 @@ class SequenceSearch:
         """Take note of a sequence that was solved, from whose motion a search may begin."""
         self._kept(what, sequence, motion)
         if motion:
-            self.starts = sorted([*self.starts, motion], key=lambda one: one.cost)[:STARTS]
+            self.starts = sorted([*self.starts, motion], key=lambda one: one.cost)
+            del self.starts[max(self._effort.search_starts, 1) :]
 
     def _kept(self, what: str, sequence: Sequence, motion: PhaseMotion | None) -> bool:
         """Take note of a sequence that was solved; return whether its motion is the cheapest so far."""

@@ -26,12 +26,6 @@ from fesd_robot.phases.start import Along
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
 
-FIXED_ITERATIONS = 100
-"""IPOPT iterations with the durations of the guess; those that converge take 20 to 120."""
-
-FREED_ITERATIONS = 150
-"""The same with free durations, where there is no motion with those of the guess."""
-
 ROUGH_VIOLATION = 1e-2
 """Violation of constraints above which its end is no start either."""
 
@@ -40,13 +34,8 @@ FREED = NlpSettings(FREE, tolerance=1e-6, violation=1e-12)
 the cost is right to a millionth. The last digits of forces that cost nothing, as of feet against each other, take most
 of the iterations of a smaller tolerance."""
 
-FREE_ITERATIONS = 200
-
 NEIGHBOUR = replace(FREED, start=Start(1e-2, 1e-3))
 """The same from the motion of another sequence."""
-
-NEIGHBOUR_ITERATIONS = 80
-"""Those that converge take 15 to 60."""
 
 ITERATIONS_AT_ONCE = 50
 """After which an NLP goes on only if it nearly holds its constraints, without the impacts that are none."""
@@ -66,14 +55,11 @@ the bound alone where multipliers are far from those of a solution."""
 PROMISING = 1e-2
 """Violation of constraints up to which it does."""
 
-HOPE = 0.1
-"""Part of the cost that may be gained where bounds of durations move, or what has vanished is left out."""
-
 KNOWN = AGAIN = replace(FREED, start=NEAR)
 """How an NLP is solved from a motion of the same sequence on another grid, and where it goes on, only bounds of
 durations have moved, or a phase or an impact is left out."""
 
-SETTLED, SETTLED_ITERATIONS = replace(BRANCH, start=AT), 60
+SETTLED = replace(BRANCH, start=AT)
 """How an NLP is solved for the last digits."""
 
 GOING_ON = replace(AGAIN, regularised=True, at_rest=3)
@@ -88,9 +74,6 @@ millisecond beside one that lasts as long as all."""
 
 DURATION_AT_BOUND = 0.02
 """Part of a bound within which a duration is at it."""
-
-MOST_ROUNDS = 6
-"""NLPs of one sequence: bounds move with durations that have reached them, and phases that have shrunk are left out."""
 
 VANISHED = 1.5 * SHORTEST_PHASE
 """s; a phase that is this short at the end of an NLP is left out."""
@@ -167,11 +150,13 @@ class _Screening:
     Attributes:
         below: cost that its motion is to stay below.
         origin: key of the sequence that it is a neighbour of.
+        hope: part of the cost that may still be gained.
         given_up: whether they lead to no motion, or to one that costs clearly more.
     """
 
     below: float
     origin: tuple[object, ...]
+    hope: float
     given_up: bool = False
     _least: float = np.inf
     _dear: int = 0
@@ -183,7 +168,7 @@ class _Screening:
         self._least = min(self._least, at.violation)
         settled = at.iteration >= SCREENED_FROM and at.violation <= PROMISING
         least, cost = min(at.objective, at.bound), abs(self.below)
-        dear = settled and least > self.below + HOPE * cost and abs(at.objective - at.bound) <= SCREENED_GAP * cost
+        dear = settled and least > self.below + self.hope * cost and abs(at.objective - at.bound) <= SCREENED_GAP * cost
         self._dear = self._dear + 1 if dear else 0
         far = any(at.iteration >= iterations and self._least > most for iterations, most in HOPELESS)
         self.given_up = far or self._dear >= SCREENED_TIMES
@@ -220,19 +205,18 @@ class PhaseSolver:
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
         """
         own = self._on_grid(sequence)
-        lengths = own.sequence.durations
-        w = own.transcription.problem.start
-        end = self._end(own, w, lengths, lengths, FIXED, FIXED_ITERATIONS)
+        effort, lengths, w = self.run.effort, own.sequence.durations, own.transcription.problem.start
+        end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
         if end is None:
             return None
         if end.residuals.constraint_violation <= ROUGH_VIOLATION:
-            return self._freed(own, end.w, FREED, FREE_ITERATIONS, below)
+            return self._freed(own, end.w, FREED, effort.free_iterations, below)
         # No motion takes the durations of the guess, or none near to it does.
         shorter, longer = SHORTER * lengths, LONGER * lengths
-        end = self._end(own, w, shorter, longer, FREED, FREED_ITERATIONS)
+        end = self._end(own, w, shorter, longer, FREED, effort.freed_iterations)
         if end is None or not end.residuals.constraint_violation <= PROMISING:
             return None
-        return self._freed(own, end.w, AGAIN, FREE_ITERATIONS, below)
+        return self._freed(own, end.w, AGAIN, effort.free_iterations, below)
 
     def again(self, sequence: Sequence, w: np.ndarray) -> Along:
         """Return what the solve of a sequence may begin along, of a motion that another process has found.
@@ -256,13 +240,13 @@ class PhaseSolver:
             along: that motion, on whatever grid.
         """
         own = self._on_grid(sequence)
-        w, lengths = along.point(own), own.sequence.durations
-        if found := self._freed(own, w, KNOWN, FREE_ITERATIONS, np.inf):
+        w, lengths, iterations = along.point(own), own.sequence.durations, self.run.effort.free_iterations
+        if found := self._freed(own, w, KNOWN, iterations, np.inf):
             return found
-        end = self._end(own, w, lengths, lengths, KNOWN, FREE_ITERATIONS)
+        end = self._end(own, w, lengths, lengths, KNOWN, iterations)
         if end is None or not end.exact:
             return None
-        return self._freed(own, end.w, NEIGHBOUR, FREE_ITERATIONS, np.inf) or PhaseMotion(own, end)
+        return self._freed(own, end.w, NEIGHBOUR, iterations, np.inf) or PhaseMotion(own, end)
 
     def from_motion(self, sequence: Sequence, along: Along, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
@@ -272,9 +256,9 @@ class PhaseSolver:
             along: that motion.
             below: cost that it is to stay below; where it does not after one NLP it is given up.
         """
-        own = self._on_grid(sequence)
-        screening = _Screening(below, along.sequence.key_with(self.motion.ocp.knots))
-        return self._freed(own, along.point(own), NEIGHBOUR, NEIGHBOUR_ITERATIONS, below, screening)
+        own, effort = self._on_grid(sequence), self.run.effort
+        screening = _Screening(below, along.sequence.key_with(self.motion.ocp.knots), effort.hope)
+        return self._freed(own, along.point(own), NEIGHBOUR, effort.neighbour_iterations, below, screening)
 
     def nonzeros(self, motion: PhaseMotion) -> int:
         """Return how many numbers the derivatives of the NLP of a motion are."""
@@ -284,7 +268,7 @@ class PhaseSolver:
     def settled(self, motion: PhaseMotion) -> PhaseMotion:
         """Return a motion to the last digits, as a certificate asks for them; as it is if that fails."""
         own, nothing = motion.own, np.zeros(len(motion.own.counts))
-        end = self._end(own, motion.w, nothing, nothing + np.inf, SETTLED, SETTLED_ITERATIONS)
+        end = self._end(own, motion.w, nothing, nothing + np.inf, SETTLED, self.run.effort.settled_iterations)
         return PhaseMotion(own, end) if end and end.exact else motion
 
     def _freed(
@@ -305,14 +289,14 @@ class PhaseSolver:
             screening: of a neighbour.
         """
         found: PhaseMotion | None = None
-        lengths = own.sequence.durations
+        lengths, hope = own.sequence.durations, self.run.effort.hope
         patience, at_once = iterations // ITERATIONS_AT_ONCE, ITERATIONS_AT_ONCE
-        for _ in range(MOST_ROUNDS + patience):
+        for _ in range(self.run.effort.sequence_rounds + patience):
             end = self._end(own, w, SHORTER * lengths, LONGER * lengths, settings, at_once, screening)
             if end is None or not np.isfinite(end.w).all() or (screening and screening.given_up):
                 break
             near, violation = PhaseMotion(own, end), end.residuals.constraint_violation
-            if violation <= NEARLY and not end.exact and near.cost > below + HOPE * abs(below):
+            if violation <= NEARLY and not end.exact and near.cost > below + hope * abs(below):
                 return None
             soft = self._soft(near) if violation <= NEARLY else []
             if not (end.exact or soft):
@@ -328,7 +312,7 @@ class PhaseSolver:
             )
             fits = not (soft or vanished) and self._covered(near) and _well_shared(near)
             moves = not fits or bool(at_bound.any())
-            if end.exact and near.cost > below + (HOPE if moves else 0.0) * abs(below):
+            if end.exact and near.cost > below + (hope if moves else 0.0) * abs(below):
                 return None
             if end.exact and not moves:
                 return near

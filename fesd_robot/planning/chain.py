@@ -96,7 +96,7 @@ class Chain:
         try:
             self._find(search, motion)
             first = search.cost
-            if search.best and task.solver.effort != "quick":
+            if search.best and self.run.effort.search_starts:
                 self.reached(Station.IMPROVING)
                 self._improve(search, own)
         finally:
@@ -112,9 +112,9 @@ class Chain:
 
     def _improve(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Look for cheaper motions, while another process refines the cheapest so far for whoever waits for it."""
-        patient, early, as_early = motion.task.solver.effort == "best", self.early, self.as_early
+        early, as_early = self.early, self.as_early
         if early is None or as_early is None:
-            search.improve(patient=patient)
+            search.improve()
             return
 
         def so_far() -> Plan:
@@ -135,7 +135,7 @@ class Chain:
 
         search.counted = counted
         try:
-            search.improve(patient=patient)
+            search.improve()
         finally:
             if background:
                 background.end()

@@ -35,7 +35,7 @@ from fesd_robot.plans import (
     status_of,
 )
 from fesd_robot.refinement import SolvedMotion, descended
-from fesd_robot.running import Counted, Deadline, Reached, Station, Stop, stop_requested
+from fesd_robot.running import Counted, Deadline, Reached, SearchEffort, Station, Stop, stop_requested
 from fesd_robot.starts import finite_elements_of
 from fesd_robot.task import Jumps, Task
 
@@ -80,7 +80,7 @@ def plan(
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    run, attempts = Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, progress), list[AttemptedPlan]()
+    run, attempts = _run_of(task, stop, progress), list[AttemptedPlan]()
     deadline = run.deadline
     tried = partial(
         attempt,
@@ -154,7 +154,7 @@ def attempt(
             before.append(plan)
             early(plan)
 
-    run = Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, progress)
+    run = _run_of(task, stop, progress)
     chain = Chain(
         run,
         station or _unseen,
@@ -202,7 +202,7 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
         solved.physical,
         solved.physics,
         controls_of(controls[: len(names)], names, _interval_starts(solved)),
-        status=_status(solved, certificate, deadline),
+        status=_status(solved, certificate, chain.run),
         audit=solved.audit,
         outcome=solved.outcome,
         statistics=statistics,
@@ -221,9 +221,10 @@ def _interval_starts(solved: SolvedMotion) -> np.ndarray:
     return grid.duration(ends) * np.arange(len(ends)) / len(ends)
 
 
-def _status(solved: SolvedMotion, certificate: Certificate | None, deadline: Deadline) -> Status:
+def _status(solved: SolvedMotion, certificate: Certificate | None, run: Run) -> Status:
     """Return the status of a motion, with its certificate if there is one."""
     motion, solution, w, known = solved.motion, solved.solution, solved.solution.w, solved.solution.solved
+    seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
     return status_of(
         solution,
         solved.audit,
@@ -232,8 +233,14 @@ def _status(solved: SolvedMotion, certificate: Certificate | None, deadline: Dea
         certificate,
         [] if known else solved.polisher.out_of_elements(w),
         isinstance(motion.task.reference, Jumps),
-        "" if known else conflict_of(motion, solved.polisher, w, deadline.left),
+        "" if known else conflict_of(motion, solved.polisher, w, seconds),
     )
+
+
+def _run_of(task: Task, stop: Stop | None, report: Callable[[NlpReport], None] | None) -> Run:
+    """Return what all NLPs of a task have in common."""
+    effort = SearchEffort.of(task.solver.effort)
+    return Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, report, effort)
 
 
 def _settings(task: Task) -> list[Overrides]:

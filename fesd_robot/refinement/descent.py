@@ -18,29 +18,14 @@ from fesd_robot.mpcc import (
     Certificate,
     Mpcc,
     MpccSolution,
+    PolishingLimits,
     Run,
     certify,
 )
 from fesd_robot.refinement.refine import refined
 from fesd_robot.refinement.solved_motion import SolvedMotion
-from fesd_robot.running import CERTIFICATE_SECONDS, Reached, Station
+from fesd_robot.running import Reached, Station
 from fesd_robot.task import Task
-
-MOST_DESCENTS = 3
-"""Descents of a motion, one after the other."""
-
-MOST_PIVOTS = 3
-"""Branches that are tried for one direction of descent."""
-
-PIVOT_ITERATIONS = 50
-"""IPOPT iterations on each; those that descend need about 30."""
-
-PIVOT_SECONDS = 10.0
-"""Most seconds on each; where its equations are singular, IPOPT's corrections of them take minutes and lead nowhere."""
-
-LEAST_GAIN = 1e-4
-"""Of the cost, relative to the larger of it and one; less is no descent: where a foot grazes the ground without force,
-linearised constraints allow a little that the real ones do not."""
 
 
 def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> tuple[SolvedMotion, Certificate | None]:
@@ -48,11 +33,11 @@ def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> t
 
     Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
     (`fesd.neighbours.Pivots`), and the branch NLP is solved there from the same point. What costs less and is as true
-    takes its place. With `solver.effort` quick the contacts stay as they are, and there is the certificate alone.
+    takes its place. Where the run's effort is quick the contacts stay as they are, and there is the certificate alone.
 
     Args:
         solved: the motion; it stays as it is if it is not exact.
-        task: its solver's tolerance, whether contacts may change, and its accuracy: what descends is refined again.
+        task: its solver's tolerance, and its accuracy: what descends is refined again.
         run: of all NLPs.
         reached: called with what is done next, a certificate or a descent.
 
@@ -63,7 +48,7 @@ def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> t
     """
     reached(Station.CERTIFYING)
     certificate = _certificate(solved, task, run)
-    for _ in range(0 if task.solver.effort == "quick" else MOST_DESCENTS):
+    for _ in range(run.effort.descents):
         if certificate and certificate.direction is not None:
             reached(Station.IMPROVING)
         better, followed = _better(solved, certificate, task, run)
@@ -104,16 +89,16 @@ def _better(
     """Return a motion that costs less on one of the branches that the direction points to, and how many were tried."""
     if not solved.solution.exact or certificate is None or certificate.direction is None:
         return None, 0
-    begin, solution, w = time.perf_counter(), solved.solution, solved.solution.w
+    begin, effort, solution, w = time.perf_counter(), run.effort, solved.solution, solved.solution.w
     objective = solution.residuals.objective
-    below = objective - LEAST_GAIN * max(1.0, abs(objective))
+    below = objective - effort.descent_gain * max(1.0, abs(objective))
     pivots = _pivots(solved, certificate.direction)
     problem = solved.transcription.problem
     solver = BranchSolver(problem, solved.polisher, run)
-    branches = list(islice(pivots.branches(), MOST_PIVOTS))
+    branches = list(islice(pivots.branches(), effort.pivots))
     for branch in branches:
-        solver.run = run.within(PIVOT_SECONDS)
-        found = solver.exact(BranchPoint(w, branch), iterations=PIVOT_ITERATIONS, updates=0)
+        solver.run = run.within(effort.pivot_seconds)
+        found = solver.exact(BranchPoint(w, branch), limits=PolishingLimits(effort.pivot_iterations, updates=0))
         if found and found.residuals.objective < below:
             continued = solver.solution(found, solution, time.perf_counter() - begin)
             better = solved.continued(solved.polisher, continued)
@@ -142,7 +127,7 @@ def _certified(
         run: of whose time the certificate may take three quarters.
         without: as in `certify`.
     """
-    seconds = min(CERTIFICATE_SECONDS, 0.75 * run.deadline.left)
+    seconds = min(run.effort.certificate_seconds, 0.75 * run.deadline.left)
     if not solution.solved or seconds <= 0:
         return None
     product = ZERO_PRODUCT if solution.exact else tolerance

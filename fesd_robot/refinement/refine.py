@@ -17,13 +17,7 @@ from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.refinement.determinacy import in_deciding_postures
 from fesd_robot.refinement.finer import Finer, continued, with_bounds
 from fesd_robot.refinement.solved_motion import SolvedMotion
-
-ROUNDS = 20
-"""Most refinements of a plan to one accuracy, one after the other."""
-
-ENOUGH_ROUNDS = 8
-"""Refinements after which a motion whose audit has something to spare is taken, although a local error is larger than
-asked for: errors that are not small by then, as of stiff springs or light links, cost a large problem each round."""
+from fesd_robot.running import SearchEffort
 
 SPARE = 0.1
 """Of its limit: an audit whose entries are all below that passes with something to spare."""
@@ -33,13 +27,6 @@ TIGHTENED = 1.0, 0.1, 0.01
 
 IMPROVED = 0.5
 """Factor by which a round reduces the worst entry of an audit that passes, if more rounds are to do so."""
-
-MOST_FAILURES = 6
-"""How many finer transcriptions may be found without solution, in all rounds together; each costs hundreds of IPOPT
-iterations."""
-
-MOST_REPAIRS = 4
-"""How often other branches are looked for."""
 
 MOST_PARTS = 4
 """Most parts into which an element is divided at once."""
@@ -87,15 +74,15 @@ def refined(solved: SolvedMotion, accuracy: float, run: Run) -> SolvedMotion:
     where Coulomb's law decides the motion, where its replay shows that it does not; before all else where it leaves
     the motion by more than errors explain. What two rounds would do is tried at once where it is clear beforehand
     (`_two_at_once`). Something comes first only as long as no round has failed. The branch NLP is solved again from
-    the interpolated point. Once local errors are small, and after `ENOUGH_ROUNDS`, the audit alone decides whether to
+    the interpolated point. Once local errors are small, and after some rounds, the audit alone decides whether to
     go on: not if all of its entries have something to spare. A coarse motion may do what no finer one does: where there
     is no solution, or one that costs much more, branches near by are looked for (`repair`). A round that finds none
-    ends it, and so do `MOST_FAILURES`; the last motion that passes the audit is kept, if one does.
+    ends it, and so do some failures; the last motion that passes the audit is kept, if one does.
 
     Args:
         solved: of a collocation scheme; returned as it is if it is not exact, or too coarse to be a motion at all.
         accuracy: largest local error of an element, relative to one plus the largest value of each state.
-        run: of all NLPs.
+        run: of all NLPs; its effort says how many rounds, failures and repairs.
     """
     go_on = _once(partial(continued, run=run))
 
@@ -106,7 +93,7 @@ def refined(solved: SolvedMotion, accuracy: float, run: Run) -> SolvedMotion:
         return solved
     best = unrefined = solved = solved.without_shrunk
     for factor in TIGHTENED:
-        solved = _to_accuracy(solved, factor * accuracy, go_on, over)
+        solved = _to_accuracy(solved, factor * accuracy, go_on, over, run.effort)
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
@@ -137,6 +124,7 @@ def _to_accuracy(
     accuracy: float,
     go_on: _GoOn,
     over: Callable[..., bool],
+    effort: SearchEffort,
 ) -> SolvedMotion:
     """Return an exact solution refined to an accuracy, or as far as its audit passes.
 
@@ -146,12 +134,13 @@ def _to_accuracy(
         go_on: solves a finer transcription.
         over: whether nothing more is to begin; called with the seconds that it may take, none if left out. A round
             takes those of the last one: its NLP looks at the clock, but building, errors and audit do not.
+        effort: how many rounds, failures and repairs.
     """
-    begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + ROUNDS
+    begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + effort.refinement_rounds
     earlier: list[SolvedMotion] = []
     round_began = begin
     while solved.rounds < last:
-        enough = solved.rounds >= ENOUGH_ROUNDS or solved.local_errors.max() <= accuracy
+        enough = solved.rounds >= effort.enough_rounds or solved.local_errors.max() <= accuracy
         if enough and solved.spares(SPARE):
             break
         if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
@@ -160,16 +149,16 @@ def _to_accuracy(
             break
         following, round_began = None, time.perf_counter()
         for finer in _finer(solved, accuracy, early=not failures):
-            if finer.repair and repairs == MOST_REPAIRS:
+            if finer.repair and repairs >= effort.refinement_repairs:
                 continue
             following = go_on(solved, finer)
             failures += following is None and not finer.repair
             repairs += finer.repair
             costly = following is not None and _cost(following) > (1 + COST_LOSS) * _cost(solved)
-            if costly and not finer.repair and repairs < MOST_REPAIRS:
+            if costly and not finer.repair and repairs < effort.refinement_repairs:
                 other, repairs = go_on(solved, finer._replace(repair=True)), repairs + 1
                 following = min((one for one in (following, other) if one), key=_cost)
-            if following is not None or failures >= MOST_FAILURES or over():
+            if following is not None or failures >= effort.refinement_failures or over():
                 break
         if following is None:
             break

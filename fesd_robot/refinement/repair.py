@@ -11,12 +11,6 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import TRIALS, BranchPoint, MpccSolution, PolishingReport, Run
 from fesd_robot.refinement.neighbourhood import Neighbourhood
 
-MOST_TRIALS = 60
-"""Neighbours that are tried in all."""
-
-SHARE_OF_TIME = 0.3
-"""Share of the time that a task has left which the repair may take: where it finds nothing the homotopy goes on."""
-
 LEAST_FALL = 0.7
 """Of the violation: a neighbour that has less than this part of it is the one whose neighbours are tried next."""
 
@@ -43,7 +37,7 @@ class Repair:
         branch = BranchTranscription(self._transcription).branch(w)
         if not _has_lengths(self._transcription, branch):
             return None
-        around = Neighbourhood.of(self._transcription, w, branch, self._run.share(SHARE_OF_TIME))
+        around = Neighbourhood.of(self._transcription, w, branch, self._run.share(self._run.effort.repair_share))
         end = exact_end(around)
         if end and (self._found is None or end.residuals.objective < self._found[1].residuals.objective):
             self._found = around, end
@@ -80,7 +74,7 @@ def repaired(
         transcription,
         start.w,
         start.branch,
-        run.share(SHARE_OF_TIME),
+        run.share(run.effort.repair_share),
         few_evaluations=True,  # elements in parts make large functions: compiling them takes minutes
     )
     end = exact_end(around)
@@ -89,7 +83,7 @@ def repaired(
 
 def exact_end(around: Neighbourhood) -> PolishingReport | None:
     """Return the exact end of a neighbour, None if none is found."""
-    solver = around.solver
+    solver, most = around.solver, around.solver.run.effort.repair_trials
     best: PolishingReport | None = None
     for trial in TRIALS:
         found = solver.tried(around.start, trial)
@@ -98,7 +92,7 @@ def exact_end(around: Neighbourhood) -> PolishingReport | None:
     tried: set[object] = set()
     while best and not solver.ended_early:
         end = solver.exact(BranchPoint(best.w, best.branch)) if _is_promising(best) else None
-        if end or len(tried) >= MOST_TRIALS:
+        if end or len(tried) >= most:
             return end
         following = None
         for move in _nearest_first(around, best):
@@ -110,7 +104,7 @@ def exact_end(around: Neighbourhood) -> PolishingReport | None:
             if found and _is_better(around, found, best, LEAST_FALL):
                 following = found
                 break
-            if len(tried) >= MOST_TRIALS or solver.ended_early:
+            if len(tried) >= most or solver.ended_early:
                 break
         best = following
     return None

@@ -1,4 +1,4 @@
-"""What every long call needs: its time, its end, its stations, and the cores and processes that it may use."""
+"""What every long call needs: its time and effort, its end, its stations, and the cores that it may use."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
-    "CERTIFICATE_SECONDS",
     "Cores",
     "Counted",
     "Deadline",
+    "EffortLevel",
     "Identity",
     "InBackground",
     "Kept",
     "Lookahead",
     "Reached",
+    "SearchEffort",
     "Station",
     "Stop",
     "cores_for",
@@ -24,7 +25,8 @@ __all__ = [
 
 if TYPE_CHECKING:
     from fesd_robot.running.background import InBackground
-    from fesd_robot.running.deadline import CERTIFICATE_SECONDS, Deadline
+    from fesd_robot.running.deadline import Deadline
+    from fesd_robot.running.effort import EffortLevel, SearchEffort
     from fesd_robot.running.kept import Identity, Kept
     from fesd_robot.running.lookahead import Lookahead
     from fesd_robot.running.processes import Cores, cores_for
@@ -35,7 +37,8 @@ else:
         __name__,
         {
             "fesd_robot.running.background": ["InBackground"],
-            "fesd_robot.running.deadline": ["CERTIFICATE_SECONDS", "Deadline"],
+            "fesd_robot.running.deadline": ["Deadline"],
+            "fesd_robot.running.effort": ["EffortLevel", "SearchEffort"],
             "fesd_robot.running.kept": ["Identity", "Kept"],
             "fesd_robot.running.lookahead": ["Lookahead"],
             "fesd_robot.running.processes": ["Cores", "cores_for"],

@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 import time
 
-CERTIFICATE_SECONDS = 45.0
-"""Longest time for a certificate: whether a branch descends, and the kind of a stationary point."""
-
 
 class Deadline:
     """A clock that starts when it is made and knows when the time is over.

@@ -152,14 +152,14 @@ def test_the_first_plan_is_written_while_cheaper_ones_are_looked_for(
     found: list[Plan] = []
     improve = SequenceSearch.improve
 
-    def slowly(search: SequenceSearch, *, patient: bool) -> None:
+    def slowly(search: SequenceSearch) -> None:
         begin = time.monotonic()
         while not Path("early", "plan.json").exists() and time.monotonic() - begin < 60.0:
             search.counted(0, None)
             time.sleep(0.05)
         found.append(read_plan(Path("early")))
         assert not Path("early", "figures").exists()
-        improve(search, patient=patient)
+        improve(search)
 
     monkeypatch.setattr(SequenceSearch, "improve", slowly)
     outcome = run("plan", task, "--out", "early", *small, "--set", "method.grid=phases")

@@ -20,7 +20,7 @@ from fesd_robot.cli.progress import (
 )
 from fesd_robot.mpcc import NlpStatus
 from fesd_robot.plans import Plan
-from fesd_robot.running.deadline import CERTIFICATE_SECONDS
+from fesd_robot.running import SearchEffort
 from fesd_robot.running.stations import Station
 
 
@@ -106,8 +106,8 @@ def test_a_certificate_says_how_long_it_may_take() -> None:
     """Its seconds run down from its limit."""
     progress = Progress()
     progress.station(Station.CERTIFYING)
-    assert f"certifying, {CERTIFICATE_SECONDS:.0f} s at most" in progress.line()
-    progress._reached -= CERTIFICATE_SECONDS - 1
+    assert f"certifying, {SearchEffort.certificate_seconds:.0f} s at most" in progress.line()
+    progress._reached -= SearchEffort.certificate_seconds - 1
     assert "certifying, 1 s at most" in progress.line()
 
 

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, MpccSolution, NlpStatus, PairPolisher, Run, homotopy, solve
-from fesd_robot.mpcc.homotopy import LOST_IN_A_ROW, LOST_VIOLATION, MOST_LOST, SHORTEST_STEP
+from fesd_robot.mpcc.homotopy import LOST_IN_A_ROW, LOST_VIOLATION, SHORTEST_STEP
 from fesd_robot.mpcc.relaxed_settings import NEAR_BARRIER
 from fesd_robot.nlp import Nlp, NlpNumbers, NlpPoint, NlpResult, NlpSettings, prepared
+from fesd_robot.running import SearchEffort
 
 from .known import X, Y, mpcc
 
@@ -61,8 +62,7 @@ def _solved(
     monkeypatch: pytest.MonkeyPatch, solver: Solver, problem: Mpcc = PROBLEM, readable: float = 0.0
 ) -> MpccSolution:
     monkeypatch.setattr(homotopy, "prepared", solver)
-    monkeypatch.setattr(homotopy, "READABLE", readable)
-    return solve(problem, Run(OPTIONS), polisher=PairPolisher(problem))
+    return solve(problem, Run(replace(OPTIONS, readable_at=readable)), polisher=PairPolisher(problem))
 
 
 def test_a_lost_nlp_is_repeated_with_a_shorter_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,9 +111,9 @@ def test_a_solver_that_is_always_lost_comes_to_an_end(monkeypatch: pytest.Monkey
     _solved(monkeypatch, solver)
     sigmas = [call[0] for call in solver.calls]
     repeated = sum(after > before for before, after in pairwise(sigmas))
-    assert 3 <= repeated <= MOST_LOST
+    assert 3 <= repeated <= SearchEffort.lost_nlps
     assert sigmas[3] == pytest.approx(0.1 ** (2 * SHORTEST_STEP)) and sigmas[4] == pytest.approx(0.1**SHORTEST_STEP)
-    assert sigmas[-1] <= OPTIONS.polish_at and len(sigmas) <= MOST_LOST + 60
+    assert sigmas[-1] <= OPTIONS.polish_at and len(sigmas) <= SearchEffort.lost_nlps + 60
 
 
 def test_where_nlps_are_lost_the_branch_is_read_from_the_point_before(monkeypatch: pytest.MonkeyPatch) -> None:

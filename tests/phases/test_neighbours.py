@@ -11,7 +11,7 @@ import pytest
 from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import Profile
-from fesd_robot.running.processes import Cores
+from fesd_robot.running import Cores, SearchEffort
 
 from .sequences import sequence, solver_of
 
@@ -28,6 +28,11 @@ def motion_of(task: str, words: str, *durations: float) -> tuple[PhaseSolver, Ph
 def soft() -> tuple[PhaseSolver, PhaseMotion]:
     """The hopper's jump that comes down softly."""
     return motion_of("hopper_one_jump", "S F S", 0.25, 0.5, 0.25)
+
+
+def with_effort(solver: PhaseSolver, effort: SearchEffort) -> PhaseSolver:
+    """The same solver, with other effort."""
+    return replace(solver, run=replace(solver.run, effort=effort))
 
 
 def found_near(solver: PhaseSolver, motion: PhaseMotion) -> list[str]:
@@ -78,26 +83,35 @@ def test_a_search_finds_what_costs_less(soft: tuple[PhaseSolver, PhaseMotion]) -
     shown: list[float] = []
     search = SequenceSearch(solver, Cores(1), lambda done, of: None, lambda one: shown.append(one.cost))
     search.note("given", motion.sequence, motion)
-    search.improve(patient=False)
+    search.improve()
     assert search.cost < 0.9 * motion.cost and shown == sorted(shown, reverse=True)
     kept = [one for one in search.tried if one.kept]
     assert [one.cost for one in kept] == shown and "!" in kept[-1].sequence
     assert all(one.cost == math.inf or one.cost >= search.cost for one in search.tried)
 
 
+def test_a_search_ends_with_its_work(soft: tuple[PhaseSolver, PhaseMotion]) -> None:
+    """Where the effort allows no work the first neighbour is the last, and without starts there is none at all."""
+    for effort, most in ((SearchEffort(most_work=0.0), 1), (SearchEffort(search_starts=0), 0)):
+        search = SequenceSearch(with_effort(soft[0], effort), Cores(1), lambda done, of: None, lambda one: None)
+        search.note("given", soft[1].sequence, soft[1])
+        search.improve()
+        assert len(search.tried) == 1 + most
+
+
 def test_a_patient_search_goes_from_several_motions(soft: tuple[PhaseSolver, PhaseMotion]) -> None:
     """Beside a motion from which nothing is found it goes from one that is dearer, too, and ends no higher."""
-    solver, dearer = soft
+    solver, dearer = with_effort(soft[0], SearchEffort.of("best")), soft[1]
     search = SequenceSearch(solver, Cores(1), lambda done, of: None, lambda one: None)
     search.note("given", dearer.sequence, dearer)
-    search.improve(patient=True)
+    search.improve()
     cheapest, ends = search.best, list[tuple[float, int]]()
     assert cheapest is not None
     for starts in ([cheapest], [cheapest, dearer]):
         search = SequenceSearch(solver, Cores(1), lambda done, of: None, lambda one: None)
         for start in starts:
             search.note("given", start.sequence, start)
-        search.improve(patient=True)
+        search.improve()
         ends.append((search.cost, len(search.tried)))
     assert ends[1][0] <= ends[0][0] and ends[1][1] > ends[0][1] + 1
 
@@ -109,6 +123,6 @@ def test_the_result_does_not_depend_on_the_cores(soft: tuple[PhaseSolver, PhaseM
     for cores in (1, 2):
         search = SequenceSearch(solver, Cores(cores), lambda done, of: None, lambda one: None)
         search.note("given", motion.sequence, motion)
-        search.improve(patient=False)
+        search.improve()
         ends.append((str(search.best and search.best.sequence), round(search.cost, 6), search.iterations))
     assert ends[0] == ends[1]

@@ -127,12 +127,12 @@ def test_a_first_plan_is_there_while_others_are_looked_for(
     early: list[Plan] = []
     improve = SequenceSearch.improve
 
-    def slowly(search: SequenceSearch, *, patient: bool) -> None:
+    def slowly(search: SequenceSearch) -> None:
         begin = time.monotonic()
         while not early and time.monotonic() - begin < 60.0:
             search.counted(0, None)
             time.sleep(0.05)
-        improve(search, patient=patient)
+        improve(search)
 
     monkeypatch.setattr(SequenceSearch, "improve", slowly)
     last = plan(load_short("method.grid=phases"), early=early.append)

@@ -19,6 +19,7 @@ from fesd_robot.refinement.finer import Finer
 from fesd_robot.refinement.refine import MOST_PARTS, SPARE, _finer, _in_parts, _last_that_passes, _once, refined
 from fesd_robot.refinement.repair import Repair
 from fesd_robot.refinement.solved_motion import SolvedMotion
+from fesd_robot.running import SearchEffort
 from fesd_robot.task import load_task
 
 TASKS = Path(__file__).parents[2] / "tasks"
@@ -52,6 +53,13 @@ def test_a_stop_ends_refinement_at_once(coarse: tuple[SolvedMotion, HomotopyOpti
     before, options = coarse
     stopped = refined(before, 1e-7, Run(options, stop=lambda iteration, objective: True))
     assert stopped.rounds == 0 and stopped.solution is before.solution
+
+
+def test_an_effort_without_rounds_leaves_a_motion_as_it_is(coarse: tuple[SolvedMotion, HomotopyOptions]) -> None:
+    """However coarse it is; how many rounds there are is the caller's to say."""
+    before, options = coarse
+    after = refined(before, 1e-7, Run(options, effort=SearchEffort(refinement_rounds=0)))
+    assert after.rounds == 0 and after.solution is before.solution
 
 
 def test_what_led_to_no_motion_is_not_tried_again(coarse: tuple[SolvedMotion, HomotopyOptions]) -> None:

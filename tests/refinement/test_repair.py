@@ -12,8 +12,8 @@ from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import MpccSolution, NlpReport, Run, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.solver_options import homotopy_options
-from fesd_robot.refinement.repair import MOST_TRIALS, Repair
-from fesd_robot.running.deadline import Deadline
+from fesd_robot.refinement.repair import Repair
+from fesd_robot.running import Deadline, SearchEffort
 from fesd_robot.task import Task, load_task
 
 TASKS = Path(__file__).parents[2] / "tasks"
@@ -49,7 +49,7 @@ def test_a_neighbour_of_the_homotopys_end_is_exact(
     assert (
         bounds is not None and np.all(solution.w >= bounds.lower - 1e-9) and np.all(solution.w <= bounds.upper + 1e-9)
     )
-    assert sum(report.sigma == 0.0 for report in reports) <= 2 * MOST_TRIALS
+    assert sum(report.sigma == 0.0 for report in reports) <= 2 * SearchEffort.repair_trials
 
 
 def test_repair_replaces_the_converging_homotopy(
