@@ -37,9 +37,9 @@ EXACT_PRODUCT = 1e-12
 product of 1e-11."""
 
 ZERO_PRODUCT = 1e-14
-"""Product of a pair by which a certificate tells the sides that are zero in an exact motion, up to 1e-8 each. That is
-less than `EXACT_PRODUCT`, which accepts points: on an exact branch small sides are zero to round-off, and a force or a
-gap of 1e-7 is one."""
+"""Product of a pair by which a certificate tells which sides of an exact solution are zero: those up to 1e-8, the root
+of it over ten. That is less than `EXACT_PRODUCT`, which accepts points: a side that its branch holds at zero is zero to
+round-off, and a force or a gap of 1e-7 that it does not hold is one."""
 
 SAME_COST = 1e-7
 """Of the cost, relative to the larger of it and one: a smaller difference is none."""

@@ -9,10 +9,8 @@ from fesd_robot.contact.circles import COINCIDENCE
 from fesd_robot.contact.model import Contact
 from fesd_robot.contact.points import planar_frame
 from fesd_robot.errors import RobotError
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.robot import Robot, frame_placement
-
-ACROSS = 1e-9
-"""How far the y axis of a box's frame may be from that of the world."""
 
 
 def circle_box_contact(
@@ -73,7 +71,7 @@ def circle_box_contact(
 def _check_upright(robot: Robot, configuration: ca.SX, rotation: ca.SX, name: str, frame: str) -> None:
     """Refuse a box whose sides are not seen from the side; whether it stays so is known already."""
     axis = np.asarray(ca.Function("axis", [configuration], [rotation[:, 1]])(robot.neutral)).ravel()
-    if abs(abs(axis[1]) - 1) > ACROSS:
+    if abs(abs(axis[1]) - 1) > ROUNDED:
         raise RobotError(
             f"contact '{name}': the y axis of frame '{frame}' points along "
             f"({', '.join(f'{value:.3g}' for value in axis)}), but its box lies in the x-z plane; use a frame whose y "

@@ -10,7 +10,7 @@ import numpy as np
 from fesd_robot.fesd.mode_sequence import StepInput, Violation
 from fesd_robot.fesd.modes import ModeEquations, Modes
 
-AT_REST = 1e-8
+ZERO_LAW = 1e-8
 """Size of a law, as a velocity, that counts as zero."""
 
 
@@ -66,8 +66,8 @@ def impulses_are_right(
     sizes, laws, forbids, forbidden = equations.impulses(own, step.x, step.p)
     acts = modes[:, equations.pairs :]
     G = np.vstack([left_G, equations.values(own, step.x, step.p)[0][:-1, -1]])
-    closed = G[:, equations.impulse_pairs] <= AT_REST
+    closed = G[:, equations.impulse_pairs] <= ZERO_LAW
     pulls = acts & (sizes < -tolerance)
-    missing = acts.any(axis=1, keepdims=True) & closed & ~acts & (laws < -AT_REST)
-    replaced = (forbids > AT_REST) & (forbidden > tolerance)
+    missing = acts.any(axis=1, keepdims=True) & closed & ~acts & (laws < -ZERO_LAW)
+    replaced = (forbids > ZERO_LAW) & (forbidden > tolerance)
     return not (pulls.any() or missing.any() or replaced.any())

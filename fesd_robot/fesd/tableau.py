@@ -20,7 +20,7 @@ from fesd_robot.fesd.schemes import (
 
 __all__ = ["Scheme", "Tableau", "make_tableau"]
 
-TOLERANCE = 1e-11
+ORDER_DEFECT = 1e-11
 """Up to this defect a condition of a tableau holds."""
 
 
@@ -47,7 +47,7 @@ class Tableau:
 
     def __post_init__(self) -> None:
         worst = max(self.order_defects().values())
-        if not worst <= TOLERANCE:
+        if not worst <= ORDER_DEFECT:
             raise ModelError(
                 f"tableau {self.scheme} with {self.stages} stages misses its order conditions by {worst:.1e}"
             )
@@ -75,7 +75,7 @@ class Tableau:
     @cached_property
     def stage_order(self) -> int:
         """Largest q <= p with C(q); with 0 not even the row sums are the nodes, and X_j is no value at c_j."""
-        holds = [self._stage_defect(k) <= TOLERANCE for k in range(1, self.order + 1)]
+        holds = [self._stage_defect(k) <= ORDER_DEFECT for k in range(1, self.order + 1)]
         return holds.index(False) if False in holds else self.order
 
     @cached_property

@@ -19,7 +19,7 @@ logger = logging.getLogger(__name__)
 
 SOURCES = Path(__file__).parent / "kkt"
 FLAGS = ("-std=c++17", "-O3", "-DNDEBUG")
-SINGULAR = 3
+RANK_DEFICIENT = 3
 """INFO(1) of MA27 for a matrix that is rank deficient."""
 STOP_EARLY = 29
 """Place in ICNTL that MA27 leaves free."""
@@ -63,7 +63,7 @@ class KktSystem:
             *self._pattern(), _at(entries), None, _at(self._ticket), None, _at(self._keep), None,
             ctypes.byref(front), None, _at(choices), _at(control), _at(self._info),
         )  # fmt: skip
-        rank = self._info[1] if self._info[0] == SINGULAR else self.order
+        rank = self._info[1] if self._info[0] == RANK_DEFICIENT else self.order
         return int(rank), int(self._info[14])
 
     def solve(self, right: np.ndarray) -> np.ndarray:

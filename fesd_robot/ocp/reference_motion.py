@@ -14,8 +14,8 @@ from fesd_robot.ocp.vectors import with_values
 from fesd_robot.orientations import angles_of, quaternion_entries, quaternion_of
 from fesd_robot.robot import Robot, interpolated, with_turn
 
-_DIFFERENCE = 1e-6
-"""Step of the difference quotient for the reference velocity, as a fraction of the duration."""
+DIFFERENCE_STEP = 1e-6
+"""Step of difference quotients for the reference velocity, as a fraction of the duration."""
 
 
 ROUNDED_KINK = 0.025
@@ -68,7 +68,7 @@ class LineMotion:
 
     def velocity(self, time: float) -> np.ndarray:
         """Velocity consistent with the configuration, (n_v); at a take-off that of the jump that begins."""
-        step = _DIFFERENCE * self.duration
+        step = DIFFERENCE_STEP * self.duration
         jump = self._jump(time)
         ahead = time + step <= self.duration * (jump + 1) / self.count + 0.5 * step
         first, second = (time, time + step) if ahead else (time - step, time)

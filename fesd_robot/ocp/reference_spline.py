@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from fesd_robot.ocp.reference_motion import ReferenceMotion
+from fesd_robot.ocp.reference_motion import DIFFERENCE_STEP, ReferenceMotion
 from fesd_robot.orientations import quaternion_entries
 from fesd_robot.robot import continuous_quaternions
 
@@ -19,10 +19,6 @@ begins; times that leave them are seen, and it is solved again."""
 
 FAR_AWAY = 1.0
 """s; length of the pieces that fill the window of a reference with fewer, behind its end, where nothing moves."""
-
-
-_STEP = 1e-6
-"""Step of difference quotients, as a fraction of the duration."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +46,7 @@ class ReferenceSpline:
     def of(cls, reference: ReferenceMotion, names: Sequence[str]) -> ReferenceSpline:
         """Return the spline of a reference."""
         knots = np.asarray(reference.knots, dtype=float)
-        step = _STEP * knots[-1]
+        step = DIFFERENCE_STEP * knots[-1]
         times = np.clip(np.add.outer(knots, (-step, 0.0, step)), 0.0, knots[-1])
         near = np.array([[reference.configuration(float(at)) for at in around] for around in times])
         for at in quaternion_entries(names).values():

@@ -10,7 +10,7 @@ import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
 from fesd_robot.ocp.reference_file import read_motion
-from fesd_robot.ocp.reference_motion import LineMotion, ReferenceMotion
+from fesd_robot.ocp.reference_motion import DIFFERENCE_STEP, LineMotion, ReferenceMotion
 from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
@@ -23,9 +23,6 @@ LONGEST_STANCE = 0.8
 
 PIECES_OF_A_TURN = 4
 """Cubic polynomials that follow an orientation from one waypoint to the next."""
-
-_STEP = 1e-6
-"""Step of difference quotients, as a fraction of the duration."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ class SampledMotion:
 
     def velocity(self, time: float) -> np.ndarray:
         """Velocity consistent with the configuration, (n_v); at a corner that of the motion after it."""
-        step = _STEP * self.duration
+        step = DIFFERENCE_STEP * self.duration
         first = min(time, self.duration - step)
         return np.asarray(pin.difference(self.robot.model, self.at(first), self.at(first + step))) / step
 
@@ -162,7 +159,7 @@ def _splines(
     """
     start, goal, model = endpoints.initial_configuration, endpoints.goal_configuration, robot.model
     slopes = [
-        (np.asarray(pin.integrate(model, q, _STEP * v)) - q) / _STEP
+        (np.asarray(pin.integrate(model, q, DIFFERENCE_STEP * v)) - q) / DIFFERENCE_STEP
         for q, v in ((start, endpoints.initial_velocity), (goal, endpoints.goal_velocity))
     ]
     passing = list(zip(waypoint_times(task, grid), (each.configuration for each in task.waypoints), strict=True))

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.exactness import EXACT_PRODUCT, SAME_COST
+from fesd_robot.exactness import SAME_COST, ZERO_PRODUCT
 from fesd_robot.fesd import EQUILIBRATION, FesdOptions, OptimalControlProblem, Transcription
 from fesd_robot.fesd.neighbours import filled, mode_shifts, with_room, without_room
 from fesd_robot.fesd.polishing import BranchTranscription, problem_around
@@ -223,7 +223,7 @@ class Search:
             return None
         polisher = BranchTranscription(candidate.transcription)
         problem = problem_around(polisher, candidate.branch) if candidate.exact else candidate.transcription.problem
-        product = EXACT_PRODUCT if candidate.exact else self.settings.tolerance
+        product = ZERO_PRODUCT if candidate.exact else self.settings.tolerance
         seconds = min(self.run.effort.certificate_seconds, 0.75 * self.run.deadline.left)
         return certify(problem, candidate.w, tolerance=product, time_limit=seconds)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fesd_robot.exactness import WRITTEN
+from fesd_robot.exactness import ROUNDED, WRITTEN
 from fesd_robot.plans.outcome import LOWEST_JUMP, ContactOutcome, GoalEntry
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import DEFAULT_TOLERANCE
@@ -254,7 +254,7 @@ def rest_sentence(plan: Plan) -> str:
 
 def _share(entry: GoalEntry) -> float:
     """Return a miss in units of its tolerance."""
-    share = entry.missed_by / max(entry.tolerance or 0.0, 1e-9)
+    share = entry.missed_by / max(entry.tolerance or 0.0, ROUNDED)
     return share if math.isfinite(share) else math.inf
 
 

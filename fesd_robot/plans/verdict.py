@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fesd_robot.exactness import FEASIBLE
+from fesd_robot.exactness import FEASIBLE, ROUNDED
 from fesd_robot.mpcc import Certificate, MpccSolution, Residuals
 from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
 from fesd_robot.plans.descent_words import descent_words
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.plan import Status
-
-_NAMED_MISSES = 3
-"""How many missed goals a message names."""
+from fesd_robot.plans.sentences import NAMED_MISSES
 
 
 def status_of(
@@ -136,13 +134,13 @@ def _measured(audit: Audit, name: str) -> str:
 def _missed(outcome: Outcome) -> str:
     """Return what ends how far from its goal, farthest in units of the tolerance first, three at most."""
     missed = [entry for entry in outcome.goal if entry.met is False]
-    missed.sort(key=lambda entry: -entry.missed_by / max(entry.tolerance or 0.0, 1e-9))
+    missed.sort(key=lambda entry: -entry.missed_by / max(entry.tolerance or 0.0, ROUNDED))
     parts = [
         f"{one.name} ends at {one.end:.4g} {one.unit}, {one.missed_by:.3g} from {one.goal:.4g} "
         f"({one.tolerance:g} allowed)"
-        for one in missed[:_NAMED_MISSES]
+        for one in missed[:NAMED_MISSES]
     ]
-    return ", ".join([*parts, *([f"and {len(missed) - _NAMED_MISSES} more"] if len(missed) > _NAMED_MISSES else [])])
+    return ", ".join([*parts, *([f"and {len(missed) - NAMED_MISSES} more"] if len(missed) > NAMED_MISSES else [])])
 
 
 def _elements(residuals: Residuals, out_of_elements: Sequence[int]) -> str:

@@ -33,7 +33,7 @@ def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> t
 
     Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
     (`fesd.neighbours.Pivots`), and the branch NLP is solved there from the same point. What costs less and is as true
-    takes its place. Where the run's effort is quick the contacts stay as they are, and there is the certificate alone.
+    takes its place. With no descents in the run's effort contacts stay as they are: there is the certificate alone.
 
     Args:
         solved: the motion; it stays as it is if it is not exact.

@@ -37,7 +37,7 @@ _BEGUN = 1e-5
 """m/s; a slide that begins has the direction that it accelerates in up to this speed. The direction of its velocity
 follows that one within an impulse in proportion to the speed, and an explicit method would take as short steps."""
 
-_TOLERANCE = 1e-12
+_PHASE_TOLERANCE = 1e-12
 """Relative tolerance of phases that are integrated."""
 
 Choice = tuple[tuple[str, ContactMode] | None, ...]
@@ -189,8 +189,8 @@ class ImpactProcess:
             0.0,
             np.concatenate([velocity, state.impulse, state.work]),
             np.inf,
-            rtol=_TOLERANCE,
-            atol=1e-3 * _TOLERANCE * scale,
+            rtol=_PHASE_TOLERANCE,
+            atol=1e-3 * _PHASE_TOLERANCE * scale,
         )
         before = watched(stepper.y)
         for _ in range(_STEPS):

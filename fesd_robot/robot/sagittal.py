@@ -12,7 +12,7 @@ from fesd_robot.robot.couple import couple_joints
 from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.tree import directions
 
-_ALIGNED = 1e-4
+_WRITTEN_AXIS = 1e-4
 """Entry of an axis that counts as zero: angles in files are written to a few digits."""
 
 _IN_UNISON = 1e-4
@@ -71,7 +71,7 @@ def _stays(model: pin.Model, data: pin.Data, joint: int) -> bool:
     linear, angular = directions(model.joints[joint])
     turn = data.oMi[joint].rotation
     about, along = turn @ angular, turn @ linear
-    return bool(np.abs(about[[0, 2]]).max() <= _ALIGNED and abs(along[1]) <= _ALIGNED)
+    return bool(np.abs(about[[0, 2]]).max() <= _WRITTEN_AXIS and abs(along[1]) <= _WRITTEN_AXIS)
 
 
 def _nearest_to_zero(model: pin.Model, joint: int) -> float:

@@ -12,7 +12,7 @@ from fesd_robot.task.origins import KeyPath
 from fesd_robot.task.reference import Jumps
 from fesd_robot.task.schema import Task
 
-ROUNDED = 1e-2
+WRITTEN_NORM = 1e-2
 """Difference of a quaternion's norm from one that few digits leave; it is normalised."""
 
 
@@ -74,10 +74,11 @@ def _whole(path: KeyPath, values: Mapping[str, float], joint: str) -> Iterator[t
         )
     elif given:
         norm = math.sqrt(sum(values[entry] ** 2 for entry in given))
-        if abs(norm - 1.0) > ROUNDED:
+        if abs(norm - 1.0) > WRITTEN_NORM:
             yield (
                 (*path, given[0]),
-                f"found a quaternion of norm {norm:.4g}, expected one of norm 1, within {ROUNDED:g} for rounded digits",
+                f"found a quaternion of norm {norm:.4g}, expected one of norm 1, within {WRITTEN_NORM:g} for rounded "
+                "digits",
             )
 
 

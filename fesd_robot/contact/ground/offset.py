@@ -16,8 +16,8 @@ ACCURACY = 1e-7
 _FINEST = 64
 """Largest number of parts that a piece is cut into."""
 
-_CLOSENESS = 0.95
-"""Radius over radius of curvature up to which a circle is said to fit; at 1 the parallel curve has a cusp."""
+CLOSENESS = 0.95
+"""Radius over radius of curvature up to which a circle or a ball is said to fit; at 1 the parallel curve has a cusp."""
 
 
 def offset_profile(profile: Profile, radius: float) -> Profile:
@@ -33,11 +33,11 @@ def offset_profile(profile: Profile, radius: float) -> Profile:
     _, slope = profile.sampled(1)
     closeness = radius * curvature * (1 + slope**2) ** -1.5
     worst = int(np.argmax(closeness))
-    if closeness[worst] > _CLOSENESS:
+    if closeness[worst] > CLOSENESS:
         raise GroundError(
             f"found a radius of {radius:g} m, but the ground has a hollow of radius {radius / closeness[worst]:.4g} m "
             f"at x = {x[worst]:.4g} m, where a circle touches twice; expected a radius of at most "
-            f"{_CLOSENESS * radius / closeness[worst]:.4g} m, or a smoother ground"
+            f"{CLOSENESS * radius / closeness[worst]:.4g} m, or a smoother ground"
         )
     nodes = [profile.breaks[:1]]
     for left, right in itertools.pairwise(profile.breaks):

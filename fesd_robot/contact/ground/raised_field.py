@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from fesd_robot.contact.ground.height_field import MAX_POINTS, HeightField, Heights
+from fesd_robot.contact.ground.offset import CLOSENESS
 from fesd_robot.errors import GroundError
 
 ACCURACY = 2e-5
 """m; largest distance between the surface and the exact parallel surface."""
-
-_CLOSENESS = 0.95
-"""Radius over radius of curvature up to which a ball is said to fit; at 1 the parallel surface has a cusp."""
 
 _NEWTON_STEPS = 50
 _CONVERGED = 1e-12
@@ -55,11 +53,11 @@ def _check_hollows(field: HeightField, radius: float, x: np.ndarray, y: np.ndarr
     gauss = (at.xx * at.yy - at.xy**2) / square**2
     closeness = radius * (mean + np.sqrt(np.maximum(mean**2 - gauss, 0)))
     i, j = np.unravel_index(int(np.argmax(closeness)), closeness.shape)
-    if closeness[i, j] > _CLOSENESS:
+    if closeness[i, j] > CLOSENESS:
         raise GroundError(
             f"found a radius of {radius:g} m, but the ground has a hollow of radius {radius / closeness[i, j]:.4g} m "
             f"at x = {x[i]:.4g}, y = {y[j]:.4g} m, where a ball touches twice; expected a radius of at most "
-            f"{_CLOSENESS * radius / closeness[i, j]:.4g} m, or a smoother ground"
+            f"{CLOSENESS * radius / closeness[i, j]:.4g} m, or a smoother ground"
         )
 
 

@@ -23,7 +23,7 @@ MAX_ITERATIONS = 20
 SAMPLES = 12
 """Places in an element at which signs are looked at, besides its stages."""
 
-ROUND_OFF = 1e-12
+SOLVED_RESIDUAL = 1e-12
 """Norm of the residual of a solved element, in units of that of its values."""
 
 
@@ -187,7 +187,7 @@ class OneElement:
             size, scale = dnrm2(rows), 1.0 + dnrm2(y)
             if not size < np.inf:
                 return None
-            if size <= ROUND_OFF * scale:
+            if size <= SOLVED_RESIDUAL * scale:
                 return self._solved(y, x, h, u, p, m, size, iteration)
             if not fresh and size > 0.2 * residual:
                 factors = None
@@ -222,7 +222,7 @@ class OneElement:
             size, scale = dnrm2(value), 1.0 + dnrm2(y)
             if not size < np.inf:
                 return None
-            if size <= ROUND_OFF * scale:
+            if size <= SOLVED_RESIDUAL * scale:
                 return self._solved(y, x, h, u, p, m, size, iteration)
             full[:n, :n], full[:n, n], full[n, :n] = jacobian, by_h, by_y[pair]
             step = _Factors(full).solve(value)

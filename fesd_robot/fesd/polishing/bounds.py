@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, HeldAt
+from fesd_robot.exactness import ROUNDED
 from fesd_robot.fesd.polishing.conditions import ConditionFactors, Quantity
 from fesd_robot.fesd.polishing.element_indices import PointIndices, element_indices
 from fesd_robot.mpcc import BranchBounds
@@ -19,10 +20,6 @@ ROOM = 1e-10
 """By how much a multiplier of a contact may be negative while the clock stands still. An impact elsewhere that does not
 move a contact leaves its multiplier nothing but zero, and an interior-point method needs an interior: without room it
 takes hundreds of iterations with multipliers of 1e8 instead of ten."""
-
-
-REST = 1e-9
-"""Velocity of a contact, m/s, below which the start of a task is at rest."""
 
 
 class BoundsBuilder:
@@ -177,7 +174,7 @@ class BoundsBuilder:
         if self._start_is_free:
             return False
         some = np.linspace(1.0, 2.0, self._n_z) ** 2
-        return bool(abs(float(self._conditions.rows(self._start_state, some)[row])) <= REST)
+        return bool(abs(float(self._conditions.rows(self._start_state, some)[row])) <= ROUNDED)
 
     def _limit(self, row: int, direction: int) -> None:
         """Hold direction * row <= 0."""
