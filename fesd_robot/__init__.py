@@ -40,6 +40,7 @@ __all__ = [
     "JointError",
     "ModelError",
     "MotionFileError",
+    "NotCompiledYet",
     "OptionError",
     "Plan",
     "PlanFileError",
@@ -82,7 +83,7 @@ if TYPE_CHECKING:
         TaskError,
     )
     from fesd_robot.fesd import SimulationError
-    from fesd_robot.native import CompilationError
+    from fesd_robot.native import CompilationError, NotCompiledYet
     from fesd_robot.planning import plan
     from fesd_robot.plans import Plan, read_plan, report, write_plan
     from fesd_robot.simulation import simulate
@@ -110,7 +111,7 @@ else:
                 "SolverError",
                 "TaskError",
             ],
-            "fesd_robot.native": ["CompilationError"],
+            "fesd_robot.native": ["CompilationError", "NotCompiledYet"],
             "fesd_robot.planning": ["plan"],
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
             "fesd_robot.simulation": ["simulate"],
