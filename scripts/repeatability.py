@@ -27,7 +27,8 @@ from moved_start import MOVED, moved, moved_branches
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.mpcc.polishing import BranchNlp
-from fesd_robot.planning import chain, load_task, plan
+from fesd_robot.planning import chain, plan
+from fesd_robot.task import load_task
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
 

@@ -1,6 +1,6 @@
 """Finite elements with switch detection: schemes, discretisation of optimal control problems, simulation."""
 
-from fesd_robot.fesd.added_rows import BoundBetween
+from fesd_robot.fesd.added_rows import AddedRows, BoundBetween
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.grid import ControlGrid, Span
 from fesd_robot.fesd.grid_rows import PHASE, SHORTEST_PHASE
@@ -24,6 +24,7 @@ __all__ = [
     "PHASE",
     "SHORTEST_PHASE",
     "STRICTER",
+    "AddedRows",
     "BoundBetween",
     "Clock",
     "ControlGrid",

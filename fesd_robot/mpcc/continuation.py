@@ -183,6 +183,7 @@ class BranchSolver:
             solved=True,
             branch=end.branch,
             status=end.status,
+            point=end.point,
             reports=[*earlier.reports, *self.reports],
             solve_seconds=earlier.solve_seconds + seconds,
         )

@@ -156,6 +156,7 @@ class _Homotopy:
             reports=self._reports,
             build_seconds=build_seconds,
             solve_seconds=time.perf_counter() - self._begin,
+            point=exact.point if exact else None,
         )
 
     def _follow(self) -> bool:

@@ -13,6 +13,7 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.errors import SolverError
 from fesd_robot.mpcc.polishing import BranchBounds
 from fesd_robot.mpcc.problem import Block, Mpcc
+from fesd_robot.nlp import NlpPoint
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,10 @@ class PairPolisher:
         """Return the branch of a point where the NLP gave up; None if it is the same."""
         preferred = self._by_lpcc(w)
         return None if preferred is None or preferred == branch else preferred
+
+    def whole(self, point: NlpPoint) -> NlpPoint:
+        """Return the point: the problem has all rows."""
+        return point
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """Return the bounds that keep the active factors of a branch at zero."""

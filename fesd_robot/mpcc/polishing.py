@@ -16,6 +16,7 @@ from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
+from fesd_robot.mpcc.solution import MpccSolution
 from fesd_robot.nlp import AT, Hopeless, NlpNumbers, NlpPoint, NlpSettings, NlpStatus, ReducedNlp, Start, prepared
 from fesd_robot.running import Kept
 
@@ -67,6 +68,10 @@ class Polisher(Protocol):
         """The bounds that keep the active factors of a branch at zero."""
         ...
 
+    def whole(self, point: NlpPoint) -> NlpPoint:
+        """A point of the problem with multipliers of all rows that a branch may hold."""
+        ...
+
 
 @dataclass(frozen=True)
 class PolishingReport:
@@ -76,7 +81,7 @@ class PolishingReport:
         status: how IPOPT ended.
         iterations, seconds: of the NLP.
         residuals: of the problem with pairs, at the NLP's end.
-        w: the NLP's end.
+        point: the NLP's end, with multipliers of all rows that a branch may hold.
         branch: on which it was solved.
         exact: the NLP converged, its constraints hold, and all products, or the smaller sides of all pairs, are at most
             `EXACT_PRODUCT`.
@@ -86,14 +91,39 @@ class PolishingReport:
     iterations: int
     seconds: float
     residuals: Residuals
-    w: np.ndarray
+    point: NlpPoint
     branch: Branch
     exact: bool
+
+    @property
+    def w(self) -> np.ndarray:
+        """The NLP's end, (n)."""
+        return self.point.x
 
     @property
     def as_nlp(self) -> NlpReport:
         """What is shown of it."""
         return NlpReport(0.0, 0.0, self.status, self.iterations, self.seconds, self.residuals)
+
+    def as_solution(self, reports: list[NlpReport], seconds: float) -> MpccSolution:
+        """Return the solution that an exact end is.
+
+        Args:
+            reports: of all NLPs that led there.
+            seconds: that these took.
+        """
+        return MpccSolution(
+            w=self.w,
+            residuals=self.residuals,
+            feasible=True,
+            solved=True,
+            branch=self.branch,
+            status=self.status,
+            reports=reports,
+            build_seconds=0.0,
+            solve_seconds=seconds,
+            point=self.point,
+        )
 
     @property
     def nearly_feasible(self) -> bool:
@@ -193,7 +223,7 @@ class BranchNlp:
         self,
         branch: Branch,
         problem: Mpcc,
-        w: np.ndarray,
+        start: np.ndarray | NlpPoint,
         run: Run,
         *,
         settings: NlpSettings,
@@ -203,10 +233,12 @@ class BranchNlp:
 
         Args:
             branch: the branch, which stays as it is.
+            start: a point, (n), or one with multipliers.
 
         The other args are those of `solve`.
         """
-        ended = self._ended(branch, problem, self._start(w), run, settings, limits)
+        point = start if isinstance(start, NlpPoint) else self._start(start)
+        ended = self._ended(branch, problem, point, run, settings, limits)
         return ended[0] if ended else None
 
     def _start(self, w: np.ndarray) -> NlpPoint:
@@ -252,7 +284,7 @@ class BranchNlp:
             iterations=result.iterations,
             seconds=time.perf_counter() - begin,
             residuals=residuals,
-            w=point.x,
+            point=self.polisher.whole(point),
             branch=branch,
             exact=exact,
         )

@@ -9,7 +9,7 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.mpcc.problem import Residuals
 from fesd_robot.mpcc.report import NlpReport
-from fesd_robot.nlp import NlpStatus
+from fesd_robot.nlp import NlpPoint, NlpStatus
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class MpccSolution:
         status: how the last NLP ended.
         reports: every NLP.
         build_seconds, solve_seconds: derivatives and the NLPs.
+        point: w with the multipliers of its branch NLP; None if it is no end of one.
     """
 
     w: np.ndarray
@@ -36,6 +37,7 @@ class MpccSolution:
     reports: list[NlpReport]
     build_seconds: float
     solve_seconds: float
+    point: NlpPoint | None = None
 
     @property
     def exact(self) -> bool:

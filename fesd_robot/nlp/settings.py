@@ -21,6 +21,9 @@ class Start:
     multipliers: bool = False
 
 
+SAME = Start(1e-10, 1e-12, multipliers=True)
+"""The point is the solution, and so are its multipliers."""
+
 AT = Start(1e-6, 1e-8)
 """The point is the solution, but for digits."""
 

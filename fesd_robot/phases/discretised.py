@@ -14,6 +14,7 @@ from fesd_robot.fesd import PHASE, SHORTEST_PHASE, ControlGrid, Transcription
 from fesd_robot.fesd.polishing import BranchTranscription, ElementConditions
 from fesd_robot.instants import SAME_NODE
 from fesd_robot.mpcc import BranchBounds, Mpcc
+from fesd_robot.nlp import NlpPoint
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.phases.sequence import Phase, Sequence
 
@@ -104,6 +105,10 @@ class _Within:
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
         """None: what has vanished is left out of the sequence."""
         return None
+
+    def whole(self, point: NlpPoint) -> NlpPoint:
+        """Return the point: the problem has all rows."""
+        return point
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """The bounds that keep the active factors of a branch at zero, and durations within theirs."""

@@ -123,17 +123,7 @@ class PhaseMotion:
 
     def solution(self, reports: list[NlpReport], seconds: float) -> MpccSolution:
         """Return the solution that it is."""
-        return MpccSolution(
-            w=self.w,
-            residuals=self.report.residuals,
-            feasible=True,
-            solved=True,
-            branch=self.own.branch,
-            status=NlpStatus.CONVERGED,
-            reports=reports,
-            build_seconds=0.0,
-            solve_seconds=seconds,
-        )
+        return replace(self.report, branch=self.own.branch, status=NlpStatus.CONVERGED).as_solution(reports, seconds)
 
 
 def _well_shared(motion: PhaseMotion) -> bool:

@@ -14,6 +14,7 @@ from fesd_robot.fesd.neighbours import KnownElements
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, solve
+from fesd_robot.nlp import NEAR, SAME, NlpPoint
 from fesd_robot.ocp import MotionProblem, formulate, with_promised_goal
 from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops
 from fesd_robot.planning.fallbacks import Overrides, with_overrides
@@ -21,7 +22,15 @@ from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
 from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
 from fesd_robot.running import Counted, InBackground, Reached, Station, cores_for
-from fesd_robot.starts import known_elements, known_plan, known_start, needs_simulated_start, simulated_start
+from fesd_robot.starts import (
+    kept_motion,
+    known_elements,
+    known_plan,
+    known_start,
+    named_plan,
+    needs_simulated_start,
+    simulated_start,
+)
 from fesd_robot.task import coarser_intervals
 
 EARLY_AFTER = 2.0
@@ -93,6 +102,8 @@ class Chain:
         solver = PhaseSolver(motion, replace(self.run, report=self.reports.append))
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.counted, self._cheaper)
         own = with_promised_goal(motion) if promised and task.goal.soft else motion
+        if not self.run.effort.search_starts and (kept := self._kept(motion)):
+            return self._refined(replace(kept, motion=own))
         try:
             self._find(search, motion)
             first = search.cost
@@ -102,6 +113,26 @@ class Chain:
         finally:
             search.close()
         return self._refined(self._best(search, own, first)) if search.best else None
+
+    def _kept(self, motion: MotionProblem) -> SolvedMotion | None:
+        """Return the motion of an earlier plan on the elements and with the multipliers that it ended with.
+
+        Args:
+            motion: the task.
+
+        Returns:
+            None where there is no plan of these equations, or its branch has no exact motion near by.
+        """
+        plan = named_plan(motion.task) or self.earlier
+        known, begin = kept_motion(plan, motion) if plan else None, time.perf_counter()
+        if known is None:
+            return None
+        for start in (SAME, NEAR):
+            end = known.solved(self.noted, start, self.run.effort.branch_iterations)
+            if end is not None and end.exact:
+                solution = end.as_solution(list(self.reports), time.perf_counter() - begin)
+                return SolvedMotion.of(motion, known.polisher, solution)
+        return None
 
     def _best(self, search: SequenceSearch, motion: MotionProblem, first: float) -> SolvedMotion:
         """Return the cheapest motion of a search, of which the first one had a cost."""
@@ -251,6 +282,10 @@ class _Unpolished:
     def updated_branch(self, branch: Branch, w: np.ndarray) -> Branch | None:
         """Nothing."""
         return None
+
+    def whole(self, point: NlpPoint) -> NlpPoint:
+        """The point."""
+        return point
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """Those of the branch."""

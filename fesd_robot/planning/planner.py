@@ -208,7 +208,7 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
         statistics=statistics,
     )
     summary = replay_summary(solved.replay, motion.robot.velocity_names)
-    elements = finite_elements_of(transcription, w, solution.branch) if solution.branch else None
+    elements = finite_elements_of(solved.on_branch) if solution.branch else None
     warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
 

@@ -15,11 +15,13 @@ __all__ = [
     "REPLAY",
     "Attempt",
     "Audit",
+    "BranchNlpRecord",
     "ContactHistory",
     "Effort",
     "FiniteElements",
     "LocalSearch",
     "MotionLimits",
+    "Multipliers",
     "Names",
     "Outcome",
     "Plan",
@@ -81,7 +83,7 @@ if TYPE_CHECKING:
         write_plan,
     )
     from fesd_robot.plans.findings import REPLAY, findings_of_notes
-    from fesd_robot.plans.finite_elements import FiniteElements
+    from fesd_robot.plans.finite_elements import BranchNlpRecord, FiniteElements, Multipliers
     from fesd_robot.plans.full_model import full_model_of
     from fesd_robot.plans.goal_outcome import goal_entries
     from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
@@ -132,7 +134,7 @@ else:
                 "write_plan",
             ],
             "fesd_robot.plans.findings": ["REPLAY", "findings_of_notes"],
-            "fesd_robot.plans.finite_elements": ["FiniteElements"],
+            "fesd_robot.plans.finite_elements": ["BranchNlpRecord", "FiniteElements", "Multipliers"],
             "fesd_robot.plans.full_model": ["full_model_of"],
             "fesd_robot.plans.goal_outcome": ["goal_entries"],
             "fesd_robot.plans.joint_friction": ["joint_friction_of", "joint_switches_of"],

@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import MpccSolution
 from fesd_robot.ocp import MotionProblem, motion_audit, motion_outcome, numeric_physics, physical_motion
@@ -66,6 +66,11 @@ class SolvedMotion:
             if branch == self.branch
             else replace(self, branch=branch, solution=replace(self.solution, branch=branch))
         )
+
+    @property
+    def on_branch(self) -> BranchMotion:
+        """The point on its branch, with the multipliers that are known."""
+        return BranchMotion.of(self.polisher, self.solution.w, self.branch, self.solution.point)
 
     @property
     def cost(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, cast
 
@@ -12,13 +13,16 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.fesd import Element, Transcription, make_tableau
+from fesd_robot.fesd import AddedRows, BoundBetween, ControlGrid, Element, PathBetween, Transcription, make_tableau
 from fesd_robot.fesd.neighbours import KnownElements, on_grid
-from fesd_robot.fesd.polishing import BranchTranscription, conditions_of
-from fesd_robot.mpcc import BranchPoint, MpccSolution, NlpStatus, PolishingReport, Run
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription, conditions_of
+from fesd_robot.instants import SAME_PART
+from fesd_robot.mpcc import BranchPoint, MpccSolution, PolishingReport, Run
+from fesd_robot.nlp import NlpPoint
 from fesd_robot.ocp import MotionProblem, is_plan
-from fesd_robot.plans import FiniteElements, Plan, read_plan
+from fesd_robot.plans import BranchNlpRecord, FiniteElements, Multipliers, Plan, read_plan
 from fesd_robot.refinement import Neighbourhood, exact_end
+from fesd_robot.task import Task
 
 CLOCK = "clock"
 """Name of the state that is the physical time."""
@@ -29,14 +33,10 @@ _FACTORS = {letter: factor for factor, letter in _LETTERS.items()}
 logger = logging.getLogger(__name__)
 
 
-def finite_elements_of(transcription: Transcription, w: np.ndarray, branch: Branch) -> FiniteElements:
-    """Return an exact solution in numbers.
-
-    Args:
-        transcription: of the solution.
-        w, branch: the point, (n), and its branch.
-    """
-    elements, system = transcription.unpack(w), transcription.ocp.system
+def finite_elements_of(motion: BranchMotion) -> FiniteElements:
+    """Return an exact motion in numbers."""
+    transcription, branch, elements = motion.transcription, motion.branch, motion.elements
+    system = transcription.ocp.system
     letters = ("".join(_LETTERS[factor] for factor in factors) for factors in branch.factors)
     return FiniteElements(
         scheme=cast(Any, transcription.options.tableau.scheme),  # one of those that a task may ask for
@@ -52,7 +52,56 @@ def finite_elements_of(transcription: Transcription, w: np.ndarray, branch: Bran
         controls=np.concatenate([element.u for element in elements]),
         active=[one.lower() if without else one for one, without in zip(letters, branch.without_length, strict=True)],
         lefts=None if system.jump is None else np.concatenate([element.x_left for element in elements]),
+        nlp=_nlp_record(motion),
     )
+
+
+def _nlp_record(motion: BranchMotion) -> BranchNlpRecord:
+    transcription, added = motion.transcription, motion.transcription.added
+    grid = transcription.grid
+    return BranchNlpRecord(
+        lengths=np.array(grid.lengths),
+        phases=list(grid.phases),
+        knots=list(grid.knots),
+        moving=grid.moving,
+        elements=list(transcription.elements),
+        bounds=[(one.element, one.variable, one.sign, one.limit, one.end_only, one.of_mode) for one in added.bounds],
+        paths=[(one.constraint, one.element, one.margin) for one in added.paths],
+        of_bounds=Multipliers.of(motion.point.lam_x),
+        of_rows=Multipliers.of(motion.point.lam_g),
+    )
+
+
+def kept_motion(plan: Plan, motion: MotionProblem) -> BranchMotion | None:
+    """Return the motion of a plan, with its multipliers, on the grid and the elements on which it was solved.
+
+    Args:
+        plan: of this task, or of one that differs from it in numbers.
+        motion: the task.
+
+    Returns:
+        None where the plan does not say them, or its states, contacts or grid are not those of the task.
+    """
+    record, system = plan.finite_elements, motion.ocp.system
+    known = known_elements(plan, system)
+    if record is None or record.nlp is None or known is None:
+        return None
+    own = record.nlp
+    grid = ControlGrid(tuple(own.lengths.tolist()), tuple(own.phases), own.moving, tuple(own.knots))
+    fits = grid.moving == motion.grid.moving and (grid.moving or grid.intervals == motion.grid.intervals)
+    if not fits or abs(grid.nodes[-1] - motion.grid.nominal) > SAME_PART * motion.grid.nominal:
+        return None
+    options = replace(motion.fesd, tableau=known.tableau, elements=tuple(own.elements))
+    if grid.moving:
+        options = replace(options, step_equilibration="none")
+    bounds = tuple(BoundBetween(*one) for one in own.bounds)
+    paths = tuple(PathBetween(*one) for one in own.paths)
+    transcription = Transcription(motion.ocp, options, AddedRows(bounds, paths), grid if grid.moving else None)
+    polisher, w = BranchTranscription(transcription), transcription.pack(known.elements)
+    point = NlpPoint(w, own.of_bounds.vector, own.of_rows.vector)
+    if (len(point.lam_x), len(point.lam_g)) != (len(w), polisher.problem.constraints):
+        return None
+    return BranchMotion(polisher, point, known.branch)
 
 
 def known_start(
@@ -91,16 +140,21 @@ def known_plan(motion: MotionProblem) -> KnownElements | None:
         None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit: then its
         configurations are the initial guess, as those of any file.
     """
-    task = motion.task
-    name = task.solver.warm_start
-    if name is None or task.solver.seed or not is_plan(task.folder / name):
-        return None
-    known = known_elements(read_plan(task.folder / name), motion.ocp.system)
-    if known is None:
+    plan, name = named_plan(motion.task), motion.task.solver.warm_start
+    known = known_elements(plan, motion.ocp.system) if plan else None
+    if plan and known is None:
         logger.warning(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name
         )
     return known
+
+
+def named_plan(task: Task) -> Plan | None:
+    """Return the plan that `solver.warm_start` names, None if it names none, or another start than it."""
+    name = task.solver.warm_start
+    return (
+        None if name is None or task.solver.seed or not is_plan(task.folder / name) else read_plan(task.folder / name)
+    )
 
 
 def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownElements | None:
@@ -148,18 +202,7 @@ def _with_own_elements(
         begin: when it was begun to look for it, s.
         run: as of `exact_start`.
     """
-    nothing = MpccSolution(
-        w=end.w,
-        residuals=end.residuals,
-        feasible=False,
-        solved=False,
-        branch=None,
-        status=NlpStatus.CONVERGED,
-        reports=[],
-        build_seconds=0.0,
-        solve_seconds=time.perf_counter() - begin,
-    )
-    return around.without_room(end, nothing, run)
+    return around.without_room(end, end.as_solution([], time.perf_counter() - begin), run)
 
 
 def _names(conditions: Sequence[Label]) -> list[str]:

@@ -19,7 +19,7 @@ from fesd_robot.mpcc import (
     PolishingReport,
     Run,
 )
-from fesd_robot.nlp import NlpStatus
+from fesd_robot.nlp import NlpPoint, NlpStatus
 
 from .known import X, Y, mpcc
 
@@ -69,4 +69,6 @@ def test_whole_steps_come_first_and_count_where_they_stay_near(start: tuple[floa
 def _end(violation: float, cost: float, branch: Branch, at: int) -> PolishingReport:
     residuals = replace(PROBLEM.residuals(PROBLEM.start), constraint_violation=violation, objective=cost)
     w = PROBLEM.start + at
-    return PolishingReport(NlpStatus.ITERATION_LIMIT, 40, 0.1, residuals, w, branch, exact=False)
+    return PolishingReport(
+        NlpStatus.ITERATION_LIMIT, 40, 0.1, residuals, NlpPoint.without_multipliers(w, 0), branch, exact=False
+    )

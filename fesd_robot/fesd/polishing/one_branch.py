@@ -13,6 +13,7 @@ from fesd_robot.fesd.apart import ELEMENT
 from fesd_robot.fesd.interval import REMEMBERED
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.mpcc import Block, BlockEquations, BranchBounds, Mpcc
+from fesd_robot.nlp import NlpPoint
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,12 @@ class OneBranch:
         """Return that without the elements that have shrunk to nothing, None if it holds rows that are left out."""
         updated = self.own.updated_branch(branch, w)
         return updated if updated is not None and self._has_rows_of(updated) else None
+
+    def whole(self, point: NlpPoint) -> NlpPoint:
+        """Return a point with multipliers of all rows, zero where the branch does not hold them."""
+        lam_g = np.zeros(self.own.problem.constraints)
+        lam_g[self._reduced[1]] = point.lam_g
+        return replace(point, lam_g=lam_g)
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """Return the bounds that keep the active factors of a branch at zero."""

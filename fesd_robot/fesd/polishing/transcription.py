@@ -22,6 +22,7 @@ from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, SHRUNK, drop_eleme
 from fesd_robot.fesd.polishing.rows import ElementRows
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import BlockEquations, BranchBounds, Mpcc
+from fesd_robot.nlp import NlpPoint
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,10 @@ class BranchTranscription:
         A switch at such an element is one at the boundary of control intervals, where controls jump.
         """
         return drop_elements(branch, self.transcription.unpack(w), self._equal_steps, SHRUNK) or branch
+
+    def whole(self, point: NlpPoint) -> NlpPoint:
+        """Return the point: the problem has all rows."""
+        return point
 
     def bounds(self, branch: Branch) -> BranchBounds:
         """Return the bounds on variables and rows of `problem` that keep the active factors of a branch at zero."""
