@@ -1,11 +1,11 @@
-"""A real task that is solved in a second, and its plan."""
+"""Which tests are fast; a real task that is solved in a second, and its plan."""
 
 from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -24,6 +24,62 @@ SHORT = (
     "solver.tolerance=1e-6",
 )
 """Leaning forward for 0.2 s instead of a jump."""
+
+TESTS = Path(__file__).parent
+SLOW = {
+    "cli",
+    "docs",
+    "examples",
+    "first_task",
+    "optimal_control",
+    "phases",
+    "planning",
+    "refinement",
+    "render",
+    "scripts",
+    "simulation",
+    "starts",
+    "test_actions.py",
+    "test_distance_plan.py",
+    "test_mujoco_robots.py",
+    "test_orientation_plan.py",
+    "test_plan_in_space.py",
+    "test_plan_on_hills.py",
+}
+"""Folders and files that ``--fast`` leaves out, for most of their tests plan or simulate motions, draw or build."""
+
+FAST_SECONDS = 3.0
+"""s; a test of the others that takes longer belongs among those marked ``slow``."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that leaves slow tests out."""
+    parser.addoption("--fast", action="store_true", help=f"leave out tests marked slow, and {', '.join(sorted(SLOW))}")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out slow folders and files, unless they are asked for by name."""
+    return True if config.option.fast and collection_path.parent == TESTS and collection_path.name in SLOW else None
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out tests that are marked slow."""
+    if config.option.fast:
+        slow = [item for item in items if item.get_closest_marker("slow")]
+        config.hook.pytest_deselected(items=slow)
+        items[:] = [item for item in items if item not in slow]
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Name what makes the fast tests slow."""
+    if not config.option.fast:
+        return
+    for report in (one for ones in terminalreporter.stats.values() for one in ones):
+        if getattr(report, "duration", 0.0) > FAST_SECONDS:
+            terminalreporter.write_line(
+                f"{report.nodeid}: {report.when} took {report.duration:.1f} s, more than the {FAST_SECONDS:g} s of a "
+                "fast test; mark it slow"
+            )
 
 
 @pytest.fixture

@@ -102,6 +102,7 @@ def test_every_error_can_be_caught_by_name() -> None:
     }
 
 
+@pytest.mark.slow
 def test_the_example_runs(
     load_short: Callable[..., Task], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

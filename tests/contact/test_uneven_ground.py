@@ -146,6 +146,7 @@ def height_of(surface: Ground, x: float, guess: float = 0.0) -> float:
     return z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("form", "surface", "friction"),
     [
@@ -172,6 +173,7 @@ def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float
     assert set(recovered.mode[:, 0]) == {"slip"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", [WEDGE, HILLS], ids=["wedge", "hills"])
 def test_a_point_lands_on_a_slope(surface: Ground) -> None:
     """Dropped with v_t = 2 and v_n = -1 m/s, it touches down when the parabola meets the curve; v_t loses mu v_n."""
@@ -202,6 +204,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
     assert recovered.configuration[-1, :2] == pytest.approx([left[0], height_of(surface, left[0])], abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", [WEDGE, HILLS], ids=["wedge", "hills"])
 def test_a_disc_slides_and_turns(ground: Ground) -> None:
     """A disc that touches down slipping is turned by friction while its centre runs on the raised curve."""

@@ -38,6 +38,7 @@ def _wrong(
     return wrong
 
 
+@pytest.mark.slow
 @each_form
 @each_scheme
 def test_a_sliding_mode_begins_and_ends_on_every_grid(form: str, scheme: Scheme, stages: int) -> None:
@@ -47,6 +48,7 @@ def test_a_sliding_mode_begins_and_ends_on_every_grid(form: str, scheme: Scheme,
     assert _wrong(system, scheme, stages, horizons, [ROOT, 1.0]) == []
 
 
+@pytest.mark.slow
 @each_form
 @pytest.mark.parametrize(("scheme", "stages"), [("radau_iia", 2), ("gauss_legendre", 2)])
 def test_a_crossing_is_found_on_every_grid(form: str, scheme: Scheme, stages: int) -> None:
@@ -65,6 +67,7 @@ def test_leaving_shortly_after_the_start(form: str) -> None:
         assert motion.states[-1, 0] == pytest.approx((1 - d) ** 2 / 2, abs=1e-12)
 
 
+@pytest.mark.slow
 @each_form
 @pytest.mark.parametrize("count", [1, 4, 8, 20])
 def test_trials_are_linear_in_the_number_of_switches(form: str, count: int) -> None:

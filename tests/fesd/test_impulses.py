@@ -58,6 +58,7 @@ def test_bouncing_ball(
     assert {report.method for report in simulation.reports} == {"modes"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "errors"), TWO_BALLS.items())
 def test_two_balls_with_a_spring(scheme: tuple[str, int], errors: dict[int, float]) -> None:
     """Two elastic impacts leave the error at what the scheme has in exact arithmetic (arXiv 2305.17003, Fig. 6)."""
@@ -82,6 +83,7 @@ def _bead(gap: str) -> tuple[ComplementaritySystem, np.ndarray]:
     return system, start[: system.state.numel()]
 
 
+@pytest.mark.slow
 def test_lasting_contact_keeps_the_order_of_the_velocity() -> None:
     """Along a curved gap the integrated gap gives the velocity the order 2s - 1, the true gap only s."""
     pendulum = solve_ivp(lambda _, y: [y[1], -9.81 * np.sin(y[0])], (0, 1.5), [1, 0], rtol=1e-12, atol=1e-12)

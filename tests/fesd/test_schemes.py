@@ -79,6 +79,7 @@ def test_the_oscillator_is_that_of_exact_arithmetic(form: str, scheme: Scheme, s
     assert simulation.switch_times.tolist() == pytest.approx([crossed] if crossed else [], abs=1e-12)
 
 
+@pytest.mark.slow
 @each_scheme
 def test_order_with_switch_detection(scheme: Scheme, stages: int) -> None:
     """The error falls with the order of the scheme, down to round-off."""
@@ -110,6 +111,7 @@ PUBLISHED = {
 """Errors of fixed steps with N = 11, digitised from Fig. 8 (left column) of arXiv 2205.05337."""
 
 
+@pytest.mark.slow
 @each_scheme
 def test_fixed_steps(scheme: Scheme, stages: int) -> None:
     """Without switch detection both forms agree, the error is the published one, and it stays above 1e-3."""

@@ -157,6 +157,7 @@ def _all_branches(c: np.ndarray, g: np.ndarray, G: np.ndarray, H: np.ndarray, va
     return least / max(1.0, abs(c).max())
 
 
+@pytest.mark.slow
 def test_random_problems_agree_with_all_branches() -> None:
     """With four biactive pairs of either sort the verdict is that of the 16 branches, and S implies it."""
     random = np.random.default_rng(11)
@@ -235,6 +236,7 @@ def test_no_time_is_unknown() -> None:
     assert (certificate.verdict, certificate.reason, certificate.bound) == ("unknown", "time limit", -np.inf)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("odd", [None, 700])
 def test_a_large_problem_is_decided_within_its_time_limit(odd: int | None) -> None:
     """A thousand copies of scholtes4 are B- and M-, not S-stationary; one copy with another cost is found and named."""

@@ -40,6 +40,7 @@ def test_as_scipy(n: int) -> None:
     assert (found.s <= high + 1e-9).all() and (found.s >= low - 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "copies"), [(IPOPT_UNKNOWNS + 500, 1), (500, 8)])
 def test_large_program_of_a_motion(monkeypatch: pytest.MonkeyPatch, n: int, copies: int) -> None:
     """Rows of one entry, repeated equations and columns without room, by IPOPT alone: scipy's optimum, and proven.

@@ -149,6 +149,7 @@ def _enumerated(c: np.ndarray, rows: np.ndarray, G: np.ndarray, H: np.ndarray, v
     return "none"
 
 
+@pytest.mark.slow
 def test_random_problems_agree_with_enumeration() -> None:
     """On linear problems with three biactive pairs of either sort the verdict is that of all sign patterns."""
     random = np.random.default_rng(4)

@@ -29,6 +29,8 @@ from fesd_robot.native.compiler import shared_libraries, shared_library
 from fesd_robot.native.lanes import OPERATIONS
 from fesd_robot.ocp import formulate
 
+pytestmark = pytest.mark.slow
+
 TASKS = Path(__file__).parents[2] / "tasks"
 
 

@@ -13,6 +13,7 @@ TASKS = Path(__file__).parents[2] / "tasks"
 BOX = "{type: circle_box, frame: pusher, radius: 0.05, other_frame: slider, other_size: [0.3, 0.2], friction: 0}"
 
 
+@pytest.mark.slow
 def test_a_box_is_pushed_by_its_side() -> None:
     """The plan is exact, its replay follows it, and the tip touches half the box's length from the box's frame."""
     task = load_task(

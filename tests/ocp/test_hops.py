@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fesd_robot.planning.planner import plan
 from fesd_robot.task import load_task
@@ -13,6 +14,7 @@ from fesd_robot.task import load_task
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.slow
 def test_the_first_hop(tmp_path: Path) -> None:
     """Ten lines are solved exactly at the first attempt: one flight, hardly a slide, and there and at rest."""
     (text,) = re.findall(r"```yaml\n(.+?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)

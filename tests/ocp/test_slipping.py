@@ -105,6 +105,7 @@ def push() -> Callable[..., Plan]:
     return lambda *overrides: plan(load_task(TASKS / "block_push.yaml", ["method.grid=uniform", *soft, *overrides]))
 
 
+@pytest.mark.slow
 def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
     """Pushed towards a target 0.8 m away, a block whose rear edge may slip 0.3 m gets 0.3 m far, and it is exact."""
     free, limited = push(), push("contacts.rear.slipping=0.3")
@@ -117,6 +118,7 @@ def test_a_block_slips_as_far_as_it_may(push: Callable[..., Plan]) -> None:
     assert limited.audit.max_slip_distance_violation == 0.0
 
 
+@pytest.mark.slow
 def test_a_hopper_may_slip_a_little() -> None:
     """A hopper that may slip 5 cm hops to rest and slips no further; what it slips is the path of its foot."""
     slippery = ["contacts.foot.slipping=0.05", "ground.friction=0.3", "solver.retries=0"]

@@ -18,6 +18,8 @@ from fesd_robot.refinement import solved_motion
 from fesd_robot.robot.paths import locate_robot
 from fesd_robot.task import load_task
 
+pytestmark = pytest.mark.slow
+
 TASK = Path(__file__).parents[2] / "tasks" / "solo12_jump.yaml"
 
 PUSH = (

@@ -14,6 +14,7 @@ from fesd_robot.task import load_task
 TASK = Path(__file__).parents[2] / "tasks" / "wheel_hills.yaml"
 
 
+@pytest.mark.slow
 def test_a_driven_wheel_rolls_over_a_hill() -> None:
     """From rest the plan drives a wheel without slipping: what it turns is the path of its centre over its radius."""
     task = load_task(

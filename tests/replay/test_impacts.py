@@ -72,6 +72,7 @@ def _in_small_steps(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, step:
     return v
 
 
+@pytest.mark.slow
 def test_a_rod_that_sticks_or_reverses_within_the_impact() -> None:
     """Any friction below the paradox, angle and velocity: the law in small steps leads to the same velocity."""
     rng, stopped = np.random.default_rng(11), 0

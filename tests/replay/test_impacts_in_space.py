@@ -69,6 +69,7 @@ def on_a_face(friction: float) -> NumericPhysics:
 FLYING = Contacts((ContactMode.FLIGHT,) * 4, np.zeros(4, dtype=bool), np.zeros(4), (), np.zeros((4, 2)))
 
 
+@pytest.mark.slow
 def test_a_face_that_is_level_but_for_what_is_at_once_hits_as_a_level_one() -> None:
     """Corners whose heights differ by less than 1e-8 m meet the floor together: the impact ends, in the velocity of the
     same box without a tilt to 1e-8."""
@@ -83,6 +84,7 @@ def test_a_face_that_is_level_but_for_what_is_at_once_hits_as_a_level_one() -> N
         np.testing.assert_allclose(other.velocity, one.velocity, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [0.0, 0.5])
 def test_a_jammed_slide_in_space_goes_on_as_in_the_plane(direction: float) -> None:
     """A slender rod that slides on its tip with mu = 2 until its force is infinite, in any direction, moves as the same

@@ -223,6 +223,7 @@ def test_a_rod_in_paradox_is_reported() -> None:
     assert Note.NO_MODE in result.notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.4, 0.5, 0.6])
 def test_a_slide_whose_force_grows_beyond_any_bound_ends_in_an_impact(angle: float) -> None:
     """The force of a slender rod that slides with its tip in front, mu = 2, grows without bound towards the angle at

@@ -27,6 +27,7 @@ def physics_of(name: str) -> NumericPhysics:
     return numeric_physics(formulate(load_task(TASKS / f"{name}.yaml")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", STATES, ids=[f"{state['task']}-{state['interval']}" for state in STATES])
 def test_time_stepping_comes_to_the_same_end(state: dict) -> None:
     """Steps of 1e-5 s, which know no events and no modes, end where the replay does: landing, slipping, sticking."""

@@ -175,6 +175,7 @@ def test_a_file_that_is_no_task_names_the_line(write: Write, text: str, line: in
         assert fragment in caught.value.message
 
 
+@pytest.mark.slow
 def test_deep_nesting_is_an_error_not_a_crash(write: Write) -> None:
     """Thousands of brackets are refused as any other mistake."""
     with pytest.raises(TaskError, match="nested too deeply"):
