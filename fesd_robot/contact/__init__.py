@@ -17,7 +17,7 @@ from fesd_robot.contact.geometry import (
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
 from fesd_robot.contact.kinds import FRICTION_AFTER_IMPACT
-from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
+from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics, StepOptions
 from fesd_robot.contact.modes import (
     ContactMode,
     Modes,
@@ -48,6 +48,7 @@ __all__ = [
     "PointOnSurface",
     "Profile",
     "Scene",
+    "StepOptions",
     "Terrain",
     "TwoBodies",
     "Wall",

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.contact.impulses import impulse_contact_system
-from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics
+from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics, StepOptions
 from fesd_robot.contact.multipliers import multiplier_contact_system
 from fesd_robot.contact.steps import step_contact_system
 from fesd_robot.errors import OptionError
@@ -25,13 +25,15 @@ def contact_system(
 
     Args:
         dynamics, contacts: of the robot, (n_c) contacts.
-        options: form of the contact logic, gap, Baumgarte gain and auxiliary force.
+        options: form of the contact logic, Baumgarte gain and auxiliary force.
         parameters: SX symbols that costs and constraints will use, constant on each control interval.
 
     Raises:
-        OptionError: the multiplier form with a gap that is not integrated; dry friction of joints or contact in space
+        OptionError: a variant of the step form where another form is built; dry friction of joints or contact in space
             in the step form or with impulses; a limit of the slip distance with impulses.
     """
+    if options.steps != StepOptions() and (options.form != "steps" or options.transcription == "impulses"):
+        raise OptionError(f"found {options.steps}, which needs the form 'steps' and the transcription 'freezing'")
     if options.transcription == "impulses":
         return _with_gaps_bounded(impulse_contact_system(dynamics, contacts, options, parameters), dynamics)
     if options.form == "steps" and dynamics.dry_friction:
@@ -41,8 +43,6 @@ def contact_system(
         raise OptionError("contact in space needs the form 'multipliers', found 'steps'")
     if options.form == "steps":
         return _with_gaps_bounded(step_contact_system(dynamics, contacts, options, parameters), dynamics)
-    if options.gap != "integrated":
-        raise OptionError("the form 'multipliers' needs gap='integrated', found gap='true'")
     return _with_gaps_bounded(multiplier_contact_system(dynamics, contacts, options, parameters), dynamics)
 
 

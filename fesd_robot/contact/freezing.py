@@ -36,10 +36,10 @@ def freezing_state(dynamics: MultibodyDynamics, contacts: Sequence[Contact], opt
     Args:
         dynamics: M, h, B u and q' of the robot as expressions of q, v, u.
         contacts: gap, directions and friction of every contact, (n_c).
-        options: form of the contact logic, gap, Baumgarte gain and auxiliary force.
+        options: form of the contact logic, Baumgarte gain and auxiliary force.
     """
     speed, clock = ca.SX.sym("s"), ca.SX.sym("t")
-    gaps = ca.SX.sym("p", len(contacts) if options.gap == "integrated" else 0)
+    gaps = ca.SX.sym("p", len(contacts) if options.steps.gap == "integrated" else 0)
     return FreezingState(
         state=ca.vertcat(dynamics.configuration, dynamics.velocity, clock, gaps),
         control=ca.vertcat(dynamics.control, speed),

@@ -110,6 +110,21 @@ class AuxiliaryMultipliers:
 
 
 @dataclass(frozen=True)
+class StepOptions:
+    """Which variant of the step form is built.
+
+    Args:
+        gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q).
+        gate: let velocity signs count at the ground only.
+        regularisation_weight: epsilon of epsilon ||alpha||^2 at every stage.
+    """
+
+    gap: Literal["integrated", "true"] = "integrated"
+    gate: bool = True
+    regularisation_weight: float = 1e-3
+
+
+@dataclass(frozen=True)
 class ContactOptions:
     """Which form of the contact logic is built.
 
@@ -118,21 +133,16 @@ class ContactOptions:
             elements, whatever the form.
         form: ``multipliers``: the Filippov multipliers of the auxiliary fields are the variables; ``steps``:
             set-valued step functions of gap and velocities, as published.
-        gap: ``integrated`` switches on the state p with p' = theta_ODE s (J_n v + kappa (f_c - p)); ``true`` on f_c(q),
-            for steps only.
-        baumgarte_gain: kappa, 1/s.
-        gate: let velocity signs count at the ground only; for steps, multipliers always do.
-        regularisation_weight: epsilon of epsilon ||alpha||^2 at every stage, for steps.
+        baumgarte_gain: kappa, 1/s, of the integrated gap.
         auxiliary_force: a_n, N per unit of J_n, force of the auxiliary fields.
+        steps: variant of the form ``steps``.
     """
 
     transcription: Literal["freezing", "impulses"] = "freezing"
     form: Literal["multipliers", "steps"] = "multipliers"
-    gap: Literal["integrated", "true"] = "integrated"
     baumgarte_gain: float = 30.0
-    gate: bool = True
-    regularisation_weight: float = 1e-3
     auxiliary_force: float = 100.0
+    steps: StepOptions = field(default_factory=StepOptions)
 
 
 @dataclass(frozen=True)

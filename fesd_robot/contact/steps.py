@@ -36,8 +36,8 @@ def step_contact_system(
     theta_ODE = prod_c (1 - beta_c), theta_+ = beta alpha_t, theta_- = beta (1 - alpha_t); a contact
     without friction has no alpha_t. beta_c, and the partial products of theta_ODE for several contacts, are lifted.
 
-    With `options.gate` the velocity steps are those of (1 - alpha_q) J v, vacuous in flight. Their multipliers at a
-    touchdown then belong to the flight before it and vanish; the conditions they would have carried into the element
+    With `StepOptions.gate` the velocity steps are those of (1 - alpha_q) J v, vacuous in flight. Their multipliers at
+    a touchdown then belong to the flight before it and vanish; the conditions they would have carried into the element
     that begins there are held on the state at its left boundary.
 
     All steps, those of velocities too, are conditions of the position level, so that a homotopy relaxes them alike.
@@ -58,10 +58,10 @@ def step_contact_system(
     multipliers, complements, errors, exact = [], [], [], ca.SX(1)
     velocities = stabilised_normal_velocities(dynamics, contacts, options, symbols)
     for i, (contact, normal_velocity) in enumerate(zip(contacts, velocities, strict=True)):
-        gap = symbols.gaps[i] if options.gap == "integrated" else contact.gap
+        gap = symbols.gaps[i] if options.steps.gap == "integrated" else contact.gap
         at_gap, parting, beta = (ca.SX.sym(f"{name}{i}") for name in ("alpha_q", "alpha_n", "beta"))
-        gate = 1 - at_gap if options.gate else ca.SX(1)
-        if options.gate:
+        gate = 1 - at_gap if options.steps.gate else ca.SX(1)
+        if options.steps.gate:
             excluded[len(alpha) + 1] = 1 - beta
         alpha += [at_gap, parting]
         switching += [gap, gate * normal_velocity]
@@ -76,7 +76,7 @@ def step_contact_system(
             step_names.append(f"{contact.name} {TANGENTIAL_VELOCITY}")
             plus, minus = beta * sliding, beta * (1 - sliding)
         own = AuxiliaryMultipliers(((plus, minus),))
-        if options.gate:
+        if options.steps.gate:
             vanishing += velocity_conditions(
                 dynamics, contact, normal_velocity, beta, 1 - beta, own, held_at=HeldAt.LEFT_BOUNDARY
             )
@@ -99,7 +99,7 @@ def step_contact_system(
         right_hand_side,
         lifted=[*lifted, *products],
         vanishing=vanishing,
-        regularisation_weight=options.regularisation_weight,
+        regularisation_weight=options.steps.regularisation_weight,
     )
     owners = {f"{contact.name} {step}": (contact.name, step) for contact in contacts for step in STEPS}
     conditions = [_owned(condition, owners) for condition in system.complementarities]
@@ -109,7 +109,7 @@ def step_contact_system(
         theta_auxiliary=multipliers,
         clock_rate=theta_ode * symbols.speed,
         theta_error=ca.mmax(ca.fabs(ca.vertcat(*errors, theta_ode - exact))),
-        integrated_gap=options.gap == "integrated",
+        integrated_gap=options.steps.gap == "integrated",
         gap_lower=-np.inf,
     )
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Contact, ContactOptions, ContactSystem, MultibodyDynamics, Scene
+from fesd_robot.contact import Contact, ContactOptions, ContactSystem, MultibodyDynamics, Scene, StepOptions
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import OptionError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
@@ -176,14 +176,16 @@ VALUES = ("configuration", "velocity", "position", "posture", "stand_on")
 """Keys of a goal under which there are such values."""
 
 
-def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
+def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptions()) -> MotionProblem:
     """Return the optimal control problem of a task.
 
     Args:
         task: from `load_task`.
         driven: whether a robot without controls is an error; a body that is only let go has none.
+        steps: variant of the step form, for tasks with method.formulation.type steps.
 
     Raises:
+        OptionError: a variant of the step form for a task in another form.
         TaskError: a name, value or combination that this robot cannot satisfy, with file, line and key.
     """
     setup = Setup.of(task, driven=driven)
@@ -218,11 +220,9 @@ def formulate(task: Task, *, driven: bool = True) -> MotionProblem:
         ContactOptions(
             transcription=task.method.contact,
             form=formulation.type,
-            gap=formulation.gap,
             baumgarte_gain=formulation.baumgarte_gain,
-            gate=formulation.gate,
-            regularisation_weight=formulation.step_regularisation_weight,
             auxiliary_force=auxiliary_force,
+            steps=steps,
         ),
         ca.vertcat(compared, constants.symbols),
     )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -12,9 +13,10 @@ from fesd_robot.plans.files import read_plan
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import KeyPath, Origin, Origins, Task, override_keys, validation_error
 
-GONE = {
-    "solver": ("starts", "coarse_to_fine", "local_search", "steering", "schedule"),
-    "method": ("cross_complementarity",),
+GONE: Mapping[KeyPath, Sequence[str]] = {
+    ("solver",): ("starts", "coarse_to_fine", "local_search", "steering", "schedule"),
+    ("method",): ("cross_complementarity",),
+    ("method", "formulation"): ("gap", "gate", "step_regularisation_weight", "step_selection_weight"),
 }
 """Keys by section in plans of version 0.1.0 that tasks do not have any more."""
 
@@ -32,9 +34,12 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     """
     start = Path(plan.provenance.folder or "") if folder is None else folder
     data, places = deepcopy(plan.task), dict[KeyPath, Origin]()
-    for section, keys in GONE.items():
+    for path, keys in GONE.items():
+        section: Any = data
+        for part in path:
+            section = section.get(part, {})
         for key in keys:
-            data.get(section, {}).pop(key, None)
+            section.pop(key, None)
     override_keys(data, places, overrides)
     origins = Origins(start=start.absolute(), places=places)
     try:

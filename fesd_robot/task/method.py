@@ -14,10 +14,6 @@ IMPULSES_RATIO = 5.0
 """Default of `Solver.velocity_level_ratio` with impulses, with which motions are found more often."""
 
 
-def _read_gap(value: Any) -> Any:
-    return "true" if value is True else value  # unquoted, YAML reads `gap: true` as a boolean
-
-
 def _read_auxiliary_force(value: Any) -> Any:
     if value == "auto" or (is_number(value) and 0 < value < math.inf):
         return value
@@ -38,48 +34,11 @@ class Formulation(Section):
         description="Which variables carry the contact logic: the Filippov multipliers of the fields themselves "
         "(multipliers), or set-valued step functions of gap and velocities as published (steps).",
     )
-    gap: Annotated[
-        Literal["integrated", "true"],
-        BeforeValidator(_read_gap),
-        WithJsonSchema({"enum": ["integrated", "true", True]}),
-    ] = Field(
-        default="integrated",
-        description="Which gap switches the contact: a state that integrates the normal velocity (integrated), or the "
-        "signed distance itself (true; only with type: steps).",
-    )
     baumgarte_gain: NonNegative = Field(
         default=30.0,
         description="Baumgarte stabilisation: rate kappa at which the integrated and the true gap approach each other, "
-        "1/s; only with an integrated gap.",
+        "1/s.",
     )
-    gate: bool = Field(
-        default=True,
-        description="Whether the signs of the contact velocities matter only at the ground (true) or also in the air "
-        "(false; only with type: steps).",
-    )
-    step_regularisation_weight: NonNegative = Field(
-        default=1e-3,
-        description="Regularisation of the step functions: weight epsilon of their squares in the cost, which picks "
-        "one representative where they are not unique; only with type: steps.",
-    )
-
-    @model_validator(mode="after")
-    def _used(self) -> Formulation:
-        if self.gap == "true" and self.baumgarte_gain != 30.0:
-            raise conflict(
-                ("baumgarte_gain",),
-                f"found {self.baumgarte_gain:g}, which has no effect with gap: true, expected no such key or "
-                "gap: integrated",
-            )
-        if self.type == "multipliers":
-            for key, default in (("gap", "integrated"), ("gate", True), ("step_regularisation_weight", 1e-3)):
-                value = getattr(self, key)
-                if value != default:
-                    raise conflict(
-                        (key,),
-                        f"found {str(value).lower()}, which needs type: steps, expected no such key or type: steps",
-                    )
-        return self
 
 
 class StepEquilibration(Section):

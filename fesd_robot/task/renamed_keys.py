@@ -10,7 +10,6 @@ from fesd_robot.task.origins import KeyPath
 RENAMED_KEYS: Mapping[KeyPath, str] = {
     ("method", "auxiliary_acceleration"): "auxiliary_force",
     ("method", "formulation", "gap_feedback"): "baumgarte_gain",
-    ("method", "formulation", "step_selection_weight"): "step_regularisation_weight",
     ("solver", "finish"): "polish",
     ("solver", "sketch_iterations"): "loose_iterations",
     ("solver", "velocity_relaxation"): "velocity_level_ratio",

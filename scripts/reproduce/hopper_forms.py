@@ -20,11 +20,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot import load_task
+from fesd_robot.contact import StepOptions
 from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.fesd import OptimalControlProblem, Transcription
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
@@ -41,20 +43,14 @@ TIME_LIMIT, LAST_SIGMA = 45.0, 1e-3  # s, of a whole homotopy
 ITERATIONS, REPEAT = 40, 3
 TARGET = 0.8
 """Largest ratio of the time of an iteration, step functions over Stewart's form."""
-STEPS = ("method.formulation.type=steps", "method.formulation.step_regularisation_weight=0")
-PUBLISHED = (
-    *STEPS,
-    "method.formulation.gap=true",
-    "method.formulation.gate=false",
-    "method.formulation.baumgarte_gain=30",  # the default: a true gap needs none, and refuses the task's own
-)
-FORMS: Mapping[str, Sequence[str]] = {
-    "Stewart": PUBLISHED,
-    "steps": PUBLISHED,
-    "gated steps": ("method.formulation.type=steps",),
-    "multipliers": ("method.formulation.type=multipliers",),
+PUBLISHED = StepOptions(gap="true", gate=False, regularisation_weight=0.0)
+FORMS: Mapping[str, tuple[Literal["multipliers", "steps"], StepOptions]] = {
+    "Stewart": ("steps", PUBLISHED),
+    "steps": ("steps", PUBLISHED),
+    "gated steps": ("steps", StepOptions()),
+    "multipliers": ("multipliers", StepOptions()),
 }
-"""Form -> how the task is changed; Stewart's form is made from the published steps."""
+"""Form of this page -> form of the contact logic and its variant; Stewart's is made from the published steps."""
 TITLES = {
     "Stewart": "Stewart, 8 regions",
     "steps": "step functions, published",
@@ -107,6 +103,7 @@ class Form:
 
 def transcribe(form: str, intervals: int) -> Transcription:
     """Return the hopper's problem in a form."""
+    contact, steps = FORMS[form]
     task = load_task(
         TASK,
         [
@@ -114,10 +111,10 @@ def transcribe(form: str, intervals: int) -> Transcription:
             "limits.position.root_x=[0, 3.1]",
             "reference.count=3",
             f"horizon.intervals={intervals}",
-            *FORMS[form],
+            f"method.formulation.type={contact}",
         ],
     )
-    motion = formulate(task)
+    motion = formulate(task, steps=steps)
     ocp = stewart_form(motion) if form == "Stewart" else motion.ocp
     return Transcription(ocp, motion.fesd)
 

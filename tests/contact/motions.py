@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import Contact, ContactOptions, ContactSystem, MultibodyDynamics, contact_system
+from fesd_robot.contact import Contact, ContactOptions, ContactSystem, MultibodyDynamics, StepOptions, contact_system
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Tableau, Transcription, make_tableau
 from fesd_robot.fesd.polishing import conditions_of, read_branch
 
@@ -19,9 +19,11 @@ RADAU = make_tableau("radau_iia", 2)
 FORMS = {
     "multipliers": ContactOptions(form="multipliers", auxiliary_force=AUXILIARY_FORCE),
     "steps": ContactOptions(form="steps", auxiliary_force=AUXILIARY_FORCE),
-    "steps, no gate": ContactOptions(form="steps", gate=False, auxiliary_force=AUXILIARY_FORCE),
-    "steps, true gap": ContactOptions(form="steps", gap="true", auxiliary_force=AUXILIARY_FORCE),
-    "steps, published": ContactOptions(form="steps", gate=False, gap="true", auxiliary_force=AUXILIARY_FORCE),
+    "steps, no gate": ContactOptions(form="steps", steps=StepOptions(gate=False), auxiliary_force=AUXILIARY_FORCE),
+    "steps, true gap": ContactOptions(form="steps", steps=StepOptions(gap="true"), auxiliary_force=AUXILIARY_FORCE),
+    "steps, published": ContactOptions(
+        form="steps", steps=StepOptions(gap="true", gate=False), auxiliary_force=AUXILIARY_FORCE
+    ),
 }
 
 
@@ -102,7 +104,7 @@ class Motion:
         self.time += duration
 
     def _with_gap(self, state: np.ndarray) -> np.ndarray:
-        return np.append(state, state[1]) if self.options.gap == "integrated" else state
+        return np.append(state, state[1]) if self.options.steps.gap == "integrated" else state
 
     def algebraic(self, state: np.ndarray, plus: float, minus: float) -> np.ndarray:
         """The algebraic variables that belong to a state and to the multipliers theta_+ and theta_-."""
@@ -111,10 +113,10 @@ class Motion:
         beta = plus + minus
         x_speed, z_speed = state[2:4]
         flying = float(beta == 0 and state[1] >= 0)
-        gate = 1 - flying if self.options.gate else 1.0
+        gate = 1 - flying if self.options.steps.gate else 1.0
         sliding = plus / beta if beta > 0 else float(x_speed > 0)
         parting = 1 - beta if flying == 0 else float(z_speed > 0)
-        if flying and self.options.gate:
+        if flying and self.options.steps.gate:
             parting = 0.5
         steps = 3 if self.friction > 0 else 2
         c = np.array([state[1], gate * z_speed, gate * x_speed])[:steps]

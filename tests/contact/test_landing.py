@@ -111,7 +111,7 @@ def test_the_solver_returns_to_the_landing(options: ContactOptions, sigma: float
     assert solution.solved
     flight, impact, stance = transcription.unpack(solution.w)
     # Ungated, the end of a flight is a product of two velocities: a tolerance of 1e-10 determines it to its root.
-    accuracy = 1e-8 if options.gate else 1e-5
+    accuracy = 1e-8 if options.steps.gate else 1e-5
     assert flight.step == pytest.approx(IMPACT_TIME, abs=accuracy)
     assert impact.step == pytest.approx(IMPACT_SPEED / AUXILIARY_FORCE, abs=accuracy)
     assert flight.x[-1][:5] == pytest.approx([4 * IMPACT_TIME, 0, 4, -IMPACT_SPEED, IMPACT_TIME], abs=3 * accuracy)

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.contact import ContactOptions, ContactSystem, contact_system
+from fesd_robot.contact import ContactOptions, ContactSystem, StepOptions, contact_system
 from fesd_robot.errors import OptionError
 
 from .motions import AUXILIARY_FORCE, FORMS, FRICTION, GRAVITY, point_mass, two_contacts
@@ -107,7 +107,7 @@ def test_an_approach_excludes_all_but_the_impact(options: ContactOptions) -> Non
     q, n, t = z[:3]
     H = ca.Function("H", [system.system.algebraic], [system.system.H])
     beta = (1 - q) * (1 - n)
-    excluded = 1 - beta if options.gate else n
+    excluded = 1 - beta if options.steps.gate else n
     assert np.asarray(H(z)).ravel() == pytest.approx([q, excluded, t, 1 - q, 1 - n, 1 - t])
 
 
@@ -126,7 +126,7 @@ def test_the_fields(options: ContactOptions) -> None:
     value, mass = (np.asarray(part.full()) for part in right(x, [speed], z, []))
     rate, push = ode * speed, AUXILIARY_FORCE * (plus + minus)
     expected = [rate * x[2], rate * x[3], AUXILIARY_FORCE * FRICTION * (minus - plus), push - rate * GRAVITY, rate]
-    if options.gap == "integrated":
+    if options.steps.gap == "integrated":
         expected.append(rate * (x[3] + options.baumgarte_gain * (x[1] - x[5])))
     assert value.ravel() == pytest.approx(np.array(expected))
     assert np.array_equal(mass, np.eye(len(expected)))
@@ -184,8 +184,10 @@ def test_without_friction_there_is_no_tangential_logic() -> None:
 
 def test_multipliers_need_the_integrated_gap() -> None:
     """Only the step functions can switch on the true gap."""
-    with pytest.raises(OptionError, match="'multipliers' needs gap='integrated', found gap='true'"):
-        contact_system(*point_mass(), replace(FORMS["multipliers"], gap="true"))
+    with pytest.raises(OptionError, match=r"found StepOptions\(gap='true'.* needs the form 'steps'"):
+        contact_system(*point_mass(), replace(FORMS["multipliers"], steps=StepOptions(gap="true")))
+    with pytest.raises(OptionError, match="the transcription 'freezing'"):
+        contact_system(*point_mass(), replace(FORMS["steps, no gate"], transcription="impulses"))
 
 
 def test_a_foot_that_may_not_slip_keeps_a_margin_while_the_clock_runs() -> None:

@@ -8,6 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from fesd_robot.contact import StepOptions
+from fesd_robot.errors import OptionError
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.task import load_task
 
@@ -164,8 +166,11 @@ def test_control_guess(hopper: MotionProblem) -> None:
 @pytest.mark.parametrize("kind", ["multipliers", "steps"])
 def test_gap_state_follows_the_formulation(kind: str) -> None:
     """Both forms of the contact logic give the same state; a true gap has no state."""
-    form = f"method.formulation.type={kind}"
-    assert formulate(load_task(TASK, ["method.grid=uniform", form])).ocp.system.state.numel() == 10
+    task = load_task(TASK, ["method.grid=uniform", f"method.formulation.type={kind}"])
+    assert formulate(task).ocp.system.state.numel() == 10
+    true_gap = StepOptions(gap="true")
     if kind == "steps":
-        true_gap = "method.formulation={type: steps, gap: true}"
-        assert formulate(load_task(TASK, ["method.grid=uniform", true_gap])).ocp.system.state.numel() == 9
+        assert formulate(task, steps=true_gap).ocp.system.state.numel() == 9
+    else:
+        with pytest.raises(OptionError, match="needs the form 'steps'"):
+            formulate(task, steps=true_gap)

@@ -67,29 +67,41 @@ def test_old_keys_of_a_plan_are_read_as_those_of_today(
 
 def test_settings_that_are_gone_are_left_out(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The task of a plan of version 0.1.0 is the task without them, in silence; the plan says how it was made."""
-    gone: dict[str, dict[str, Any]] = {
-        "solver": {
+    gone: dict[tuple[str, ...], dict[str, Any]] = {
+        ("solver",): {
             "starts": 3,
             "coarse_to_fine": True,
             "local_search": False,
             "steering": "direct",
             "schedule": "linear",
         },
-        "method": {"cross_complementarity": "auto"},
+        ("method",): {"cross_complementarity": "auto"},
+        ("method", "formulation"): {
+            "gap": "true",
+            "gate": False,
+            "step_regularisation_weight": 0.0,
+            "step_selection_weight": 0.0,
+        },
     }
-    assert {section: tuple(keys) for section, keys in gone.items()} == GONE
+    assert {path: tuple(keys) for path, keys in gone.items()} == GONE
     file = write_plan(plan, tmp_path / "plan") / "plan.json"
     data = json.loads(file.read_text(encoding="utf-8"))
-    for section, keys in gone.items():
-        data["task"][section].update(keys)
+    for path, keys in gone.items():
+        _section(data["task"], path).update(keys)
     file.write_text(json.dumps(data), encoding="utf-8")
     old = read_plan(file)
     assert task_of(old) == task_of(plan) and caplog.records == []
-    for section, keys in gone.items():
-        assert {key: old.task[section][key] for key in keys} == keys
+    for path, keys in gone.items():
+        assert {key: _section(old.task, path)[key] for key in keys} == keys
     assert task_of(old, overrides=["solver.effort=quick"]).solver.effort == "quick"
     with pytest.raises(TaskError, match=r"solver\.starts: found an unknown key"):
         task_of(old, overrides=["solver.starts=2"])
+
+
+def _section(task: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+    for part in path:
+        task = task[part]
+    return task
 
 
 def test_a_plan_of_today_is_read_in_silence(plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -54,7 +54,7 @@ limits:
 method:
   stages: 2
   formulation:
-    gate: true
+    baumgarte_gain: 30
   step_equilibration: {type: mean, weight: 1}
 solver:
   tolerance: 1e-8

@@ -24,7 +24,8 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
         "extra",
         ["unknown key", "valid: audit, bodies, constraints"],
     ),
-    ("    gate: true", "    gates: true", 47, "method.formulation.gates", ["did you mean 'gate'?"]),
+    ("    baumgarte_gain", "    baumgarte", 47, "method.formulation.baumgarte", ["did you mean 'baumgarte_gain'?"]),
+    ("    baumgarte_gain: 30", "    gap: integrated", 47, "method.formulation.gap", ["unknown key"]),
     ("      upper: 50", "      uper: 50\n      upper: 50", 14, "robot.actuators.push.uper", ["'upper'"]),
     ("  apex:", "  apx: {}\n  apex:", 35, "reference.apx", ["did you mean 'apex'?"]),
     ("  type: jumps\n", "  type: line\n", 34, "reference.count", ["unknown key", "valid: type", "1 more error"]),
@@ -69,7 +70,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("{leg: 0.5}", "0.5", 26, "initial.configuration", ["found 0.5", "a mapping of names"]),
     ("name: hop", "name: 3", 1, "name", ["found 3", "text"]),
     ("name: hop", "name: hop/hop", 1, "name", ["'hop/hop'", "letters, digits"]),
-    ("    gate: true", "    gate: off", 47, "method.formulation.gate", ["'off'", "true or false"]),
+    ("page: true", "page: off", 52, "output.page", ["'off'", "true or false"]),
     ("page: true", "page: 1", 52, "output.page", ["found 1", "true or false"]),
     ("ground:\n  type: plane\n  slope: 0.1\n  friction: 0.45", "ground: flat", 15, "ground", ["a mapping of keys"]),
     # numbers out of range
@@ -113,7 +114,6 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
         ["'torque'"],
     ),
     ("tolerance: 1e-8", "sigma_start: 1e-9", 50, "solver.sigma_start", ["1e-09", "sigma_start > tolerance"]),
-    ("    gate: true", "    {gap: true, baumgarte_gain: 3}", 47, "method.formulation.baumgarte_gain", ["no effect"]),
     ("type: mean, weight: 1", "type: none, weight: 2", 48, "method.step_equilibration.weight", ["no effect"]),
     # emptiness
     ("contacts:\n  foot:\n    frame: foot", "contacts: {}", 19, "contacts", ["an empty mapping", "at least one"]),

@@ -39,7 +39,7 @@ def test_ten_lines_make_a_task(write: Write) -> None:
     assert task.reference == Line(type="line")
     assert task.costs.configuration is None
     assert (task.method.scheme, task.method.stages, task.method.elements) == ("radau_iia", 2, 3)
-    assert (task.method.formulation.gap, task.method.formulation.baumgarte_gain) == ("integrated", 30)
+    assert (task.method.formulation.type, task.method.formulation.baumgarte_gain) == ("multipliers", 30)
     assert task.method.auxiliary_force == "auto"
     assert (task.solver.tolerance, task.solver.sigma_start, task.solver.sigma_factor) == (1e-8, 0.1, 0.35)
     assert task.solver.time_limit is None
@@ -116,14 +116,14 @@ def test_overrides_replace_add_and_switch(base: str, write: Write) -> None:
             "costs.velocity.leg=1e-3",
             "reference={type: line}",
             "method.formulation={type: steps}",
-            "method.formulation.gap=true",
+            "method.formulation.baumgarte_gain=20",
             "robot.actuators=null",
         ],
     )
     assert task.horizon.intervals == 40
     assert task.costs.velocity == {"leg": 1e-3}
     assert task.reference == Line(type="line")
-    assert task.method.formulation.gap == "true"
+    assert (task.method.formulation.type, task.method.formulation.baumgarte_gain) == ("steps", 20)
     assert task.robot.actuators is None
 
 

@@ -21,7 +21,6 @@ Write = Callable[[str], Path]
 VALUES = {
     "method.auxiliary_acceleration": "70",
     "method.formulation.gap_feedback": "12",
-    "method.formulation.step_selection_weight": "0.002",
     "solver.finish": "false",
     "solver.sketch_iterations": "99",
     "solver.velocity_relaxation": "40",
@@ -39,9 +38,9 @@ def given(task: Task, path: KeyPath) -> Any:
 @pytest.fixture
 def old(base: str) -> str:
     """A task with all keys under their old names; its own `formulation` is in line 46, `solver` in line 52."""
-    text = base.replace(
-        "    gate: true\n", "    type: steps\n    gap_feedback: 12\n    step_selection_weight: 0.002\n"
-    ).replace("  step_equilibration:", "  auxiliary_acceleration: 70\n  step_equilibration:")
+    text = base.replace("    baumgarte_gain: 30\n", "    type: steps\n    gap_feedback: 12\n").replace(
+        "  step_equilibration:", "  auxiliary_acceleration: 70\n  step_equilibration:"
+    )
     return text.replace("solver:\n", "solver:\n  finish: false\n  sketch_iterations: 99\n  velocity_relaxation: 40\n")
 
 
