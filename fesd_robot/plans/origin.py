@@ -20,6 +20,17 @@ GONE: Mapping[KeyPath, Sequence[str]] = {
 }
 """Keys by section in plans of version 0.1.0 that tasks do not have any more."""
 
+GONE_VALUES: Mapping[KeyPath, Sequence[str]] = {
+    ("solver", "relaxation"): (
+        "natural_residual",
+        "chen_chen_kanzow",
+        "steffensen_ulbrich_sine",
+        "steffensen_ulbrich_polynomial",
+        "kanzow_schwartz",
+    ),
+}
+"""Values by key in plans of version 0.1.0 that tasks do not have any more; the default takes their place."""
+
 
 def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = ()) -> Task:
     """Return the task that a plan was made for, with relative paths starting where they did then.
@@ -34,12 +45,7 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     """
     start = Path(plan.provenance.folder or "") if folder is None else folder
     data, places = deepcopy(plan.task), dict[KeyPath, Origin]()
-    for path, keys in GONE.items():
-        section: Any = data
-        for part in path:
-            section = section.get(part, {})
-        for key in keys:
-            section.pop(key, None)
+    _leave_out_gone(data)
     override_keys(data, places, overrides)
     origins = Origins(start=start.absolute(), places=places)
     try:
@@ -47,6 +53,25 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     except ValidationError as error:
         raise validation_error(error, origins) from error
     return task.with_origins(origins)
+
+
+def _leave_out_gone(task: dict[str, Any]) -> None:
+    """Remove `GONE` keys and keys with `GONE_VALUES` from a task as plain data, in place."""
+    for path, keys in GONE.items():
+        section = _section(task, path)
+        for key in keys:
+            section.pop(key, None)
+    for path, values in GONE_VALUES.items():
+        section = _section(task, path[:-1])
+        if section.get(path[-1]) in values:
+            del section[path[-1]]
+
+
+def _section(task: dict[str, Any], path: KeyPath) -> dict[str, Any]:
+    """Return a section of a task, empty if the task leaves it out."""
+    for part in path:
+        task = task.get(part, {})
+    return task
 
 
 def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:

@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.errors import PlanFileError, TaskError
 from fesd_robot.plans import Plan, read_plan, report, task_of, write_plan
-from fesd_robot.plans.origin import GONE
+from fesd_robot.plans.origin import GONE, GONE_VALUES
 from fesd_robot.plans.plan import Attempt
 from fesd_robot.plans.renamed_keys import RENAMED_PLAN_KEYS
 from fesd_robot.task.renamed_keys import RENAMED_KEYS
@@ -96,6 +96,30 @@ def test_settings_that_are_gone_are_left_out(plan: Plan, tmp_path: Path, caplog:
     assert task_of(old, overrides=["solver.effort=quick"]).solver.effort == "quick"
     with pytest.raises(TaskError, match=r"solver\.starts: found an unknown key"):
         task_of(old, overrides=["solver.starts=2"])
+
+
+@pytest.mark.parametrize("relaxation", GONE_VALUES["solver", "relaxation"])
+def test_a_relaxation_that_is_gone_is_the_default(
+    plan: Plan, tmp_path: Path, caplog: pytest.LogCaptureFixture, relaxation: str
+) -> None:
+    """A plan of version 0.1.0 says by which relaxation it was made, and its task has that of today's default."""
+    file = write_plan(plan, tmp_path / "plan") / "plan.json"
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["task"]["solver"]["relaxation"] = relaxation
+    file.write_text(json.dumps(data), encoding="utf-8")
+    old = read_plan(file)
+    assert old.task["solver"]["relaxation"] == relaxation
+    assert task_of(old) == task_of(plan) and caplog.records == []
+    changed = task_of(old, overrides=["solver.relaxation=fischer_burmeister"])
+    assert changed.solver.relaxation == "fischer_burmeister"
+    with pytest.raises(TaskError, match=r"solver\.relaxation: found .*expected 'scholtes' or 'fischer_burmeister'"):
+        task_of(old, overrides=[f"solver.relaxation={relaxation}"])
+
+
+def test_a_relaxation_of_today_stays(plan: Plan) -> None:
+    """The relaxation that a plan was made with, and that tasks have, is that of its task."""
+    task = {**plan.task, "solver": {**plan.task["solver"], "relaxation": "fischer_burmeister"}}
+    assert task_of(plan.model_copy(update={"task": task})).solver.relaxation == "fischer_burmeister"
 
 
 def _section(task: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
