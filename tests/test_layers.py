@@ -42,7 +42,7 @@ BELOW: dict[str, set[str]] = {
         "complementarity", "contact", "fesd", "mpcc", "nlp", "plans", "recovery", "replay", "robot", "running", "task",
     },
     "explanation": {"contact", "mpcc", "ocp", "plans", "recovery", "robot", "task"},
-    "render": {"contact", "native", "ocp", "plans", "recovery", "robot", "task"},
+    "render": {"contact", "native", "ocp", "plans", "recovery", "robot", "running", "task"},
     "simulation": {"contact", "dcs", "fesd", "ocp", "plans", "recovery", "replay", "task"},
     "first_task": {"ocp", "robot", "task"},
     "phases": {"complementarity", "contact", "fesd", "mpcc", "nlp", "ocp", "robot", "running"},

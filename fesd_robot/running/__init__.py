@@ -20,11 +20,12 @@ __all__ = [
     "Station",
     "Stop",
     "cores_for",
+    "in_other_process",
     "stop_requested",
 ]
 
 if TYPE_CHECKING:
-    from fesd_robot.running.background import InBackground
+    from fesd_robot.running.background import InBackground, in_other_process
     from fesd_robot.running.deadline import Deadline
     from fesd_robot.running.effort import EffortLevel, SearchEffort
     from fesd_robot.running.kept import Identity, Kept
@@ -36,7 +37,7 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "fesd_robot.running.background": ["InBackground"],
+            "fesd_robot.running.background": ["InBackground", "in_other_process"],
             "fesd_robot.running.deadline": ["Deadline"],
             "fesd_robot.running.effort": ["EffortLevel", "SearchEffort"],
             "fesd_robot.running.kept": ["Identity", "Kept"],

@@ -1,15 +1,15 @@
-"""A value that another process works out while this one goes on."""
+"""What another process works out while this one goes on."""
 
 from __future__ import annotations
 
 import logging
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from typing import Generic, TypeVar
+from contextlib import contextmanager
+from typing import Any, Generic, TypeVar
 
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.running.processes import ForkedPool
+from fesd_robot.running.processes import FORKS, ForkedPool
 
 Value = TypeVar("Value")
 
@@ -28,7 +28,7 @@ class InBackground(Generic[Value]):
 
     def __init__(self, function: Callable[[], Value], hand_over: Callable[[Value], None]) -> None:
         self._hand_over = hand_over
-        self._pool = ForkedPool(1, lambda _: function(), _nothing) if sys.platform == "linux" else None
+        self._pool = _forked(function)
         self._value = self._pool.submit(None) if self._pool else None
 
     def look(self) -> None:
@@ -46,6 +46,30 @@ class InBackground(Generic[Value]):
         if self._pool:
             self._pool.end()
         self._pool = self._value = None
+
+
+@contextmanager
+def in_other_process(work: Callable[[], None]) -> Iterator[None]:
+    """Do work in another process while the block runs, and in this one after it where that failed, or cannot be had.
+
+    Args:
+        work: knows what it refers to as it is now; what it does has to outlast its process, as files do.
+    """
+    pool = _forked(work)
+    try:
+        done = pool.submit(None) if pool else None
+        yield
+        failed = done is None or done.exception() is not None
+    finally:
+        if pool:
+            pool.end()
+    if failed:
+        work()
+
+
+def _forked(function: Callable[[], Any]) -> ForkedPool | None:
+    """Return one process for the value of a function, where a process can be forked safely."""
+    return ForkedPool(1, lambda _: function(), _nothing) if FORKS else None
 
 
 def _nothing() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -11,7 +10,7 @@ from concurrent.futures import TimeoutError as NotYet
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Generic, TypeVar
 
-from fesd_robot.running.processes import Cores, ForkedPool
+from fesd_robot.running.processes import FORKS, Cores, ForkedPool
 from fesd_robot.running.stop import Stop, stop_requested
 
 _POLL = 0.2
@@ -45,7 +44,7 @@ class Lookahead(Generic[Argument, Result]):
         self, function: Callable[[Argument], Result], cores: Cores, stop: Stop | None, alone: Callable[[], None]
     ) -> None:
         self._function, self._stop, self._alone = function, stop, alone
-        self._cores = cores if sys.platform == "linux" else Cores(1)
+        self._cores = cores if FORKS else Cores(1)
         self._pool: ForkedPool | None = None
 
     def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:

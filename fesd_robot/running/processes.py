@@ -19,6 +19,9 @@ import psutil
 _GLANCE = 0.2
 """s for which cores are looked at; this process sleeps meanwhile, so that its own counts as free."""
 
+FORKS = sys.platform == "linux"
+"""Whether a process can be forked safely."""
+
 _PARENT_DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 

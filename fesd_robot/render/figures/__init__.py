@@ -3,14 +3,8 @@
 from __future__ import annotations
 
 import io
-import multiprocessing
-import os
-import signal
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +23,7 @@ from fesd_robot.render.figures.look import DPI, Look
 from fesd_robot.render.figures.robot_motion import RobotMotion, robot_motion
 from fesd_robot.render.figures.snapshots import snapshots_figure
 from fesd_robot.render.files import write_atomically
+from fesd_robot.running import in_other_process
 
 __all__ = ["ANIMATION_FILE", "Look", "build_figures", "robot_motion", "write_animation", "write_figures"]
 
@@ -63,7 +58,7 @@ def write_figures(plan: Plan, folder: Path, robot: RobotMotion | None = None, lo
     """
     look = Look() if look is None else look
     figures = list(build_figures(plan, robot, look).items())
-    with _beside(partial(_save, figures[1::2], Path(folder), look)):
+    with in_other_process(partial(_save, figures[1::2], Path(folder), look)):
         _save(figures[::2], Path(folder), look)
     return [Path(folder) / f"{name}.{kind}" for name, _ in figures for kind in look.formats]
 
@@ -75,33 +70,6 @@ def _save(figures: Sequence[tuple[str, Figure]], folder: Path, look: Look) -> No
             with matplotlib.rc_context(_SETTINGS):
                 figure.savefig(content, format=kind, dpi=DPI, metadata=_METADATA[kind])
             write_atomically(folder / f"{name}.{kind}", content.getvalue())
-
-
-@contextmanager
-def _beside(work: Callable[[], None]) -> Iterator[None]:
-    """Do work in another process while the block runs, and here after it where that failed, or cannot be had."""
-    process: BaseProcess | None = None
-    if sys.platform == "linux":  # only there a process can be forked safely
-        process = multiprocessing.get_context("fork").Process(target=_quietly, args=(work,), daemon=True)
-        process.start()
-    try:
-        yield
-        if process:
-            process.join()
-    finally:
-        if process:
-            process.terminate()
-    if process is None or process.exitcode:
-        work()
-
-
-def _quietly(work: Callable[[], None]) -> None:
-    """Do work in a process that leaves Ctrl-C and what fails to the one that forked it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        work()
-    except Exception:
-        os._exit(1)
 
 
 def write_animation(robot: RobotMotion, folder: Path) -> Path:
