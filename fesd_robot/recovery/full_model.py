@@ -181,11 +181,6 @@ class FullModel:
         return self._full
 
     @property
-    def base_joint(self) -> int:
-        """Pinocchio's index of the joint under the first link, 0 if that has at most one degree of freedom."""
-        return self._base_joint
-
-    @property
     def feet(self) -> list[str]:
         """Name of every foot: that of its contact, or of its frame where a contact stands for several."""
         return [

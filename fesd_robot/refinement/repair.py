@@ -129,7 +129,7 @@ def _has_lengths(transcription: Transcription, branch: Branch) -> bool:
 
 def _nearest_first(around: Neighbourhood, best: PolishingReport) -> list[Move]:
     """Return the moves from a branch, those first that are nearest to the interval in which most is violated."""
-    found = list(moves(around.transcription, around.polisher.conditions, best.w, best.branch, joints=True))
+    found = list(moves(around.transcription, around.polisher.conditions, best.w, best.branch))
     worst = best.residuals.worst_constraint
     at = worst.place.interval if worst else None
     if at is not None:

@@ -38,11 +38,9 @@ class IntervalReplay:
         position_error: planned minus replayed configuration at the end, in the tangent space, m and rad, (n_v).
         velocity_error: the same of the velocity, m/s and rad/s, (n_v).
         impact_error: velocity after an impact at the start, planned minus that of `impact`, (n_v); zeros without one.
-        events: changes of mode of the replay.
-        planned: those of the plan in the same time.
-        event_difference: largest difference in time of an event of the replay and the same one of the plan, s.
-        joint_events, planned_joint_events: the same of joints with dry friction, whose numbers are the contacts.
-        unmatched: events that only one of the two has, joints included.
+        event_difference: largest difference in time of a change of mode, of a contact or a joint with dry friction, in
+            the replay and the same one in the plan, s.
+        unmatched: changes of mode that only one of the two has.
         drift: what was taken out at the start.
         notes: what is not as it should be.
     """
@@ -55,14 +53,10 @@ class IntervalReplay:
     position_error: np.ndarray
     velocity_error: np.ndarray
     impact_error: np.ndarray
-    events: tuple[SwitchRecord, ...]
-    planned: tuple[SwitchRecord, ...]
     event_difference: float
     unmatched: int
     drift: Drift
     notes: frozenset[Note]
-    joint_events: tuple[SwitchRecord, ...] = ()
-    planned_joint_events: tuple[SwitchRecord, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -146,14 +140,10 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         position_error=physics.difference(result.configuration, motion.configuration[end]),
         velocity_error=velocity_error,
         impact_error=impact_error,
-        events=result.events,
-        planned=planned,
         event_difference=max(difference, joint_difference),
         unmatched=unmatched + unmatched_joints,
         drift=result.drift,
         notes=result.notes | ({Note.IN_TURN} if in_turn else set()),
-        joint_events=result.joint_events,
-        planned_joint_events=planned_joints,
     )
 
 

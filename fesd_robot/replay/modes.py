@@ -62,6 +62,10 @@ def force_margin(dynamics: ContactDynamics, modes: Modes) -> float:
 def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, left: Modes | None = None) -> list[ModeMotion]:
     """Return every choice of modes for the closed contacts: admissible ones first, then proper ones.
 
+    Admissible is what Coulomb's law with unilateral contact allows: a contact in flight must not approach
+    (J_n a + (dJ_n/dt) v >= 0), a closed one must not pull (f_n >= 0), a sticking one keeps |f_t| <= mu f_n, and one
+    that begins to slip moves along its direction.
+
     Of them those with the fewest slips come first, then those that keep farthest from a bound. A contact with a
     tangential velocity can only slip along it or part; contacts that are not closed are in flight. In space, where all
     slides are proper, only the choice that pivoting finds is returned.
@@ -71,6 +75,8 @@ def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, left: Modes | Non
         closed: contacts that touch and have no normal velocity, (n_c) of bool.
         left: modes that have just ceased to be possible, which are left out; they may be admissible still, by less
             than `ADMISSIBLE`.
+
+    Source: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapter 6.
     """
     if dynamics.rows > 2 and slips_are_proper(dynamics, closed):
         stays = tuple(options[0] for options in _options(dynamics, closed))
@@ -82,20 +88,6 @@ def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, left: Modes | Non
     options = list(product(*_options(dynamics, closed)))
     choices = [_rated(dynamics, modes, closed) for modes in options if modes != left or len(options) == 1]
     return sorted(choices, key=_plausibility)
-
-
-def admissible_modes(dynamics: ContactDynamics, closed: np.ndarray) -> list[ModeMotion]:
-    """Return the modes that Coulomb's law with unilateral contact allows, proper ones first.
-
-    A contact in flight must not approach (J_n a + (dJ_n/dt) v >= 0), a closed one must not pull (f_n >= 0), a sticking
-    one keeps |f_t| <= mu f_n, and one that begins to slip moves along its direction.
-
-    Args:
-        dynamics, closed: as in `rated_modes`.
-
-    Source: Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapter 6.
-    """
-    return [choice for choice in rated_modes(dynamics, closed) if choice.admissible]
 
 
 def _plausibility(motion: ModeMotion) -> tuple[bool, bool, int, float]:

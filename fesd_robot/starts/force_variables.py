@@ -7,7 +7,6 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import brentq
 
 from fesd_robot.ocp import MotionProblem
 
@@ -31,7 +30,7 @@ class ForceVariables:
 
     motion: MotionProblem
 
-    def of(self, forces: np.ndarray, control: np.ndarray, inside: float = INSIDE) -> tuple[np.ndarray, np.ndarray]:
+    def of(self, forces: np.ndarray, control: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return algebraic variables with given forces, (n_c, 1 + n_t), and the control with the speed of time.
 
         With theta_ODE s = 1 a force is a_n beta, and 1 / theta_ODE the speed of time.
@@ -39,40 +38,26 @@ class ForceVariables:
         Args:
             forces: normal and tangential, N.
             control: of the interval, (n_u), whose speed of time is replaced.
-            inside: part of the friction that the tangential forces may use up.
         """
         ocp = self.motion.ocp
-        z = self.at(forces, control, inside)
+        z = self.at(forces, control)
         rate = float(self._free_flow(z))
         speed = np.append(control[:-1], 1 / max(rate, LEAST_RATE))
         return z, np.clip(speed, ocp.control_lower, ocp.control_upper)
 
-    def rate(self, forces: np.ndarray, speed: float) -> float:
-        """Return dt/dtau = theta_ODE s under given forces: r = s prod_c (1 - f_n r / a_n).
+    def at(self, forces: np.ndarray, control: np.ndarray) -> np.ndarray:
+        """Return algebraic variables with given forces while the clock runs at rate 1: beta = f_n / a_n.
 
         Args:
-            forces: normal and tangential, N, (n_c, 1 + n_t).
-            speed: of time, s.
+            forces, control: as in `of`.
         """
-        pushes = np.maximum(forces[:, 0], 0.0) / self.motion.auxiliary_force
-        largest = min(speed, 1 / max(pushes.max(initial=0.0), 1e-300))
-        return float(brentq(lambda r: r - speed * np.prod(1 - pushes * r), 0.0, largest))
-
-    def at(self, forces: np.ndarray, control: np.ndarray, inside: float, rate: float = 1.0) -> np.ndarray:
-        """Return algebraic variables with given forces at a rate of the clock: beta = f_n dt/dtau / a_n.
-
-        Args:
-            forces, control, inside: as in `of`.
-            rate: dt/dtau.
-        """
-        forces = forces * rate
         ocp = self.motion.ocp
         system = ocp.system
         z, given = np.zeros(system.algebraic.numel()), set[int]()
         multipliers = self.motion.contact_system.theta_auxiliary
         for own, one, force in zip(multipliers, self.motion.contacts, forces, strict=True):
             beta, limit = force[0] / self.motion.auxiliary_force, one.friction * force[0]
-            along = np.clip(force[1:] / limit, -inside, inside) if limit > 0 else np.ones(len(own.sides))
+            along = np.clip(force[1:] / limit, -INSIDE, INSIDE) if limit > 0 else np.ones(len(own.sides))
             for sides, share in zip(own.sides, along, strict=True):
                 for side, sign in zip(sides, (-1, 1) if limit > 0 else (1, -1), strict=True):
                     for at in self._variable(side):

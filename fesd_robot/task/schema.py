@@ -128,11 +128,6 @@ class Task(Section):
         return f"beyond the wall '{surface}'" if surface in self.ground.walls else f"inside '{surface}'"
 
     @property
-    def source_path(self) -> Path | None:
-        """The file this task was loaded from, None for a task made in Python."""
-        return self._origins.file
-
-    @property
     def folder(self) -> Path:
         """Where relative paths start: the folder of the task file, the working directory for a task made in Python."""
         return self._origins.folder

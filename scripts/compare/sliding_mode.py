@@ -14,9 +14,6 @@ import numpy as np
 
 from compare import switched
 
-BEST_KNOWN = 5.592183296579
-"""Best known local optimum with these controls, in closed form: every arc is a polynomial."""
-
 
 def describe() -> switched.SwitchedProblem:
     """Return the problem."""

@@ -137,7 +137,9 @@ def test_mistakes_about_the_robot_are_located(
     task = load(SOLO.replace(*edit, 1))
     with pytest.raises(TaskError) as caught:
         formulate(task)
-    assert (caught.value.file, caught.value.line, caught.value.key) == (task.source_path, line, key), caught.value
+    assert (caught.value.file, caught.value.line, caught.value.key) == (task.error("robot", "").file, line, key), (
+        caught.value
+    )
     assert fragment in caught.value.message
 
 

@@ -154,7 +154,6 @@ def test_a_task_points_at_its_own_lines(base: str, write: Write) -> None:
     """Errors raised later carry the line of a key, of its nearest parent, or the override that set it."""
     path = write(base)
     task = load_task(path, ["horizon.intervals=30"])
-    assert task.source_path == path
     error = task.error("goal.configuration.root_x", "found this, expected that")
     assert isinstance(error, TaskError)
     assert str(error) == f"{path}:29: goal.configuration.root_x: found this, expected that"

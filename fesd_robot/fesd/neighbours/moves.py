@@ -68,8 +68,6 @@ def moves(
     conditions: ElementConditions,
     w: np.ndarray,
     branch: Branch,
-    *,
-    joints: bool = False,
 ) -> Iterator[Move]:
     """Yield the neighbours of a branch, contact by contact and switch by switch in time order.
 
@@ -96,18 +94,17 @@ def moves(
     - Last, for they seldom gain: both ends of a flight move, one of them two intervals; of a contact between flights
       only the impact is left; an impact slips to the other side, alone or with the slip after it; a motion that begins
       with a contact begins with a flight.
-    - If `joints` are asked for, one with dry friction is moved as a contact is that never flies: it sticks or slides.
+    - A joint with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
         transcription: of a collocation scheme.
         conditions: what can vanish in an element.
         w: a point of it, (n).
         branch: on which it lies.
-        joints: whether those of joints with dry friction are among them; they follow the contacts.
     """
     branch = without_impulses(conditions, branch)
     placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
-    contacts = [contact for contact in ContactConditions.of(conditions, branch) if joints or not contact.is_joint]
+    contacts = ContactConditions.of(conditions, branch)
     patterns = [[pattern_of(contact, branch, own) for own in intervals] for contact in contacts]
     runs = [runs_of(contact, own) for contact, own in zip(contacts, patterns, strict=True)]
     switches = [switches_of(*one, placing) for one in zip(contacts, patterns, runs, strict=True)]

@@ -80,7 +80,7 @@ def edges_of(starts: np.ndarray, switches: Sequence[float]) -> np.ndarray:
     return times[np.insert(np.diff(times) > 2 * SAME_EVENT, 0, True)] if times.size else times
 
 
-def draw_steps(panel: Axes, starts: np.ndarray, end: float, values: np.ndarray, color: str = SERIES[1]) -> None:
+def draw_steps(panel: Axes, starts: np.ndarray, end: float, values: np.ndarray) -> None:
     """Draw values that are constant on intervals.
 
     Args:
@@ -89,5 +89,5 @@ def draw_steps(panel: Axes, starts: np.ndarray, end: float, values: np.ndarray, 
         values: (N,).
     """
     edges = np.append(starts, max(end, float(starts[-1])))
-    panel.stairs(values, edges, baseline=None, color=color, linewidth=LINE)
+    panel.stairs(values, edges, baseline=None, color=SERIES[1], linewidth=LINE)
     panel.axhline(0.0, color=GREY, linewidth=0.5, alpha=0.6, zorder=0)
