@@ -10,7 +10,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TypeVar
 
-Planned, Way = TypeVar("Planned"), TypeVar("Way")
+Planned = TypeVar("Planned")
+Way = TypeVar("Way")
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM_IS = (

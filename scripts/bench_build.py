@@ -14,13 +14,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 from typing import TypeVar
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 
 from fesd_robot import load_task
@@ -65,7 +65,7 @@ def main() -> int:
                 "# Time to build a problem",
                 "",
                 f"Made by `python scripts/bench_build.py --repeat {arguments.repeat}`, Python "
-                f"{platform.python_version()}, casadi {casadi.__version__}, {os.cpu_count()} processors.",
+                f"{platform.python_version()}, casadi {version('casadi')}, {os.cpu_count()} processors.",
                 "",
                 "Seconds, median of the repetitions. Formulation: from the task file to the optimal control problem. "
                 "Transcription: to the problem with complementarity. Interpreted: derivatives, and the NLP's functions "

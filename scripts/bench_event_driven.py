@@ -135,7 +135,9 @@ def main() -> None:
     ):
         exact = OSCILLATOR_END if name == "oscillator" else by_hand(1e-13)
 
-        def ours(rtol: float, system=system, start=start, end=end) -> np.ndarray:
+        def ours(
+            rtol: float, system: ComplementaritySystem = system, start: np.ndarray = start, end: float = end
+        ) -> np.ndarray:
             return simulate(system, start, (0.0, end), rtol=rtol).states[-1]
 
         own, other = measured(ours, exact), measured(by_hand, exact)

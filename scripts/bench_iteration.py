@@ -16,7 +16,9 @@ import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -94,7 +96,7 @@ def main() -> int:
                 f"Made by `python scripts/bench_iteration.py --tasks {' '.join(arguments.tasks)} "
                 f"--iterations {arguments.iterations} --repeat "
                 f"{arguments.repeat} --plans {arguments.plans}`, Python {platform.python_version()}, casadi "
-                f"{casadi.__version__}, one thread.",
+                f"{version('casadi')}, one thread.",
                 "",
                 "CPU milliseconds per IPOPT iteration by IPOPT's own clock, first NLP of the task's homotopy; median "
                 "of the repetitions, in which the settings took turns. Functions: with what IPOPT and CasADi copy and "
@@ -150,6 +152,7 @@ def _timed(task: Task, problem: Mpcc, nlp: RelaxedNlp, solver: str, iterations: 
         file = Path(folder) / "ipopt.txt"
         ipopt = {"print_timing_statistics": "yes", "output_file": str(file), "file_print_level": 3}
         options = replace(homotopy_options(task), linear_solver=solver, max_iterations=iterations, ipopt=ipopt)
+        assert options.sigma_start
         options = replace(options, tolerance=options.sigma_start * 0.99, velocity_level_ratio=1.0)
         solve(problem, Run(options), nlp=nlp)
         text = file.read_text()
@@ -188,13 +191,14 @@ class _Call:
     """A function with fixed inputs and with memory for some of its outputs."""
 
     def __init__(self, function: casadi.Function, inputs: Sequence[object], outputs: list[int]) -> None:
+        self._buffer: Any  # casadi's annotations want the size of a memory that knows it
         self._buffer, self.evaluate = function.buffer()
         self._arrays = [np.array(value, dtype=float) for value in inputs]
         for number, array in enumerate(self._arrays):
-            self._buffer.set_arg(number, memoryview(array))
+            self._buffer.set_arg(number, array.data)
         for number in outputs:
             self._arrays.append(np.zeros(function.nnz_out(number)))
-            self._buffer.set_res(number, memoryview(self._arrays[-1]))
+            self._buffer.set_res(number, self._arrays[-1].data)
 
 
 def _seconds(call: _Call, cold: bool) -> float:
@@ -209,7 +213,7 @@ def _seconds(call: _Call, cold: bool) -> float:
 
 def _plans(repeat: int) -> list[tuple[str, float, float, float]]:
     """Plan a task in turns; return for each way its seconds, those in IPOPT, and its iterations."""
-    timings: dict[str, list[tuple[float, float, float, int]]] = {}
+    timings: dict[str, list[tuple[float, float, int]]] = {}
     with tempfile.TemporaryDirectory() as folder:
         kept = os.environ.get("FESD_ROBOT_CACHE")
         for number in range(repeat):

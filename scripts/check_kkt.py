@@ -14,11 +14,11 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 from scipy import sparse
 
@@ -159,7 +159,7 @@ def main() -> int:
     lines = ["# The linear solver on KKT systems of real solves", ""]
     lines += [
         f"Made by `python scripts/check_kkt.py --systems {arguments.systems}`, Python {platform.python_version()}, "
-        f"casadi {casadi.__version__}. Backward error: largest |b - A x| / (|A| |x| + |b|) of any row, with up to five "
+        f"casadi {version('casadi')}. Backward error: largest |b - A x| / (|A| |x| + |b|) of any row, with up to five "
         "steps of refinement (IPOPT makes up to ten). Inertia: compared with all eigenvalues up to order "
         f"{DENSE}, and with a factorization whose pivots are chosen for stability alone (threshold 0.5) above. "
         "Stopped: factorizations that ended early because of a wrong inertia. Verdict: for how many of all systems the "
@@ -171,12 +171,12 @@ def main() -> int:
     ]
     failed = total = 0
     cases = [(name, SHORT.get(name, ["horizon.intervals=3"])) for name in arguments.tasks]
-    cases = [(name, small) for name, small in cases if small] + [(name, []) for name, _ in cases]
-    for name, overrides in sorted(cases):
+    both = [(name, small) for name, small in cases if small] + [(name, list[str]()) for name, _ in cases]
+    for name, overrides in sorted(both):
         with tempfile.TemporaryDirectory() as folder:
             dump(name, overrides, Path(folder), arguments.iterations, 7)
             files = sorted(Path(folder).glob("*.kkt"))
-            count = min(len(files), -(-arguments.systems // len(cases)))
+            count = min(len(files), -(-arguments.systems // len(both)))
             chosen = [files[i] for i in np.linspace(0, len(files) - 1, count).astype(int)]
             systems = [Dumped.read(file) for file in chosen]
         early = KktSystem(systems[0].row, systems[0].column, systems[0].order, library)

@@ -13,10 +13,10 @@ import platform
 import sys
 import time
 from dataclasses import dataclass
+from importlib.metadata import version
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
 from claims import CLAIMS
@@ -93,7 +93,7 @@ def page_of(rows: list[list[str]], processes: int) -> str:
             "# More and less effort than the default call",
             "",
             f"Made by `python scripts/effort.py TASK ...`, processes: {processes}, Python {platform.python_version()}, "
-            f"casadi {casadi.__version__}.",
+            f"casadi {version('casadi')}.",
             "",
             "Every effort ends with refinement, audit and certificate, and has the fallback settings of a task that is "
             "not solved. Iterations are those of IPOPT in all attempts; seconds are those of one core, compiled "

@@ -16,11 +16,11 @@ import platform
 import sys
 import tempfile
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 from arguments import ROOT, task_parser
 
 from fesd_robot import load_task, plan
@@ -82,7 +82,7 @@ def main() -> int:
     lines = [
         "# Plans refined on a grid twice as fine",
         "",
-        f"Made by `scripts/finer_grid.py`{settings}, Python {platform.python_version()}, casadi {casadi.__version__}. "
+        f"Made by `scripts/finer_grid.py`{settings}, Python {platform.python_version()}, casadi {version('casadi')}. "
         "✗: not solved. Seconds are those of the clock, without drawing.",
         "",
         f"**{sum(row[-1] == 'yes' for row in rows)} of {len(rows)}** are solved, cost at most {COSTLIER:.2%} more than "

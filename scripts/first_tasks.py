@@ -16,11 +16,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 
 from fesd_robot import load_task, plan
 from fesd_robot.first_task import propose_first_task
@@ -86,7 +86,7 @@ def page(rows: list[list[str]], further: list[list[str]]) -> str:
     lines = [
         "# First tasks",
         "",
-        f"Made by `python scripts/first_tasks.py`, Python {platform.python_version()}, casadi {casadi.__version__}, "
+        f"Made by `python scripts/first_tasks.py`, Python {platform.python_version()}, casadi {version('casadi')}, "
         "beside other work on two cores.",
         "",
         "Each task is what `fesd-robot new ROBOT` writes, with nothing changed. Robots are those of this "

@@ -23,12 +23,12 @@ import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 from arguments import PROGRAM_IS, ROOT, program_of
 from claims import CLAIMS
@@ -214,7 +214,7 @@ def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
         [
             "# All tasks",
             "",
-            f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}. {PROGRAM_IS}",
+            f"Made by `{command}`, Python {platform.python_version()}, casadi {version('casadi')}. {PROGRAM_IS}",
             "",
             f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "

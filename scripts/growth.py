@@ -19,6 +19,7 @@ import tempfile
 import time
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import matplotlib as mpl
 
@@ -37,7 +38,7 @@ HEADER = (
 )  # fmt: skip
 
 
-def planned(jumps: int, folder: Path) -> tuple[float, dict[str, object]]:
+def planned(jumps: int, folder: Path) -> tuple[float, dict[str, Any]]:
     """Plan some jumps; return the seconds of the whole call and the plan.
 
     Args:

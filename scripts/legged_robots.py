@@ -20,6 +20,7 @@ import time
 from collections.abc import Collection, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -27,7 +28,6 @@ from typing import NamedTuple
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 
 from fesd_robot import load_task, plan
 from fesd_robot.actions import render_plan
@@ -194,7 +194,7 @@ def page(rows: list[list[str]], solved: int, arguments: str) -> str:
     lines = [
         "# Jumps of robots with legs",
         "",
-        f"Made by `{command}`, Python {platform.python_version()}, casadi {casadi.__version__}.",
+        f"Made by `{command}`, Python {platform.python_version()}, casadi {version('casadi')}.",
         "",
         "Each robot of example-robot-data stands by `stand_on`, is to be 0.2 m further on after 0.6 s, at rest in the "
         "same posture, and may not slip. Everything else is a default; what is locked and coupled is what `fesd-robot "

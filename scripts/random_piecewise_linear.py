@@ -99,6 +99,19 @@ Mode = tuple[int | None, ...]
 """0 or 1 for the side of every switching function, None where it is slid on."""
 
 
+@dataclass(frozen=True)
+class Event:
+    """An event of `solve_ivp`: a value that falls to zero ends the integration."""
+
+    value: Callable[[float, np.ndarray], float]
+    terminal: bool = True
+    direction: int = -1
+
+    def __call__(self, time: float, y: np.ndarray) -> float:
+        """Return the value."""
+        return self.value(time, y)
+
+
 class NotUnique(Exception):
     """Several motions go on from a point."""
 
@@ -153,7 +166,8 @@ class Reference:
                     continue
                 rate = self.system.field(x, alpha)
                 speed = self.system.normals @ rate
-                if any(candidate[i] is not None and (2 * candidate[i] - 1) * speed[i] < -1e-7 for i in zero):
+                sides = [(i, candidate[i]) for i in zero]
+                if any(side is not None and (2 * side - 1) * speed[i] < -1e-7 for i, side in sides):
                     continue
                 if not any(np.abs(rate - other).max() < 1e-6 for _, other in found):
                     found.append((tuple(candidate), rate))
@@ -190,18 +204,18 @@ class Reference:
             guess["alpha"] = alpha
             return self.system.field(y, alpha)
 
-        def event(i: int, kind: str) -> Callable:
+        def event(i: int, kind: str) -> Event:
             def value(t: float, y: np.ndarray) -> float:
-                if kind == "surface":
+                side = mode[i]
+                if side is not None:
                     c = self.system.normals[i] @ y - self.system.offsets[i]
-                    return (2 * mode[i] - 1) * c + (1e-10 if i in just_left else 0.0)
+                    return (2 * side - 1) * c + (1e-10 if i in just_left else 0.0)
                 alpha = self.steps(y, mode, guess["alpha"])
                 if alpha is None:
                     return -1.0
                 return alpha[i] if kind == "low" else 1 - alpha[i]
 
-            value.terminal, value.direction = True, -1
-            return value
+            return Event(value)
 
         about = [
             (i, kind) for i, side in enumerate(mode) for kind in (("low", "high") if side is None else ("surface",))
@@ -247,10 +261,10 @@ def compare(seed: int) -> tuple[str, float, float, int]:
         return outcome, np.nan, seconds, switches
     if failure:
         return f"FAILED: {failure}", np.nan, seconds, switches
-    error = float((np.abs(motion.states[-1] - exact) / (1 + np.abs(exact))).max() / RTOL)
-    if error <= 10:
-        return "right", error, seconds, switches
-    return ("named as not unique" if not motion.unique else "WRONG"), error, seconds, switches
+    off = float((np.abs(motion.states[-1] - exact) / (1 + np.abs(exact))).max() / RTOL)
+    if off <= 10:
+        return "right", off, seconds, switches
+    return ("named as not unique" if not motion.unique else "WRONG"), off, seconds, switches
 
 
 def main() -> None:

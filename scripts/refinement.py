@@ -16,11 +16,11 @@ import platform
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 from moved_start import MOVED, moved
 
@@ -70,7 +70,7 @@ def measure(name: str, seed: int | None) -> list[str]:
     polisher, repair = BranchTranscription(transcription), Repair(transcription, Run(options))
     begin = time.perf_counter()
     homotopy = solve if seed is None else moved(solve, seed)
-    solution = homotopy(transcription.problem, options, polisher=polisher, otherwise=repair)
+    solution = homotopy(transcription.problem, Run(options), polisher=polisher, otherwise=repair)
     polisher, solution = repair.repaired(polisher, solution)
     transcription = polisher.transcription
     seconds = time.perf_counter() - begin
@@ -125,7 +125,7 @@ def main() -> int:
         "with one more stage each, for the elements with errors above "
         f"{SMALLEST:g}. Iterations are IPOPT's, of all rounds."
     )
-    made = f"Made by `python scripts/refinement.py`, Python {platform.python_version()}, casadi {casadi.__version__}."
+    made = f"Made by `python scripts/refinement.py`, Python {platform.python_version()}, casadi {version('casadi')}."
     table = [f"| {' | '.join(COLUMNS)} |", f"|{' --- |' * len(COLUMNS)}", *(f"| {' | '.join(row)} |" for row in rows)]
     PAGE.write_text("\n".join(["# Refinement", "", made, "", words, "", *table, ""]), encoding="utf-8")
     accurate = [row[-2] != "" and float(row[-2].split(" ")[0]) <= 0.1 for row in rows]

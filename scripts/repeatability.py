@@ -15,12 +15,12 @@ import os
 import platform
 import sys
 import time
+from importlib.metadata import version
 from itertools import groupby
 from unittest import mock
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
 from moved_start import MOVED, moved, moved_branches
@@ -28,9 +28,9 @@ from moved_start import MOVED, moved, moved_branches
 from fesd_robot.contact import ContactMode
 from fesd_robot.mpcc.polishing import BranchNlp
 from fesd_robot.planning import chain, plan
-from fesd_robot.task import load_task
 from fesd_robot.plans import Plan
 from fesd_robot.plans.tables import markdown_table
+from fesd_robot.task import load_task
 
 PAGE = ROOT / "docs" / "results" / "repeatability.md"
 SPREAD = 0.02
@@ -81,7 +81,7 @@ def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
         "# The same task on five processors",
         "",
         f"Made by `python scripts/repeatability.py TASK ...`, processes: {arguments.processes}, "
-        f"Python {platform.python_version()}, casadi {casadi.__version__}.",
+        f"Python {platform.python_version()}, casadi {version('casadi')}.",
         "",
         "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
         f"functions, and with all starts of NLPs moved by {MOVED:g}, twice; ✗: not solved. Contacts are the same if "

@@ -21,11 +21,11 @@ import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 import numpy as np
 from arguments import PROGRAM_IS, ROOT, program_of, task_parser
 from variations import Variation, variations
@@ -149,7 +149,7 @@ def page(rows: list[Row], best: dict[str, float]) -> str:
         [
             "# Variations of the shipped tasks",
             "",
-            f"Made by {made}; Python {platform.python_version()}, casadi {casadi.__version__}. {count} of "
+            f"Made by {made}; Python {platform.python_version()}, casadi {version('casadi')}. {count} of "
             f"{len(every)} variations." + (f" No rows yet: {', '.join(without)}." if without else ""),
             "",
             "Robot, ground, goal, weights (times 0.1 to 10), limits, grid and initial guess are varied one at a time, "

@@ -40,6 +40,7 @@ def on_grid(times: list[float], grid: np.ndarray) -> int:
 
 def row_of(result: Plan) -> list[str]:
     """Return the row of a plan."""
+    assert result.outcome
     grid = np.array([*result.controls["time"], result.trajectory.time[-1]])
     switches = [switch.time for switch in result.switches if switch.kind in ("touchdown", "takeoff")]
     hard = [

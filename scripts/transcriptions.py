@@ -11,10 +11,10 @@ from __future__ import annotations
 import os
 import platform
 import time
+from importlib.metadata import version
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi
 from arguments import ROOT, task_parser
 
 from fesd_robot import load_task, plan
@@ -72,7 +72,7 @@ def main() -> None:
         "# Two transcriptions of contact",
         "",
         f"Made by `scripts/transcriptions.py`{settings}, Python {platform.python_version()}, casadi "
-        f"{casadi.__version__}. No fallback settings, one process. Time is that of the processor, "
+        f"{version('casadi')}. No fallback settings, one process. Time is that of the processor, "
         "as a part of that with `freezing`; cost, variables and iterations of a motion that is not solved are those of "
         "its last iterate.",
         "",

@@ -12,6 +12,7 @@ import numpy as np
 
 from fesd_robot import Task, load_task
 from fesd_robot.ocp import formulate
+from fesd_robot.task import FreeDuration
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -141,6 +142,7 @@ def _variation(name: str, seed: int, task: Task, varied: Varied, kind: str, draw
         return Variation(name, seed, f"masses x {factor:g}", mass=factor)
     if kind == "goal":
         fixed, moved = (task.initial, task.goal) if varied.end == "goal" else (task.goal, task.initial)
+        assert varied.coordinate
         start, end = (part.configuration.get(varied.coordinate, 0.0) for part in (fixed, moved))
         value = round(start + float(draw.uniform(0.8, 1.15)) * (end - start), 4)
         what, key = f"{varied.end} {varied.coordinate} = {value:g}", f"{varied.end}.configuration.{varied.coordinate}"
@@ -151,6 +153,7 @@ def _variation(name: str, seed: int, task: Task, varied: Varied, kind: str, draw
         value = round(task.ground.friction * float(draw.uniform(0.75, 1.4)), 3)
         return Variation(name, seed, f"friction {value:g}", (f"ground.friction={value}",))
     duration, intervals = task.horizon.duration, task.horizon.intervals
+    assert not isinstance(duration, FreeDuration)
     if kind == "duration":
         duration = round(duration * float(draw.uniform(0.85, 1.25)), 3)
         return Variation(name, seed, f"duration {duration:g} s", _other_grid(task, duration, intervals))

@@ -113,8 +113,8 @@ def _next_arc(q: np.ndarray, velocity: Pair, zero: tuple[bool, bool]) -> Arc:
     """
     values = _switching((Polynomial([q[0]]), Polynomial([q[1]])))
     choices = [(0, 1, -1) if at else (int(np.sign(value(0.0))),) for at, value in zip(zero, values, strict=True)]
-    for mode in product(*choices):
-        arc = _arc(q, velocity, mode, zero)
+    for first, second in product(*choices):
+        arc = _arc(q, velocity, (first, second), zero)
         if arc.lasts:
             return arc
     raise ArithmeticError(f"no mode goes on from q = {q}, velocity {velocity[0](0.0)}, {velocity[1](0.0)}")

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem, Model, Subsystem, stewart
-from fesd_robot.fesd import FesdOptions, SimulationSettings, make_tableau, simulate
+from fesd_robot.fesd import FesdOptions, SimulationSettings, StepEquilibration, make_tableau, simulate
 from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.mpcc.assembly import assemble
 from fesd_robot.mpcc.relaxations import scholtes
+
+Number = TypeVar("Number", float, np.ndarray)
 
 DURATION, ELEMENTS, TARGET = 2.0, 25, 5 / 3
 LEFT, RIGHT = -2.0, -0.8
@@ -29,12 +32,12 @@ SOLVERS = {
 }
 
 
-def exact_objective(x0: np.ndarray) -> np.ndarray:
+def exact_objective(x0: Number) -> Number:
     """V for -6 <= x0 <= 0."""
     return -(x0**3) / 9 + (2 + x0 / 3) ** 3 / 3 + ((1 + x0) / 3) ** 2
 
 
-def exact_gradient(x0: np.ndarray) -> np.ndarray:
+def exact_gradient(x0: Number) -> Number:
     """Derivative of V for -6 <= x0 <= 0."""
     return -(x0**2) / 3 + (2 + x0 / 3) ** 2 / 3 + 2 * (1 + x0) / 9
 
@@ -42,11 +45,11 @@ def exact_gradient(x0: np.ndarray) -> np.ndarray:
 def crossing(with_cost: bool) -> ComplementaritySystem:
     """x' = 3 left of zero and 1 right of it; with the integral of x^2 as second state, which makes gradients exact."""
     state = ca.SX.sym("x", 1 + with_cost)
-    fields = np.array([[3.0, 1.0]])
+    fields = ca.SX([[3.0, 1.0]])
     return stewart(
         Model(state),
         Subsystem(
-            fields=np.vstack([fields, np.zeros((int(with_cost), 2))]),
+            fields=ca.vertcat(fields, ca.SX.zeros(int(with_cost), 2)),
             switching=state[0],
             sign_matrix=np.array([[-1], [1]]),
             region_names=("left", "right"),
@@ -84,6 +87,7 @@ class Objective:
             options=self.options,
             settings=SimulationSettings(sensitivities=True),
         )
+        assert simulation.sensitivity
         (x, cost), sensitivity = simulation.states[-1], simulation.sensitivity.initial
         gradient = sensitivity[1, 0] + 2 * (x - TARGET) * sensitivity[0, 0]
         return Point(cost + (x - TARGET) ** 2, gradient, sensitivity[0, 0])
@@ -137,7 +141,7 @@ class Optimizer:
         equilibration: what makes steps equal where no switch is.
     """
 
-    def __init__(self, switch_detection: bool, equilibration: str) -> None:
+    def __init__(self, switch_detection: bool, equilibration: StepEquilibration) -> None:
         system = crossing(with_cost=False)
         x = system.state
         ocp = OptimalControlProblem(
@@ -157,7 +161,7 @@ class Optimizer:
         self.transcription = Transcription(ocp, options)
         self.nlp = assemble(self.transcription.problem, scholtes)
 
-    def starts(self, points: Sequence[float]) -> dict[float, np.ndarray]:
+    def starts(self, points: Iterable[float]) -> dict[float, np.ndarray]:
         """Return the simulated points of the MPCC by x0."""
         packed = {}
         for x0 in points:
@@ -180,7 +184,11 @@ class Optimizer:
 def optimise(starts: np.ndarray, published: dict[str, list[float]]) -> list[Optima]:
     """All four ways to optimise, from all starts, and FESD with the quadratic equilibration from some."""
     ways = []
-    for detection, equilibration, label in ((True, "difference_product", "fesd"), (False, "none", "fixed-step")):
+    discretised: tuple[tuple[bool, StepEquilibration, str], ...] = (
+        (True, "difference_product", "fesd"),
+        (False, "none", "fixed-step"),
+    )
+    for detection, equilibration, label in discretised:
         optimizer = Optimizer(detection, equilibration)
         simulated = optimizer.starts(starts)
         for mode, solver in SOLVERS.items():

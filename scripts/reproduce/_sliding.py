@@ -70,7 +70,7 @@ def system_of(variant: Variant) -> ComplementaritySystem:
     surfaces = (q[0] + CURVATURES[0] * q[1] ** 2, q[1] - CURVATURES[1] * q[0] ** 3)
     subsystems = [
         Subsystem(
-            fields=np.outer(np.eye(4)[i], [-1.0, 1.0]),
+            fields=ca.SX(np.outer(np.eye(4)[i], [-1.0, 1.0])),
             switching=surface,
             sign_matrix=np.array([[1], [-1]]),
             region_names=("positive", "negative"),

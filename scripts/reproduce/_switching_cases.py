@@ -64,11 +64,11 @@ def leaving() -> Case:
             "x(2)": simulation.states[-1, 0],
         }
 
-    fields = (ca.vertcat(t + sign, 1) for sign in (-1, 1))
+    above, below = (ca.vertcat(t + sign, 1) for sign in (-1, 1))
     return Case(
         name="leaving a sliding mode",
         about="x' in t - sign x, x(0) = -0.5",
-        systems=both_forms(ca.vertcat(x, t), by_sign(x, *fields)),
+        systems=both_forms(ca.vertcat(x, t), by_sign(x, above, below)),
         initial=[-0.5, 0.0],
         duration=2.0,
         steps=7,
@@ -138,10 +138,11 @@ def mass_spring() -> Case:
         # A turning time is where v vanishes; its error is that of v over the acceleration, 0.25 at the last one.
         return {**dict.fromkeys(exact, error), **dict.fromkeys(names, error / 0.25), "v(12)": 0.0}
 
+    above, below = (ca.vertcat(v, -q - friction) for friction in (0.15, -0.15))
     return Case(
         name="mass–spring with dry friction",
         about="q'' in -q - 0.15 sign q', q(0) = 1, at rest",
-        systems=both_forms(ca.vertcat(q, v), by_sign(v, *(ca.vertcat(v, -q - friction) for friction in (0.15, -0.15)))),
+        systems=both_forms(ca.vertcat(q, v), by_sign(v, above, below)),
         initial=[1.0, 0.0],
         duration=duration,
         steps=steps,
@@ -191,11 +192,11 @@ def stick_slip() -> Case:
             names[2]: error / 0.760358941414317,
         }
 
-    fields = (ca.vertcat(v, ca.sin(t) - friction, 1) for friction in (0.4, -0.4))
+    above, below = (ca.vertcat(v, ca.sin(t) - friction, 1) for friction in (0.4, -0.4))
     return Case(
         name="forced stick-slip",
         about="v' in sin t - 0.4 sign v, x' = v, at rest; time is a state",
-        systems=both_forms(ca.vertcat(x, v, t), by_sign(v, *fields)),
+        systems=both_forms(ca.vertcat(x, v, t), by_sign(v, above, below)),
         initial=[0.0, 0.0, 0.0],
         duration=duration,
         steps=steps,

@@ -142,7 +142,7 @@ def _how(simulation: Simulation) -> str:
 def bead_table(stages: Sequence[int]) -> tuple[str, dict[tuple[str, int], np.ndarray]]:
     """The bead in its bowl: errors and orders of position, velocity and force for both kinds of gap."""
     position, velocity, force = bead_end()
-    rows, orders = [], {}
+    rows, orders = [], dict[tuple[str, int], np.ndarray]()
     gaps: tuple[Literal["integrated", "true"], ...] = ("integrated", "true")
     for gap in gaps:
         case = bead(gap)

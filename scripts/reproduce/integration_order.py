@@ -85,7 +85,10 @@ def title(scheme: str) -> str:
 def slope(errors: dict[int, float], smallest: float = ROUND_OFF) -> float:
     """Return the fitted order of errors by number of steps, over those that are above round-off."""
     points = [(np.log(steps), np.log(error)) for steps, error in errors.items() if error > smallest]
-    return float(-np.polyfit(*np.array(points).T, 1)[0]) if len(points) > 1 else float("nan")
+    if len(points) < 2:
+        return float("nan")
+    steps, error = np.array(points).T
+    return float(-np.polyfit(steps, error, 1)[0])
 
 
 @dataclass

@@ -213,12 +213,12 @@ def main() -> None:
     report.check(
         f"FESD with homotopy within 1e-6 of x0* from {len(homotopy.by_start)} starts, found "
         f"{np.abs(homotopy.values - optimum).max():.1e}",
-        not homotopy.failures and np.abs(homotopy.values - optimum).max() < 1e-6,
+        not homotopy.failures and bool(np.abs(homotopy.values - optimum).max() < 1e-6),
     )
     report.check(
         f"a single NLP with fixed steps ends in a spurious minimum, {np.mean(on_staircase < 2e-3):.0%} of "
         f"{len(on_staircase)} runs within 2e-3 of a listed one",
-        np.mean(on_staircase < 2e-3) > 0.9,
+        bool(np.mean(on_staircase < 2e-3) > 0.9),
     )
     report.check(f"simulations that failed: {len(failures)}", not failures)
     report.close()

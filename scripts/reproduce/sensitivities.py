@@ -52,6 +52,7 @@ class Experiment:
             except SimulationError as error:
                 self.failures.append(f"{title(scheme)}, N = {steps}: {error}")
                 continue
+            assert simulation.sensitivity
             errors[steps] = float(np.abs(simulation.sensitivity.initial - self.exact).max())
         return errors
 
@@ -187,7 +188,7 @@ def main() -> None:
     all_excess = {s: fitted(s, errors) - order(s) for s, errors in with_detection.items() if last_node_is_one(s)}
     excess = {s: value for s, value in all_excess.items() if np.isfinite(value)}
     exhausted = [with_detection[s][STEPS[-1]] for s in all_excess if s not in excess]
-    least = min(excess, key=excess.get)
+    least = min(excess, key=lambda scheme: excess[scheme])
     fixed_least = min(min(errors.values()) for errors in fixed.values())
     report.check(
         f"{len(distances)} errors within 1 % of the ideal ones, at most {100 * max(distances):.2f} %",
