@@ -1,4 +1,7 @@
-"""Default weights: a deviation of the robot's own size over the whole motion costs the same whatever the robot."""
+"""Default weights: a deviation of the robot's own size costs the same per second whatever the robot.
+
+They come from the model alone: neither where the robot happens to be nor the time that is left changes them.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,13 @@ from fesd_robot.robot import Robot, deviation_units, velocity_units
 from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, SingleContact, Task
 
 CONFIGURATION, VELOCITY, CONTROL, SLIPPING = 10.0, 0.1, 1.0, 10.0
-"""What a deviation of one unit of `RobotScales` costs, over the whole duration; for slipping: one such work."""
+"""What a deviation of one unit of `RobotScales` costs per second; for slipping: one such work."""
+
+WITHOUT_GRAVITY = 0.1
+"""s; the time that belongs to a robot where nothing falls."""
+
+POSTURES = ("standing", "half_sitting", "home")
+"""Names of the posture that a model file offers as its own."""
 
 TERMINAL_CONFIGURATION, TERMINAL_VELOCITY = 100.0, 1.0
 """What a distance of one unit of `RobotScales` from the goal costs at the end."""
@@ -26,15 +35,14 @@ class RobotScales:
 
     Attributes:
         mass: of the whole robot, kg.
-        length: distance from the centre of mass to the farthest contact or centre of a link at the start, m.
-        time: sqrt(length / gravity), s; without gravity a tenth of the duration.
-        duration: of the motion, s.
+        length: of the robot or a body, from its centre of mass to its farthest contact or centre of a link in the
+            posture of `reference_posture`, m; that of the largest.
+        time: sqrt(length / gravity), s; without gravity `WITHOUT_GRAVITY`.
     """
 
     mass: float
     length: float
     time: float
-    duration: float
 
     @property
     def force(self) -> float:
@@ -54,34 +62,60 @@ class RobotScales:
         }
         return scales[unit]
 
-    def weights(self, units: Mapping[str, str], cost: float, duration: float) -> dict[str, float]:
-        """Return name -> cost / (duration scale^2), in three significant digits."""
-        return {name: float(f"{cost / (duration * self.of(unit) ** 2):.3g}") for name, unit in units.items()}
+    def weights(self, units: Mapping[str, str], cost: float) -> dict[str, float]:
+        """Return name -> cost / scale^2, in three significant digits."""
+        return {name: float(f"{cost / self.of(unit) ** 2:.3g}") for name, unit in units.items()}
 
 
-def scales_of(task: Task, robot: Robot, configuration: np.ndarray, duration: float) -> RobotScales:
+def scales_of(task: Task, robot: Robot) -> RobotScales:
     """Return the units of a robot.
 
     Args:
-        configuration: at the start, (n_q).
-        duration: of the motion, s.
+        task: with its contacts in their places.
+        robot: with frames there.
     """
     model = robot.model
-    data = model.createData()
-    center = pin.centerOfMass(model, data, configuration)
-    pin.updateFramePlacements(model, data)
-    reached = [
-        float(np.linalg.norm(data.oMi[joint].act(model.inertias[joint].lever) - center))
-        for joint in range(1, model.njoints)
-        if model.inertias[joint].mass > 0
-    ]
+    data, trees = model.createData(), dict[int, list[tuple[float, np.ndarray]]]()
+    pin.framesForwardKinematics(model, data, reference_posture(robot))
+    for joint in range(1, model.njoints):
+        if (mass := model.inertias[joint].mass) > 0:
+            own = trees.setdefault(_root_of(model, joint), [])
+            own.append((mass, data.oMi[joint].act(model.inertias[joint].lever)))
+    centers = {root: sum(m * p for m, p in own) / sum(m for m, _ in own) for root, own in trees.items()}
+    reached = [float(np.linalg.norm(p - centers[root])) for root, own in trees.items() for _, p in own]
     for contact in task.single_contacts.values():
-        for frame, radius in _points(contact):
-            reached.append(float(np.linalg.norm(data.oMf[robot.frame_id(frame)].translation - center)) + radius)
+        for name, radius in _points(contact):
+            frame = model.frames[robot.frame_id(name)]
+            if (root := _root_of(model, frame.parentJoint)) in centers:
+                place = data.oMf[robot.frame_id(name)].translation
+                reached.append(float(np.linalg.norm(place - centers[root])) + radius)
     length = max(reached, default=0.0) or 1.0
     gravity = float(np.linalg.norm(model.gravity.linear))
-    time = float(np.sqrt(length / gravity)) if gravity > 0 else 0.1 * duration
-    return RobotScales(pin.computeTotalMass(model) or 1.0, length, time, duration)
+    time = float(np.sqrt(length / gravity)) if gravity > 0 else WITHOUT_GRAVITY
+    return RobotScales(pin.computeTotalMass(model) or 1.0, length, time)
+
+
+def reference_posture(robot: Robot) -> np.ndarray:
+    """Return the posture in which a robot is measured, (n_q): the first of `POSTURES` that its file names, else the
+    neutral one with everything that slides at the end that is farther from zero, both within the limits."""
+    q, model = np.array(robot.neutral), robot.model
+    named = next((robot.postures[name] for name in POSTURES if name in robot.postures), None)
+    for joint in range(1, model.njoints):
+        i = model.joints[joint].idx_q
+        if model.joints[joint].nq != 1:
+            continue
+        ends = [end for end in (robot.lower_position[i], robot.upper_position[i]) if np.isfinite(end)]
+        if named is not None:
+            q[i] = named.get(robot.configuration_names[i], q[i])
+        elif ends and model.joints[joint].shortname().startswith("JointModelP"):
+            q[i] = max(ends, key=abs)
+        q[i] = np.clip(q[i], robot.lower_position[i], robot.upper_position[i])
+    return q
+
+
+def _root_of(model: pin.Model, joint: int) -> int:
+    """Return the first joint between the world and a joint, 0 for what is fixed to the world."""
+    return next((one for one in model.supports[joint] if one), 0)
 
 
 def _points(contact: SingleContact) -> Sequence[tuple[str, float]]:
@@ -109,13 +143,13 @@ def with_default_costs(task: Task, robot: Robot, actuation: Actuation, scales: R
     work = scales.force * scales.length
     controls = dict(zip(actuation.names, actuation.units, strict=True))
     defaults = {
-        "configuration": scales.weights(positions, CONFIGURATION, scales.duration),
-        "velocity": scales.weights(velocities, VELOCITY, scales.duration),
-        "control": scales.weights(controls, CONTROL, scales.duration),
+        "configuration": scales.weights(positions, CONFIGURATION),
+        "velocity": scales.weights(velocities, VELOCITY),
+        "control": scales.weights(controls, CONTROL),
         "slipping": dict.fromkeys(task.contacts, float(f"{SLIPPING / work:.3g}")),
     }
     if goal.periodic is None:
-        defaults["terminal_configuration"] = scales.weights(ends, TERMINAL_CONFIGURATION, 1.0)
-        defaults["terminal_velocity"] = scales.weights(velocities, TERMINAL_VELOCITY, 1.0)
+        defaults["terminal_configuration"] = scales.weights(ends, TERMINAL_CONFIGURATION)
+        defaults["terminal_velocity"] = scales.weights(velocities, TERMINAL_VELOCITY)
     missing = {key: weights for key, weights in defaults.items() if getattr(costs, key) is None}
     return task.model_copy(update={"costs": costs.model_copy(update=missing)})

@@ -33,7 +33,7 @@ from fesd_robot.ocp.standing import with_configurations
 from fesd_robot.ocp.start import check_above_ground, closed_at_start, touching_at_start
 from fesd_robot.ocp.targets import check_targets
 from fesd_robot.ocp.timing import TimeGrid, time_grid
-from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, initial_configuration, limits_of
+from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
 from fesd_robot.robot import Robot
 from fesd_robot.task import COST_TERMS, GROUND, KeyPath, Task
 
@@ -200,7 +200,7 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
     limits = limits_of(task, robot)
     task = with_promises(task, robot, limits)
     grid = time_grid(task)
-    scales = scales_of(task, robot, initial_configuration(task, robot), grid.nominal)
+    scales = scales_of(task, robot)
     default_costs = tuple(key for key in COST_TERMS if getattr(task.costs, key) is None)
     task = with_swing_speeds(with_default_costs(task, robot, actuation, scales), scales)
     endpoints = endpoints_of(task, robot)

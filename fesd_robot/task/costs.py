@@ -61,7 +61,7 @@ class Costs(Section):
         default=None,
         description="Name of a configuration coordinate -> weight of its squared deviation from the reference, per s "
         "and m2 or rad2; default: as much for every coordinate that a deviation of the robot's length or 1 rad "
-        "all the time costs 10. Roll, pitch and yaw of an orientation: the turn from the reference about the body's "
+        "for a second costs 10. Roll, pitch and yaw of an orientation: the turn from the reference about the body's "
         "x, y and z axis.",
     )
     velocity: Annotated[
@@ -71,7 +71,7 @@ class Costs(Section):
         default=None,
         description="Name of a velocity coordinate -> weight of its square, per s and (m/s)2 or (rad/s)2; default: as "
         "much for every coordinate that a speed of the robot's length per its own time, sqrt(length / gravity), "
-        "costs 0.1.",
+        "costs 0.1 a second.",
     )
     control: Annotated[
         Weights | None,
@@ -79,7 +79,7 @@ class Costs(Section):
     ] = Field(
         default=None,
         description="Name of a control -> weight of its square, per s and N2 or (N m)2; default: as much for every "
-        "control that a force of the robot's weight, or this times its length as a torque, all the time costs 1.",
+        "control that a force of the robot's weight, or this times its length as a torque, costs 1 a second.",
     )
     terminal_configuration: Annotated[
         Weights | None,

@@ -30,20 +30,20 @@ def by_kind(length: float, angle: float) -> dict[str, float]:
 
 
 def test_the_hoppers_scales(short: str, load: Load) -> None:
-    """Mass of all links, distance of the foot, the time of a fall over it, and the weight as the force."""
+    """Mass of all links, distance of the foot with the leg drawn out, the time of a fall over it, and the weight."""
     scales = formulate(load(short)).scales
-    assert (scales.mass, scales.length, scales.duration) == pytest.approx((MASS, LEG, 1.0), rel=1e-12)
+    assert (scales.mass, scales.length) == pytest.approx((MASS, LEG), rel=1e-12)
     assert (scales.time, scales.force) == pytest.approx((np.sqrt(LEG / GRAVITY), WEIGHT), rel=1e-12)
 
 
 def test_the_hoppers_weights(short: str, load: Load) -> None:
-    """The leg's length or 1 rad costs 10 all the time and 100 at the end; speeds, forces and work are counted alike."""
+    """The leg's length or 1 rad costs 10 a second and 100 at the end; speeds, forces and work are counted alike."""
     motion = formulate(load(short.replace("duration: 1", "duration: 2")))
     costs = motion.task.costs
     closed_forms = {
-        "configuration": by_kind(10 / (2 * LEG**2), 10 / 2),
-        "velocity": by_kind(0.1 / (2 * LEG * GRAVITY), 0.1 * LEG / (2 * GRAVITY)),
-        "control": {"root_pitch": 1 / (2 * (WEIGHT * LEG) ** 2), "leg": 1 / (2 * WEIGHT**2)},
+        "configuration": by_kind(10 / LEG**2, 10),
+        "velocity": by_kind(0.1 / (LEG * GRAVITY), 0.1 * LEG / GRAVITY),
+        "control": {"root_pitch": 1 / (WEIGHT * LEG) ** 2, "leg": 1 / WEIGHT**2},
         "terminal_configuration": by_kind(100 / LEG**2, 100),
         "terminal_velocity": by_kind(1 / (LEG * GRAVITY), LEG / GRAVITY),
         "slipping": {"foot": 10 / (WEIGHT * LEG)},
@@ -51,6 +51,16 @@ def test_the_hoppers_weights(short: str, load: Load) -> None:
     for key, weights in closed_forms.items():
         assert getattr(costs, key) == pytest.approx(weights, rel=5e-3), key  # three digits
     assert set(motion.default_costs) == set(closed_forms)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("leg: 0.5", "leg: 0.45"), ("root_z: 0.6", "root_z: 0.7"), ("duration: 1", "duration: 0.95")]
+)
+def test_neither_start_nor_duration_changes_weights(short: str, load: Load, old: str, new: str) -> None:
+    """They are the model's: a horizon that recedes does not change its own cost."""
+    assert old in short
+    other = formulate(load(short.replace(old, new, 1))).task.costs
+    assert other == formulate(load(short)).task.costs
 
 
 def test_given_weights_win(short: str, load: Load) -> None:
@@ -86,7 +96,7 @@ def larger(load: Load, short: str, tmp_path: Path, length: float, mass: float) -
 def test_the_same_motion_of_a_larger_robot_costs_the_same(
     short: str, load: Load, tmp_path: Path, length: float, mass: float
 ) -> None:
-    """Every term of the cost at states and controls in units of the robot is that of the small one."""
+    """Every term of the cost, a second, at states and controls in units of the robot is that of the small one."""
     small, large = formulate(load(short)), larger(load, short, tmp_path, length, mass)
     rate = np.sqrt(length)  # duration, and speed: length over it
     position = np.array([length, length, 1, length])
@@ -97,11 +107,8 @@ def test_the_same_motion_of_a_larger_robot_costs_the_same(
     for _ in range(5):
         x, u, p = rng.normal(size=10), rng.normal(size=3), rng.normal(size=5)
         values = [
-            _terms(motion, x * sx, u * su, p * sp, duration)
-            for motion, sx, su, sp, duration in (
-                (small, 1, 1, 1, 1.0),
-                (large, x_scale, u_scale, p_scale, rate),
-            )
+            _terms(motion, x * sx, u * su, p * sp)
+            for motion, sx, su, sp in ((small, 1, 1, 1), (large, x_scale, u_scale, p_scale))
         ]
         assert values[1] == pytest.approx(values[0], rel=1e-2)  # weights have three digits
     small_price, large_price = (motion.task.costs.slipping for motion in (small, large))
@@ -109,16 +116,13 @@ def test_the_same_motion_of_a_larger_robot_costs_the_same(
     assert large_price["foot"] * mass * length == pytest.approx(small_price["foot"], rel=1e-2)
 
 
-def _terms(motion: MotionProblem, x: np.ndarray, u: np.ndarray, p: np.ndarray, duration: float) -> dict[str, float]:
-    """The integrands times the duration in flight, and the terms of the end."""
+def _terms(motion: MotionProblem, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> dict[str, float]:
+    """The integrands in flight, and the terms of the end."""
     ocp = motion.ocp
     running = ca.Function("running", ocp.system.arguments, list(ocp.running_cost.values()))
     terminal = ca.Function("terminal", [ocp.system.state, ocp.system.parameters], list(ocp.terminal_cost.values()))
     p = np.append(p, motion.parts.values)
     return {
-        **{
-            name: duration * float(term)
-            for name, term in zip(ocp.running_cost, running(x, u, [0, 0, 1], p), strict=True)
-        },
+        **{name: float(term) for name, term in zip(ocp.running_cost, running(x, u, [0, 0, 1], p), strict=True)},
         **{name: float(term) for name, term in zip(ocp.terminal_cost, terminal(x, p), strict=True)},
     }
