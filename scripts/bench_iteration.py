@@ -170,11 +170,12 @@ def _functions(label: str, problem: Mpcc, nlps: dict[str, RelaxedNlp], repeat: i
     multipliers = generator.normal(size=len(nlps["never"].lower))
     times: dict[tuple[str, bool], list[float]] = {}
     for how, nlp in nlps.items():
+        program, p = nlp.program, nlp.parameters([1.0, 1.0])
         calls = [
-            _Call(nlp.nlp, (x, [1.0, 1.0]), [0, 1]),
-            _Call(nlp.gradient, (x, [1.0, 1.0]), [1]),
-            _Call(nlp.jacobian, (x, [1.0, 1.0]), [1]),
-            _Call(nlp.hessian, (x, [1.0, 1.0], [1.0], multipliers), [0]),
+            _Call(program.nlp, (x, p), [0, 1]),
+            _Call(program.gradient, (x, p), [1]),
+            _Call(program.jacobian, (x, p), [1]),
+            _Call(program.hessian, (x, p, [1.0], multipliers), [0]),
         ]
         for cold in (False, True):
             times[how, cold] = [sum(_seconds(call, cold) for call in calls) for _ in range(repeat)]

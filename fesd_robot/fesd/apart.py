@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import lru_cache
 from typing import Literal
 
 import casadi as ca
@@ -14,12 +13,13 @@ from fesd_robot.complementarity import Label, Place
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.element import DYNAMICS, SystemFunctions, read_elements
 from fesd_robot.fesd.indices import TrajectoryIndices
-from fesd_robot.fesd.interval import REMEMBERED, element_conditions, relaxed_difference, running_costs
+from fesd_robot.fesd.interval import element_conditions, relaxed_difference, running_costs
 from fesd_robot.fesd.layout import layout_of
 from fesd_robot.fesd.ocp import OcpEquations
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.mpcc import Block, BlockEquations
+from fesd_robot.running import kept_with_first
 
 LARGE_INTERVALS = 15_000
 """Instructions of the dynamics in the formulas of all kinds of intervals from which on stages and elements are blocks
@@ -73,7 +73,7 @@ def stages_block(ocp: OcpEquations, tableau: Tableau, indices: TrajectoryIndices
     return Block(_stage_equations(ocp, stages), places, np.array(index).T, np.array(values).T)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _stage_equations(ocp: OcpEquations, stages: int) -> BlockEquations:
     """Return the equations of a stage of an element with s stages."""
     system = ocp.system
@@ -120,7 +120,7 @@ def conditions_block(system: ComplementaritySystem, options: FesdOptions, indice
     )
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _element_equations(system: ComplementaritySystem, options: FesdOptions) -> BlockEquations:
     layout = layout_of(system, options, 1)
     left, own = ca.SX.sym("left", system.state.numel() + system.algebraic.numel()), ca.SX.sym("own", layout.step(1))

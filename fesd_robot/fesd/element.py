@@ -14,12 +14,13 @@ from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.layout import IntervalLayout
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.tableau import Tableau
+from fesd_robot.running import kept_with_first
 
 DYNAMICS, CONTINUITY = "dynamics", "continuity"
 """Kinds of rows that determine the states of an element; their subjects are names of states."""
 
 REMEMBERED = 16
-"""Systems, and layouts of intervals, whose functions are kept."""
+"""Layouts of intervals whose functions are kept."""
 
 JUMP = "jump"
 """Kind of the rows that determine what happens at the left boundary of an element."""
@@ -79,7 +80,7 @@ class SystemFunctions:
         )
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _functions(system: ComplementaritySystem) -> SystemFunctions:
     return SystemFunctions._of(system)
 
@@ -195,7 +196,7 @@ def _algebraic_rows(functions: SystemFunctions, point: tuple[ca.SX, ca.SX, ca.SX
     return rows
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def rate_function(system: ComplementaritySystem) -> ca.Function:
     """Return (x, u, z, p) -> dx/dt = E^-1 f."""
     return ca.Function("rate", system.arguments, [ca.solve(system.mass_matrix, system.right_hand_side)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from typing import Literal
 
 import casadi as ca
@@ -19,12 +19,10 @@ from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OcpEquations
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.mpcc import BlockEquations
+from fesd_robot.running import kept_with_first
 
 EQUILIBRATION = "step equilibration"
 """Name of a cost term that belongs to the method."""
-
-REMEMBERED = 16
-"""Equations of intervals that are kept: search and refinement return to the same numbers of elements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +83,7 @@ class Interval:
         )
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def build_interval(ocp: OcpEquations, options: FesdOptions, elements: int, *, within: bool = True) -> Interval:
     """Return the equations of one control interval; they are made once.
 

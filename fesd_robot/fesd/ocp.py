@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
+from weakref import WeakValueDictionary
 
 import casadi as ca
 import numpy as np
@@ -13,7 +15,7 @@ from fesd_robot.dcs import OMITTED, ComplementaritySystem
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.grid import Span
-from fesd_robot.running import Identity, Kept
+from fesd_robot.running import Identity
 
 
 class RelaxedCost(NamedTuple):
@@ -63,7 +65,8 @@ class OcpEquations:
     moving: bool
 
 
-_KEPT: Kept[OcpEquations] = Kept(16)
+_KNOWN: WeakValueDictionary[object, OcpEquations] = WeakValueDictionary()
+"""Equations that some problem has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,28 +159,29 @@ class OptimalControlProblem:
             for name, term in terms.items():
                 _check(f"{kind}['{name}']", term.shape, (1, 1))
 
-    @property
+    @cached_property
     def equations(self) -> OcpEquations:
         """What it has in common with problems of other numbers."""
         parts = (self.system, self.running_cost, self.relaxed_costs, self.terminal_cost, self.interval_end)
         bounds = (self.state_lower.tobytes(), self.state_upper.tobytes())
         names, moving = self.interval_end_names, self.clock is not None
-        return _KEPT.of(
-            (Identity(*parts), self.duration, self.intervals, bounds, names, moving),
-            lambda: OcpEquations(
-                self.system,
-                self.duration,
-                self.intervals,
-                self.state_lower,
-                self.state_upper,
-                self.running_cost,
-                self.relaxed_costs,
-                self.terminal_cost,
-                self.interval_end,
-                names,
-                moving,
-            ),
+        key = (Identity(*parts), self.duration, self.intervals, bounds, names, moving)
+        if (known := _KNOWN.get(key)) is not None:
+            return known
+        own = OcpEquations(
+            self.system,
+            self.duration,
+            self.intervals,
+            self.state_lower,
+            self.state_upper,
+            self.running_cost,
+            self.relaxed_costs,
+            self.terminal_cost,
+            self.interval_end,
+            names,
+            moving,
         )
+        return _KNOWN.setdefault(key, own)
 
     @property
     def knots(self) -> tuple[float, ...]:

@@ -25,9 +25,10 @@ from fesd_robot.fesd.ocp import OcpEquations, OptimalControlProblem
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.trajectory import Element, interval_elements
 from fesd_robot.mpcc import Block, BlockEquations, Mpcc
+from fesd_robot.running import kept_with_first
 
 REMEMBERED = 8
-"""Problems, and equations of starts and ends, that are kept for when they are needed again."""
+"""Problems that are kept for when they are needed again."""
 
 
 @dataclass(frozen=True)
@@ -325,7 +326,7 @@ def _shared_problem(transcription: Transcription) -> Mpcc:
     return transcription._problem()
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _initial_equations(system: ComplementaritySystem) -> BlockEquations:
     return BlockEquations(
         name="initial",
@@ -340,7 +341,7 @@ def _initial_equations(system: ComplementaritySystem) -> BlockEquations:
     )
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _terminal_equations(ocp: OcpEquations) -> BlockEquations:
     return BlockEquations(
         name="end",
@@ -354,7 +355,7 @@ def _terminal_equations(ocp: OcpEquations) -> BlockEquations:
     )
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _terminal_terms(ocp: OcpEquations) -> ca.Function:
     """Return (x, p) -> terms of the terminal cost."""
     return ca.Function("terminal", [ocp.system.state, ocp.system.parameters], list(ocp.terminal_cost.values()))

@@ -21,6 +21,7 @@ __all__ = [
     "Stop",
     "cores_for",
     "in_other_process",
+    "kept_with_first",
     "stop_requested",
 ]
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from fesd_robot.running.background import InBackground, in_other_process
     from fesd_robot.running.deadline import Deadline
     from fesd_robot.running.effort import EffortLevel, SearchEffort
-    from fesd_robot.running.kept import Identity, Kept
+    from fesd_robot.running.kept import Identity, Kept, kept_with_first
     from fesd_robot.running.lookahead import Lookahead
     from fesd_robot.running.processes import Cores, cores_for
     from fesd_robot.running.stations import Counted, Reached, Station
@@ -40,7 +41,7 @@ else:
             "fesd_robot.running.background": ["InBackground", "in_other_process"],
             "fesd_robot.running.deadline": ["Deadline"],
             "fesd_robot.running.effort": ["EffortLevel", "SearchEffort"],
-            "fesd_robot.running.kept": ["Identity", "Kept"],
+            "fesd_robot.running.kept": ["Identity", "Kept", "kept_with_first"],
             "fesd_robot.running.lookahead": ["Lookahead"],
             "fesd_robot.running.processes": ["Cores", "cores_for"],
             "fesd_robot.running.stations": ["Counted", "Reached", "Station"],

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from typing import Generic, TypeVar
+from functools import wraps
+from typing import Concatenate, Generic, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
 
 Value = TypeVar("Value")
+Owner = TypeVar("Owner")
+Others = ParamSpec("Others")
 
 
 class Kept(Generic[Value]):
@@ -48,3 +52,24 @@ class Identity:
         if not isinstance(other, Identity) or len(self.parts) != len(other.parts):
             return False
         return all(one is another for one, another in zip(self.parts, other.parts, strict=True))
+
+
+def kept_with_first(
+    function: Callable[Concatenate[Owner, Others], Value],
+) -> Callable[Concatenate[Owner, Others], Value]:
+    """Keep the values of a function as long as its first argument lives.
+
+    Args:
+        function: of an object that is equal to itself alone, and of further hashable arguments; its values do not refer
+            to that object.
+    """
+    kept: WeakKeyDictionary[Owner, dict[Hashable, Value]] = WeakKeyDictionary()
+
+    @wraps(function)
+    def value(owner: Owner, *others: Others.args, **named: Others.kwargs) -> Value:
+        own, key = kept.setdefault(owner, {}), (others, tuple(sorted(named.items())))
+        if key not in own:
+            own[key] = function(owner, *others, **named)
+        return own[key]
+
+    return value

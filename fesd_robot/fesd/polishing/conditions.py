@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Complementarity, HeldAt, Label
 from fesd_robot.dcs import ABOVE_LAW, IMPACT_LAW, ComplementaritySystem
+from fesd_robot.running import kept_with_first
 
 
 @dataclass(frozen=True)
@@ -219,11 +220,7 @@ class ElementConditions:
         return {v for member, factor in own if factor is ActiveFactor.H for v in self.variables(member.H)}
 
 
-REMEMBERED = 8
-"""Systems whose conditions are kept."""
-
-
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def conditions_of(system: ComplementaritySystem) -> ElementConditions:
     """Return the conditions that a system puts on an element; they are made once.
 

@@ -10,10 +10,12 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd.apart import ELEMENT
-from fesd_robot.fesd.interval import REMEMBERED
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.mpcc import Block, BlockEquations, BranchBounds, Mpcc
 from fesd_robot.nlp import NlpPoint
+
+REMEMBERED = 16
+"""Equations with some of the rows that are kept."""
 
 
 @dataclass(frozen=True)

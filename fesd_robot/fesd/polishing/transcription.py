@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 
 import casadi as ca
@@ -13,7 +13,6 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.element import read_elements
-from fesd_robot.fesd.interval import REMEMBERED
 from fesd_robot.fesd.layout import layout_of
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.polishing.bounds import BoundsBuilder
@@ -23,6 +22,7 @@ from fesd_robot.fesd.polishing.rows import ElementRows
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import BlockEquations, BranchBounds, Mpcc
 from fesd_robot.nlp import NlpPoint
+from fesd_robot.running import kept_with_first
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,8 @@ class BranchTranscription:
 
     def _equations(self, equations: BlockEquations, elements: int | None) -> BlockEquations:
         """Return the equations of a block without pairs, see `_branch_equations`."""
+        if elements is None and equations.while_relaxed.is_zero() and equations.if_exploited.is_zero():
+            return equations
         system, options = self.transcription.ocp.system, replace(self.transcription.options, elements=1)
         return _branch_equations(equations, system, options, elements, self.transcription.apart)
 
@@ -160,7 +162,7 @@ ALONE = -1
 """Stands for the number of elements of a block that is one element by itself."""
 
 
-@lru_cache(maxsize=REMEMBERED)
+@kept_with_first
 def _branch_equations(
     equations: BlockEquations,
     system: ComplementaritySystem,
@@ -181,8 +183,6 @@ def _branch_equations(
         apart: whether elements have blocks of their own.
     """
     if elements is None:
-        if equations.while_relaxed.is_zero() and equations.if_exploited.is_zero():
-            return equations
         return replace(equations, while_relaxed=ca.SX(0), if_exploited=ca.SX(0))
     rows, w, left = list[ca.SX](), equations.variables, system.state.numel() + system.algebraic.numel()
     if elements == 0:
