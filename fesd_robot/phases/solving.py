@@ -26,6 +26,9 @@ from fesd_robot.phases.start import Along
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
 
+NEARLY_FIXED = replace(FIXED, start=NEAR, regularised=True, at_rest=3)
+"""How it goes on where iterations were missing only: how many it takes may double with the last bit of a derivative."""
+
 ROUGH_VIOLATION = 1e-2
 """Violation of constraints above which its end is no start either."""
 
@@ -199,8 +202,13 @@ class PhaseSolver:
         end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
         if end is None:
             return None
+        if end.residuals.constraint_violation <= ROUGH_VIOLATION and not end.status.converged:
+            end = self._end(own, end.w, lengths, lengths, NEARLY_FIXED, effort.guess_iterations) or end
         if end.residuals.constraint_violation <= ROUGH_VIOLATION:
-            return self._freed(own, end.w, FREED, effort.free_iterations, below)
+            found = self._freed(own, end.w, FREED, effort.free_iterations, below)
+            if found is None and not np.isfinite(below):  # what is lost from far away may be found from near by
+                found = self._freed(own, end.w, AGAIN, effort.neighbour_iterations, below)
+            return found
         # No motion takes the durations of the guess, or none near to it does.
         shorter, longer = SHORTER * lengths, LONGER * lengths
         end = self._end(own, w, shorter, longer, FREED, effort.freed_iterations)
@@ -290,9 +298,12 @@ class PhaseSolver:
                 return None
             soft = self._soft(near) if violation <= NEARLY else []
             if not (end.exact or soft):
-                if end.status is not NlpStatus.ITERATION_LIMIT or patience <= 0 or violation > PROMISING:
+                digits = end.status.converged and violation <= NEARLY and settings is not SETTLED
+                more = end.status is NlpStatus.ITERATION_LIMIT and patience > 0 and violation <= PROMISING
+                if not (digits or more):
                     break
-                w, settings, patience, at_once = end.w, GOING_ON, patience - 1, iterations
+                w, settings = end.w, SETTLED if digits else GOING_ON
+                patience, at_once = patience - more, iterations
                 continue
             found = near if end.exact else found
             durations = near.sequence.durations
