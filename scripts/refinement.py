@@ -78,7 +78,7 @@ def measure(name: str, seed: int | None) -> list[str]:
     if not solution.exact:
         return [*start, "no exact motion", *[""] * (len(COLUMNS) - 3)]
     before = SolvedMotion.of(motion, polisher, solution)
-    true = local_errors(transcription, polisher.conditions, solution.w, before.branch, parts=REFERENCE_PARTS)
+    true = local_errors(before.on_branch, parts=REFERENCE_PARTS)
     looked_at = np.isfinite(true) & (true > SMALLEST)
     ratio = before.local_errors[looked_at] / true[looked_at]
     reports: list[NlpReport] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -63,20 +64,16 @@ HOPELESS_VIOLATION = 0.1
 """Constraint violation above which it does not."""
 
 
-@dataclass(frozen=True)
-class BranchPoint:
-    """A point of a problem and its branch.
+class BranchPoint(Protocol):
+    """A point of a problem and its branch, whatever else has them."""
 
-    Attributes:
-        w: the point, (n).
-        branch: the branch.
-        freer: whether IPOPT starts further from it, as where it violates constraints that the earlier problem did not
-            have.
-    """
+    @property
+    def w(self) -> np.ndarray:
+        """The point, (n)."""
 
-    w: np.ndarray
-    branch: Branch
-    freer: bool = False
+    @property
+    def branch(self) -> Branch:
+        """The branch."""
 
 
 @dataclass
@@ -118,6 +115,7 @@ class BranchSolver:
         start: BranchPoint,
         *,
         limits: PolishingLimits | None = None,
+        freer: bool = False,
         near: bool = False,
     ) -> PolishingReport | None:
         """Return the exact end on a branch, None if there is none nearby.
@@ -125,11 +123,12 @@ class BranchSolver:
         Args:
             start: where to begin.
             limits: of iterations; default: those of the run's effort.
+            freer: whether IPOPT begins further from the start, as where that violates constraints which are new.
             near: whether the end is near the start, as on a finer grid, and whole steps are tried first.
         """
         limits = limits or PolishingLimits(self.run.effort.branch_iterations, self.run.effort.branch_updates)
-        end = self._near(start) if near else None
-        for starting in FREER_STARTS if start.freer else (AT,):
+        end = self._near(start, freer) if near else None
+        for starting in FREER_STARTS if freer else (AT,):
             end = end or self._solve(start, replace(BRANCH, start=starting), limits)
         return end
 
@@ -205,11 +204,11 @@ class BranchSolver:
             branches=[start.branch],
         )
 
-    def _near(self, start: BranchPoint) -> PolishingReport | None:
+    def _near(self, start: BranchPoint, freer: bool) -> PolishingReport | None:
         """Return the exact end that whole steps lead to, None if that is none, or far away; where a start violates
         constraints, steps that have not led there do not when they go on."""
         effort = self.run.effort
-        limits = PolishingLimits(effort.whole_step_iterations, 0 if start.freer else effort.branch_updates)
+        limits = PolishingLimits(effort.whole_step_iterations, 0 if freer else effort.branch_updates)
         end = self._solve(start, WHOLE_STEPS, limits)
         if end is None:
             return None
@@ -222,7 +221,7 @@ class BranchSolver:
 
 
 def continue_on_branch(
-    problem: Mpcc, polisher: Polisher, start: BranchPoint, earlier: MpccSolution, run: Run
+    problem: Mpcc, polisher: Polisher, start: BranchPoint, earlier: MpccSolution, run: Run, *, freer: bool = False
 ) -> MpccSolution | None:
     """Return the exact solution of a problem on the branch of an earlier one, or None if there is none nearby.
 
@@ -232,10 +231,11 @@ def continue_on_branch(
         start: a point of the problem.
         earlier: the solution it continues; its NLPs are listed first in the result.
         run: of all NLPs.
+        freer: as in `BranchSolver.exact`.
     """
     begin = time.perf_counter()
     solver = BranchSolver(problem, polisher, run)
-    end = solver.exact(start, near=True)
+    end = solver.exact(start, freer=freer, near=True)
     return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)
 
 

@@ -12,9 +12,8 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.exactness import SAME_COST, ZERO_PRODUCT
 from fesd_robot.fesd import EQUILIBRATION, FesdOptions, OptimalControlProblem, Transcription
 from fesd_robot.fesd.neighbours import filled, mode_shifts, with_room, without_room
-from fesd_robot.fesd.polishing import BranchTranscription, problem_around
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription, problem_around
 from fesd_robot.mpcc import (
-    BranchPoint,
     BranchSolver,
     Certificate,
     MpccSolution,
@@ -44,21 +43,34 @@ class Candidate:
     """A point that may be returned, and the moves that led to it.
 
     Attributes:
-        transcription, w, branch: the point, (n), and its branch.
+        motion: the point, and its branch.
         residuals: there.
         solved, exact: whether products are at most the tolerance, or zero to round-off.
         cost_terms: name -> part of the cost, without step equilibration.
         moves: in words.
     """
 
-    transcription: Transcription
-    w: np.ndarray
-    branch: Branch
+    motion: BranchMotion
     residuals: Residuals
     solved: bool
     exact: bool
     cost_terms: dict[str, float]
     moves: tuple[str, ...] = ()
+
+    @property
+    def transcription(self) -> Transcription:
+        """Of the point."""
+        return self.motion.transcription
+
+    @property
+    def w(self) -> np.ndarray:
+        """The point, (n)."""
+        return self.motion.w
+
+    @property
+    def branch(self) -> Branch:
+        """On which the point lies."""
+        return self.motion.branch
 
     @property
     def cost(self) -> float:
@@ -76,7 +88,7 @@ class Candidate:
 
         Where they are not, an interval is left to fewer elements, whose errors a cost can gain from.
         """
-        whole = list(zip(self.transcription.unpack(self.w), self.branch.factors, strict=True))
+        whole = list(zip(self.motion.elements, self.branch.factors, strict=True))
         return all(
             one.interval != other.interval
             or mode != next_mode
@@ -160,9 +172,8 @@ class Search:
         return fewer, certificate if fewer is candidate else self._certificate(fewer)
 
     def _of_solution(self, solution: MpccSolution) -> Candidate:
-        branch = solution.branch or self._polisher.branch(solution.w)
-        costs = _costs(self._base, solution.w)
-        return Candidate(self._base, solution.w, branch, solution.residuals, solution.solved, solution.exact, costs)
+        motion, costs = BranchMotion.of_solution(self._polisher, solution), _costs(self._base, solution.w)
+        return Candidate(motion, solution.residuals, solution.solved, solution.exact, costs)
 
     def _exact_ends(self, candidate: Candidate) -> list[Candidate]:
         """Return the exact end near a candidate with room for its switches, or nothing if there is none."""
@@ -170,30 +181,28 @@ class Search:
             return []
         branches = [candidate.branch] if candidate.exact else self._polisher.candidate_branches(candidate.w)
         for branch in branches:
-            _, w, own = with_room(self._base, candidate.w, branch)
-            if found := self._exact(w, own, candidate.moves):
+            if found := self._exact(with_room(candidate.motion.at(candidate.w, branch)), candidate.moves):
                 return [found]
         return []
 
-    def _exact(self, w: np.ndarray, branch: Branch, moves: tuple[str, ...], *, freer: bool = False) -> Candidate | None:
+    def _exact(self, start: BranchMotion, moves: tuple[str, ...], *, freer: bool = False) -> Candidate | None:
         """Return the exact end on a branch with room, None if there is none nearby."""
-        solver, transcription = self._branch_solver, self._room.transcription
         limits = PolishingLimits(self.run.effort.shift_iterations, self.run.effort.branch_updates)
-        end = solver.exact(BranchPoint(w, branch, freer), limits=limits)
+        end = self._branch_solver.exact(start, limits=limits, freer=freer)
         if end is None:
             return None
         end = self._filled(end)
-        costs = _costs(transcription, end.w)
-        return Candidate(transcription, end.w, end.branch, end.residuals, True, True, costs, moves)
+        costs = _costs(self._room.transcription, end.w)
+        return Candidate(BranchMotion(self._room, end.point, end.branch), end.residuals, True, True, costs, moves)
 
     def _filled(self, end: PolishingReport) -> PolishingReport:
         """Return an exact end with all elements in use: those that have shrunk to nothing hide where a switch is."""
-        room, transcription = self._room, self._room.transcription
+        room = self._room
         for _ in range(self.run.effort.shift_fillings):
             branch = room.updated_branch(end.branch, end.w) or end.branch
             if not any(branch.without_length):
                 break
-            again = self._branch_solver.exact(BranchPoint(*filled(transcription, end.w, branch)))
+            again = self._branch_solver.exact(filled(BranchMotion(room, end.w, branch)))
             if again is None or again.residuals.objective > _above(end.residuals.objective):
                 break
             end = again
@@ -210,10 +219,10 @@ class Search:
 
     def _one_shifted(self, candidate: Candidate) -> Candidate | None:
         below = _below(candidate.cost)
-        for shift in mode_shifts(candidate.transcription, candidate.w, candidate.branch):
+        for shift in mode_shifts(candidate.motion):
             if self.is_over:
                 return None
-            found = self._exact(shift.w, shift.branch, (*candidate.moves, shift.name), freer=True)
+            found = self._exact(shift.motion, (*candidate.moves, shift.name), freer=True)
             if found and found.cost < below:
                 return found
         return None
@@ -221,8 +230,7 @@ class Search:
     def _certificate(self, candidate: Candidate) -> Certificate | None:
         if not candidate.solved or self.is_over:
             return None
-        polisher = BranchTranscription(candidate.transcription)
-        problem = problem_around(polisher, candidate.branch) if candidate.exact else candidate.transcription.problem
+        problem = problem_around(candidate.motion) if candidate.exact else candidate.transcription.problem
         product = ZERO_PRODUCT if candidate.exact else self.settings.tolerance
         seconds = min(self.run.effort.certificate_seconds, 0.75 * self.run.deadline.left)
         return certify(problem, candidate.w, tolerance=product, time_limit=seconds)
@@ -231,7 +239,7 @@ class Search:
         """Return a cheaper candidate on a branch that a direction of descent points to, None if there is none."""
         if certificate is None or certificate.direction is None or not self._is_roomy(candidate):
             return None
-        polisher, below = BranchTranscription(candidate.transcription), _below(candidate.cost)
+        polisher, below = candidate.motion.polisher, _below(candidate.cost)
         tried: list[Branch] = [candidate.branch]
         for step in DESCENT_STEPS:
             w = candidate.w + step * certificate.direction
@@ -239,7 +247,8 @@ class Search:
                 if branch in tried or self.is_over:
                     continue
                 tried.append(branch)
-                found = self._exact(candidate.w, branch, (*candidate.moves, "a direction of descent"), freer=True)
+                own = candidate.motion.at(candidate.w, branch)
+                found = self._exact(own, (*candidate.moves, "a direction of descent"), freer=True)
                 if found and found.cost < below:
                     return found
         return None
@@ -248,12 +257,12 @@ class Search:
         """Return an exact candidate with as many elements as it needs, as it is if that fails."""
         if not candidate.exact or candidate.transcription is self._base:
             return candidate
-        fewer, w, branch = without_room(candidate.transcription, candidate.w, candidate.branch, self._base.elements)
-        solver = BranchSolver(fewer.problem, BranchTranscription(fewer), self._own_run)
-        end = solver.exact(BranchPoint(w, branch))
+        fewer = without_room(candidate.motion, self._base.elements)
+        end = BranchSolver(fewer.transcription.problem, fewer.polisher, self._own_run).exact(fewer)
         if end is None or end.residuals.objective > _above(candidate.cost):
             return candidate
-        return Candidate(fewer, end.w, end.branch, end.residuals, True, True, _costs(fewer, end.w), candidate.moves)
+        motion, costs = BranchMotion(fewer.polisher, end.point, end.branch), _costs(fewer.transcription, end.w)
+        return Candidate(motion, end.residuals, True, True, costs, candidate.moves)
 
     def _is_roomy(self, candidate: Candidate) -> bool:
         """Whether a candidate is exact in elements with room for its switches."""
@@ -266,8 +275,8 @@ class Search:
 
     @cached_property
     def _room(self) -> BranchTranscription:
-        branch = self._polisher.branch(self._base.problem.start)
-        return BranchTranscription(with_room(self._base, self._base.problem.start, branch)[0])
+        start = self._base.problem.start
+        return with_room(BranchMotion(self._polisher, start, self._polisher.branch(start))).polisher
 
     @cached_property
     def _branch_solver(self) -> BranchSolver:

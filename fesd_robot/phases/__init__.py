@@ -6,10 +6,8 @@ from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.search import SequenceSearch
 from fesd_robot.phases.sequence import Phase, Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
-from fesd_robot.phases.start import Along
 
 __all__ = [
-    "Along",
     "Discretised",
     "Phase",
     "PhaseMotion",

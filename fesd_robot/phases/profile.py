@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.ocp import MotionProblem, gap_function
-from fesd_robot.phases.start import Along
 
 SLOW = 0.02
 """Part of the largest speed of a contact below which it is slow."""
@@ -34,7 +34,7 @@ class Profile:
     gap: np.ndarray
 
     @classmethod
-    def of(cls, motion: MotionProblem, along: Along) -> Profile:
+    def of(cls, motion: MotionProblem, known: KnownTrajectory) -> Profile:
         """Return the profile of a motion of a task."""
         dynamics, contacts = motion.dynamics, motion.contacts
         speeds = [ca.norm_2(ca.vertcat(*one.tangential_velocities(dynamics.velocity))) for one in contacts]
@@ -47,9 +47,9 @@ class Profile:
             [ca.vertcat(*[own.normal for own in shares]), ca.vertcat(*used)],
         )
         gaps, n_q = gap_function(dynamics, contacts), len(motion.robot.configuration_names)
-        n_v, clock = len(motion.robot.velocity_names), along.clock
-        states = np.vstack([element.x[: len(element.z)] for element in along.running])
-        algebraic = np.vstack([element.z for element in along.running])
+        n_v, clock = len(motion.robot.velocity_names), known.clock
+        states = np.vstack([element.x[: len(element.z)] for element in known.running])
+        algebraic = np.vstack([element.z for element in known.running])
         q, v = states[:, :n_q].T, states[:, n_q : n_q + n_v].T
         normal, share = (np.asarray(part.full()).T for part in forces.map(len(states))(algebraic.T))
         return cls(

@@ -1,26 +1,22 @@
-"""From a branch and its elements to the sequence of phases that it is."""
+"""From a trajectory on its branch to the sequence of phases that it is."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence as ListOf
-
-from fesd_robot.complementarity import Branch
 from fesd_robot.contact import ContactMode, Modes, acting_impulses, modes_of
-from fesd_robot.fesd import Element
+from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.phases.sequence import Phase, Sequence, joined
 
 SHORTEST = 1e-4
 """Of the duration: what is read as a phase lasts longer; a shorter mode comes from a point that is not exact."""
 
 
-def sequence_of(branch: Branch, elements: ListOf[Element], clock: int) -> Sequence:
+def sequence_of(known: KnownTrajectory) -> Sequence:
     """Return the phases of a trajectory: equal modes joined, elements without length and very short phases left out.
 
     Args:
-        branch: of a contact system in multipliers, or with impulses.
-        elements: of the trajectory, in time order.
-        clock: index of the state that is the physical time.
+        known: the trajectory, of a contact system in multipliers, or with impulses.
     """
+    branch, elements, clock = known.branch, known.elements, known.clock
     names = (*branch.contacts, *branch.joints)
     shortest = SHORTEST * float(elements[-1].x[-1, clock])
     phases: list[Phase] = []

@@ -13,6 +13,7 @@ import numpy as np
 from fesd_robot.mpcc import PolishingReport
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import Profile
+from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
 from fesd_robot.running import Cores, Lookahead, SearchEffort
@@ -126,7 +127,8 @@ class SequenceSearch:
         assert best is not None
         self.solver.parts *= 2
         along = best.along
-        found = self.solver.from_known(along.sequence, along) or self.solver.from_guess(along.sequence)
+        sequence = sequence_of(along)
+        found = self.solver.from_known(sequence, along) or self.solver.from_guess(sequence)
         if found is None:
             self.solver.parts //= 2
             return

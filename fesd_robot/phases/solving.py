@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fesd_robot.fesd import SHORTEST_PHASE
+from fesd_robot.fesd.neighbours import KnownTrajectory
+from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.mpcc import (
     BRANCH,
     BranchNlp,
@@ -20,8 +22,9 @@ from fesd_robot.mpcc import (
 from fesd_robot.nlp import AT, FREE, NEAR, Hopeless, Iterate, NlpSettings, Start
 from fesd_robot.ocp import AUTOMATIC_AUXILIARY_FORCE, MotionProblem
 from fesd_robot.phases.discretised import Discretised, discretised
+from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
-from fesd_robot.phases.start import Along
+from fesd_robot.phases.start import start_along
 
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
@@ -120,9 +123,14 @@ class PhaseMotion:
         return self.own.solved(self.w)
 
     @property
-    def along(self) -> Along:
+    def on_branch(self) -> BranchMotion:
+        """The point, with its multipliers, on the branch of the sequence."""
+        return BranchMotion(self.own.polisher, self.report.point, self.own.branch)
+
+    @property
+    def along(self) -> KnownTrajectory:
         """What the solve of another sequence may begin along."""
-        return Along.of(self.own.transcription, self.w, self.own.branch)
+        return KnownTrajectory.of(self.on_branch)
 
     def solution(self, reports: list[NlpReport], seconds: float) -> MpccSolution:
         """Return the solution that it is."""
@@ -216,7 +224,7 @@ class PhaseSolver:
             return None
         return self._freed(own, end.w, AGAIN, effort.free_iterations, below)
 
-    def again(self, sequence: Sequence, w: np.ndarray) -> Along:
+    def again(self, sequence: Sequence, w: np.ndarray) -> KnownTrajectory:
         """Return what the solve of a sequence may begin along, of a motion that another process has found.
 
         Args:
@@ -224,13 +232,13 @@ class PhaseSolver:
             w: the motion, (n).
         """
         own = self._on_grid(sequence)
-        return Along.of(own.transcription, w, own.branch)
+        return KnownTrajectory.of(BranchMotion(own.polisher, w, own.branch))
 
     def motion_of(self, sequence: Sequence, report: PolishingReport) -> PhaseMotion:
         """Return a motion that another process has found, of a sequence with the durations of its guess."""
         return PhaseMotion(self._on_grid(sequence), report)
 
-    def from_known(self, sequence: Sequence, along: Along) -> PhaseMotion | None:
+    def from_known(self, sequence: Sequence, along: KnownTrajectory) -> PhaseMotion | None:
         """Return the motion of the sequence of another motion, from that; None if none is found.
 
         Args:
@@ -238,7 +246,7 @@ class PhaseSolver:
             along: that motion, on whatever grid.
         """
         own = self._on_grid(sequence)
-        w, lengths, iterations = along.point(own), own.sequence.durations, self.run.effort.free_iterations
+        w, lengths, iterations = start_along(along, own), own.sequence.durations, self.run.effort.free_iterations
         if found := self._freed(own, w, KNOWN, iterations, np.inf):
             return found
         end = self._end(own, w, lengths, lengths, KNOWN, iterations)
@@ -246,7 +254,7 @@ class PhaseSolver:
             return None
         return self._freed(own, end.w, NEIGHBOUR, iterations, np.inf) or PhaseMotion(own, end)
 
-    def from_motion(self, sequence: Sequence, along: Along, below: float = np.inf) -> PhaseMotion | None:
+    def from_motion(self, sequence: Sequence, along: KnownTrajectory, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
 
         Args:
@@ -255,8 +263,8 @@ class PhaseSolver:
             below: cost that it is to stay below; where it does not after one NLP it is given up.
         """
         own, effort = self._on_grid(sequence), self.run.effort
-        screening = _Screening(below, along.sequence.key_with(self.motion.ocp.knots), effort.hope)
-        return self._freed(own, along.point(own), NEIGHBOUR, effort.neighbour_iterations, below, screening)
+        screening = _Screening(below, sequence_of(along).key_with(self.motion.ocp.knots), effort.hope)
+        return self._freed(own, start_along(along, own), NEIGHBOUR, effort.neighbour_iterations, below, screening)
 
     def nonzeros(self, motion: PhaseMotion) -> int:
         """Return how many numbers the derivatives of the NLP of a motion are."""
@@ -325,7 +333,7 @@ class PhaseSolver:
             if screening and near.cost > below and less.key_with(self.motion.ocp.knots) == screening.origin:
                 break
             own = self._on_grid(less)
-            lengths, w = own.sequence.durations, near.along.point(own)
+            lengths, w = own.sequence.durations, start_along(near.along, own)
         return found if found and found.cost < below else None
 
     def _soft(self, motion: PhaseMotion) -> list[tuple[int, int]]:

@@ -10,13 +10,13 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.neighbours import KnownElements
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.neighbours import KnownTrajectory
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, solve
 from fesd_robot.nlp import NEAR, SAME, NlpPoint
 from fesd_robot.ocp import MotionProblem, formulate, with_promised_goal
-from fesd_robot.phases import Along, PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops
+from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops, sequence_of
 from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
@@ -224,11 +224,10 @@ class Chain:
         self, search: SequenceSearch, what: str, polisher: BranchTranscription, solution: MpccSolution
     ) -> None:
         """Solve the sequences of the branches on which a point may lie, and simpler ones if these lead to nothing."""
-        transcription, w = polisher.transcription, solution.w
-        branches = [solution.branch] if solution.branch else list(polisher.candidate_branches(w))
+        branches = [solution.branch] if solution.branch else list(polisher.candidate_branches(solution.w))
         for branch in branches:
-            along = Along.of(transcription, w, branch)
-            sequence = along.sequence
+            along = KnownTrajectory.of(BranchMotion(polisher, solution.w, branch))
+            sequence = sequence_of(along)
             search.note(what, sequence, search.solver.from_known(sequence, along))
             search.guesses([sequence], f"{what}, from the guess")
             for shortest, sticking in SIMPLER if search.best is None else ():
@@ -292,18 +291,16 @@ class _Unpolished:
         return self.own.bounds(branch)
 
 
-def _note_known(search: SequenceSearch, what: str, known: KnownElements | None) -> None:
-    """Solve the sequence of known elements from them, if there are any, and take note of it."""
+def _note_known(search: SequenceSearch, what: str, known: KnownTrajectory | None) -> None:
+    """Solve the sequence of known trajectory from it, if there are any, and take note of it."""
     if known is not None:
-        along = Along(known.elements, known.branch, known.tableau, known.clock)
-        search.note(what, along.sequence, search.solver.from_known(along.sequence, along))
+        sequence = sequence_of(known)
+        search.note(what, sequence, search.solver.from_known(sequence, known))
 
 
 def _is_gross(motion: PhaseMotion) -> bool:
     """Whether a local error of a motion is so large that it is none, and its cost means nothing."""
-    own = motion.own
-    errors = local_errors(own.transcription, own.polisher.conditions, motion.w, own.branch)
-    return not bool((errors <= NO_MOTION).all())
+    return not bool((local_errors(motion.on_branch) <= NO_MOTION).all())
 
 
 def _summary(search: SequenceSearch, first: float) -> LocalSearch:

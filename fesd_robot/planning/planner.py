@@ -184,7 +184,7 @@ def attempt(
 
 def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, build_seconds: float) -> Plan:
     """Return the plan of a motion, with its certificate if there is one."""
-    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.solution.w
+    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.on_branch.w
     deadline = chain.run.deadline
     effort = Effort(chain.reports, build_seconds, deadline.spent - build_seconds)
     statistics = statistics_of(
@@ -208,7 +208,7 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
         statistics=statistics,
     )
     summary = replay_summary(solved.replay, motion.robot.velocity_names)
-    elements = finite_elements_of(solved.on_branch) if solution.branch else None
+    elements = finite_elements_of(solved.on_branch) if solution.exact else None
     warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
 
@@ -223,7 +223,7 @@ def _interval_starts(solved: SolvedMotion) -> np.ndarray:
 
 def _status(solved: SolvedMotion, certificate: Certificate | None, run: Run) -> Status:
     """Return the status of a motion, with its certificate if there is one."""
-    motion, solution, w, known = solved.motion, solved.solution, solved.solution.w, solved.solution.solved
+    motion, solution, w, known = solved.motion, solved.solution, solved.on_branch.w, solved.solution.solved
     seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
     return status_of(
         solution,
@@ -231,9 +231,9 @@ def _status(solved: SolvedMotion, certificate: Certificate | None, run: Run) -> 
         solved.outcome,
         motion.task.solver.tolerance,
         certificate,
-        [] if known else solved.polisher.out_of_elements(w),
+        [] if known else solved.on_branch.polisher.out_of_elements(w),
         isinstance(motion.task.reference, Jumps),
-        "" if known else conflict_of(motion, solved.polisher, w, seconds),
+        "" if known else conflict_of(motion, solved.on_branch.polisher, w, seconds),
     )
 
 

@@ -13,7 +13,6 @@ from fesd_robot.exactness import ZERO_PRODUCT
 from fesd_robot.fesd.neighbours import Pivots
 from fesd_robot.fesd.polishing import problem_around
 from fesd_robot.mpcc import (
-    BranchPoint,
     BranchSolver,
     Certificate,
     Mpcc,
@@ -74,13 +73,13 @@ def _certificate(solved: SolvedMotion, task: Task, run: Run) -> Certificate | No
         nonlocal held
         growing = _pivots(solved, direction).growing_for_nothing
         held |= growing
-        return problem_around(solved.polisher, solved.branch, held) if growing else None
+        return problem_around(solved.on_branch, held) if growing else None
 
-    return _certified(problem_around(solved.polisher, solved.branch), solution, tolerance, run, without)
+    return _certified(problem_around(solved.on_branch), solution, tolerance, run, without)
 
 
 def _pivots(solved: SolvedMotion, direction: np.ndarray) -> Pivots:
-    return Pivots(solved.transcription, solved.polisher.conditions, solved.solution.w, solved.branch, direction)
+    return Pivots(solved.on_branch, direction)
 
 
 def _better(
@@ -89,19 +88,19 @@ def _better(
     """Return a motion that costs less on one of the branches that the direction points to, and how many were tried."""
     if not solved.solution.exact or certificate is None or certificate.direction is None:
         return None, 0
-    begin, effort, solution, w = time.perf_counter(), run.effort, solved.solution, solved.solution.w
+    begin, effort, solution, own = time.perf_counter(), run.effort, solved.solution, solved.on_branch
     objective = solution.residuals.objective
     below = objective - effort.descent_gain * max(1.0, abs(objective))
     pivots = _pivots(solved, certificate.direction)
     problem = solved.transcription.problem
-    solver = BranchSolver(problem, solved.polisher, run)
+    solver = BranchSolver(problem, own.polisher, run)
     branches = list(islice(pivots.branches(), effort.pivots))
     for branch in branches:
         solver.run = run.within(effort.pivot_seconds)
-        found = solver.exact(BranchPoint(w, branch), limits=PolishingLimits(effort.pivot_iterations, updates=0))
+        found = solver.exact(own.at(own.w, branch), limits=PolishingLimits(effort.pivot_iterations, updates=0))
         if found and found.residuals.objective < below:
             continued = solver.solution(found, solution, time.perf_counter() - begin)
-            better = solved.continued(solved.polisher, continued)
+            better = solved.continued(own.polisher, continued)
             if better.audit.violations and task.method.accuracy != "none":
                 better = refined(better, task.method.accuracy, run)
             cheaper = better.solution.residuals.objective < below

@@ -79,8 +79,8 @@ class _Missing(NamedTuple):
 
 def _missing(solved: SolvedMotion) -> Iterator[_Missing]:
     """Yield where contacts are closed in postures in which Coulomb's law does not decide."""
-    elements = solved.transcription.unpack(solved.solution.w)
-    modes = [contact_modes(solved.branch, e) for e in range(len(elements))]
+    elements = solved.on_branch.elements
+    modes = [contact_modes(solved.on_branch.branch, e) for e in range(len(elements))]
     for number, constraint in enumerate(solved.transcription.constraints):
         if not isinstance(constraint, DeterminacyConstraint):
             continue
@@ -97,7 +97,7 @@ def _missing(solved: SolvedMotion) -> Iterator[_Missing]:
 
 def _left_by_the_replay(solved: SolvedMotion) -> set[int]:
     """Return the control intervals that a replay leaves by more than the local errors of their elements explain."""
-    elements = solved.transcription.unpack(solved.solution.w)
+    elements = solved.on_branch.elements
     largest = 1 + max(float(np.abs(element.x).max()) for element in elements)
     followed: dict[int, float] = {}
     for element, error in zip(elements, solved.local_errors, strict=True):

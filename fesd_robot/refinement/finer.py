@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from fesd_robot.fesd import BoundBetween, PathBetween, Transcription
-from fesd_robot.fesd.polishing import BranchTranscription, OneBranch
+from fesd_robot.fesd import BoundBetween, PathBetween
+from fesd_robot.fesd.polishing import BranchMotion, OneBranch
 from fesd_robot.fesd.refinement import with_bounds_between
-from fesd_robot.mpcc import BranchPoint, Run, continue_on_branch
+from fesd_robot.mpcc import Run, continue_on_branch
 from fesd_robot.refinement.repair import repaired
 from fesd_robot.refinement.solved_motion import SolvedMotion
 
@@ -18,20 +18,19 @@ class Finer(NamedTuple):
     """A finer transcription, or one with more rows, and where to start.
 
     Attributes:
-        transcription: the transcription.
-        start: a point of it, and its branch.
+        motion: a point of the transcription, and its branch.
+        freer: whether IPOPT begins further from it, as where it violates constraints which are new.
         repair: whether other branches near it are looked for, too.
     """
 
-    transcription: Transcription
-    start: BranchPoint
+    motion: BranchMotion
+    freer: bool = False
     repair: bool = False
 
 
 def with_bounds(solved: SolvedMotion, bounds: Sequence[BoundBetween | PathBetween]) -> Finer:
     """Return a motion's own transcription with further bounds between stages, from which its start may be far."""
-    finer = with_bounds_between(solved.transcription, bounds)
-    return Finer(finer, BranchPoint(solved.solution.w, solved.branch, freer=True))
+    return Finer(with_bounds_between(solved.on_branch, bounds), freer=True)
 
 
 def continued(solved: SolvedMotion, finer: Finer, run: Run) -> SolvedMotion | None:
@@ -42,17 +41,17 @@ def continued(solved: SolvedMotion, finer: Finer, run: Run) -> SolvedMotion | No
         finer: the transcription.
         run: of all NLPs.
     """
-    transcription, start, repair = finer
-    if repair:
-        found = repaired(transcription, start, solved.solution, run)
+    start, polisher = finer.motion, finer.motion.polisher
+    if finer.repair:
+        found = repaired(start, solved.solution, run)
         return replace(solved.continued(*found), rounds=solved.rounds + 1) if found else None
-    polisher = BranchTranscription(transcription)
     solution = continue_on_branch(
-        transcription.problem,
-        OneBranch(polisher, start.branch) if transcription.apart else polisher,
+        start.transcription.problem,
+        OneBranch(polisher, start.branch) if start.transcription.apart else polisher,
         start,
         solved.solution,
         run,
+        freer=finer.freer,
     )
     if solution is None:
         return None

@@ -5,20 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from fesd_robot.complementarity import Branch
-from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import with_room, without_room
-from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import (
-    BranchPoint,
-    BranchSolver,
-    MpccSolution,
-    PolishingReport,
-    Run,
-    continue_on_branch,
-)
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
+from fesd_robot.mpcc import BranchSolver, MpccSolution, PolishingReport, Run, continue_on_branch
 
 
 @dataclass(frozen=True)
@@ -26,42 +15,27 @@ class Neighbourhood:
     """A motion with one element more in every interval, any of which may fill it.
 
     Attributes:
-        polisher: of the transcription with these elements.
-        start: the motion, and its branch.
+        start: the motion with these elements.
         solver: of branch NLPs there.
         elements: of every interval of the motion, without the room.
     """
 
-    polisher: BranchTranscription
-    start: BranchPoint
+    start: BranchMotion
     solver: BranchSolver
     elements: Sequence[int]
 
     @classmethod
-    def of(
-        cls,
-        transcription: Transcription,
-        w: np.ndarray,
-        branch: Branch,
-        run: Run,
-        few_evaluations: bool = False,
-    ) -> Neighbourhood:
+    def of(cls, motion: BranchMotion, run: Run, few_evaluations: bool = False) -> Neighbourhood:
         """Return the neighbourhood of a motion.
 
         Args:
-            transcription, w, branch: the motion.
+            motion: whose neighbours are looked for; it need not satisfy anything.
             run: of all NLPs.
             few_evaluations: whether the functions of its NLPs are not worth compiling.
         """
-        roomy, start, own = with_room(transcription, w, branch)
-        polisher = BranchTranscription(roomy)
-        solver = BranchSolver(roomy.problem, polisher, run, few_evaluations=few_evaluations)
-        return cls(polisher, BranchPoint(start, own), solver, transcription.elements)
-
-    @property
-    def transcription(self) -> Transcription:
-        """With room."""
-        return self.polisher.transcription
+        start = with_room(motion)
+        solver = BranchSolver(start.transcription.problem, start.polisher, run, few_evaluations=few_evaluations)
+        return cls(start, solver, motion.transcription.elements)
 
     def without_room(
         self, end: PolishingReport, earlier: MpccSolution, run: Run
@@ -74,7 +48,7 @@ class Neighbourhood:
             run: of the NLP.
         """
         own = replace(self.solver.solution(end, earlier, 0.0), reports=earlier.reports)
-        return with_fewer_elements(self.polisher, own, self.elements, run)
+        return with_fewer_elements(self.start.polisher, own, self.elements, run)
 
 
 def with_fewer_elements(
@@ -88,7 +62,6 @@ def with_fewer_elements(
         run: of the NLP.
     """
     assert solution.branch is not None
-    transcription, w, branch = without_room(polisher.transcription, solution.w, solution.branch, least)
-    fewer = BranchTranscription(transcription)
-    found = continue_on_branch(transcription.problem, fewer, BranchPoint(w, branch), solution, run)
-    return (fewer, found) if found else (polisher, solution)
+    fewer = without_room(BranchMotion.of_solution(polisher, solution), least)
+    found = continue_on_branch(fewer.transcription.problem, fewer.polisher, fewer, solution, run)
+    return (fewer.polisher, found) if found else (polisher, solution)

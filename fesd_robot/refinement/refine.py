@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from fesd_robot.fesd import Transcription, with_stages
+from fesd_robot.fesd import with_stages
+from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.refinement import Violated, multiplier_errors, violated_between_stages, with_parts
-from fesd_robot.mpcc import COST_LOSS, BranchPoint, Run
+from fesd_robot.mpcc import COST_LOSS, Run
 from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.refinement.determinacy import in_deciding_postures
 from fesd_robot.refinement.finer import Finer, continued, with_bounds
@@ -108,7 +108,8 @@ def _once(go_on: _GoOn) -> _GoOn:
     refused: set[object] = set()
 
     def once(solved: SolvedMotion, finer: Finer) -> SolvedMotion | None:
-        asked = finer.start.branch, finer.transcription.added, finer.start.w.tobytes(), finer.start.freer, finer.repair
+        motion = finer.motion
+        asked = motion.branch, motion.transcription.added, motion.w.tobytes(), finer.freer, finer.repair
         if asked in refused:
             return None
         following = go_on(solved, finer)
@@ -200,9 +201,8 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     errors, gross = solved.local_errors, max(GROSS, accuracy)
     asking = errors > accuracy
     if (errors > gross).sum() > _many(solved) and (errors > COARSE).any():
-        yield _in_parts(solved, solved.transcription, np.maximum(errors / COARSE, 1.0))
-    transcription, conditions = solved.transcription, solved.polisher.conditions
-    violated = violated_between_stages(transcription, conditions, solved.solution.w, solved.branch)
+        yield _in_parts(solved.on_branch, np.maximum(errors / COARSE, 1.0))
+    violated = violated_between_stages(solved.on_branch)
     worst = max((one.violation for one in violated), default=0.0)
     if early:
         yield from in_deciding_postures(solved)
@@ -211,16 +211,16 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
             yield with_bounds(solved, [one.bound for one in violated])
     for most in dict.fromkeys((gross, accuracy)):
         if 0 < (errors > most).sum() <= _many(solved):
-            yield _in_parts(solved, transcription, np.maximum(errors / most, 1.0))
+            yield _in_parts(solved.on_branch, np.maximum(errors / most, 1.0))
     if asking.any():
         yield from _with_more_stages(solved, accuracy)
     if not asking.any() and solved.stages < MAX_STAGES:
-        errors = multiplier_errors(transcription, conditions, solved.solution.w, solved.branch)
+        errors = multiplier_errors(solved.on_branch)
         excess = np.maximum(errors / (MULTIPLIER_ACCURACY * accuracy), 1.0)
         if excess.max(initial=1.0) > 1.0:
             if early and worst > errors.max():
                 yield with_bounds(solved, [one.bound for one in violated])
-            yield _in_parts(solved, transcription, excess)
+            yield _in_parts(solved.on_branch, excess)
     yield from _with_more_bounds(solved, violated)
     if not (early or asking.any()):
         yield from in_deciding_postures(solved)
@@ -240,27 +240,26 @@ def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Viola
     few = 0 < (errors > accuracy).sum() <= many
     if few and violated and errors.max() <= gross:
         bounds = with_bounds(solved, [one.bound for one in violated])
-        parts = _in_parts(solved, bounds.transcription, np.maximum(errors / accuracy, 1.0))
-        yield parts._replace(start=replace(parts.start, freer=True))
+        parts = _in_parts(bounds.motion, np.maximum(errors / accuracy, 1.0))
+        yield parts._replace(freer=True)
         return
     while (errors > gross).sum() > many:
         gross *= 10
     if not few and (errors > gross).any():
-        parts = _in_parts(solved, solved.transcription, np.maximum(errors / gross, 1.0))
+        parts = _in_parts(solved.on_branch, np.maximum(errors / gross, 1.0))
         for stages in _more_stages(solved, np.minimum(errors, gross), accuracy):
-            yield _in_stages(parts, stages)
+            yield Finer(with_stages(parts.motion, stages))
 
 
 def _many(solved: SolvedMotion) -> float:
     """Return the number of elements above which all get one more stage; their parts would make a large problem."""
-    return RAISES_ORDER * np.count_nonzero(~np.array(solved.branch.without_length))
+    return RAISES_ORDER * np.count_nonzero(~np.array(solved.on_branch.branch.without_length))
 
 
 def _with_more_stages(solved: SolvedMotion, accuracy: float) -> Iterator[Finer]:
     """Yield it with as many stages more as the larger errors ask for, with fewer, and with one on another branch."""
-    same = Finer(solved.transcription, BranchPoint(solved.solution.w, solved.branch))
     for stages in _more_stages(solved, np.minimum(solved.local_errors, 1.0), accuracy):
-        finer = _in_stages(same, stages)
+        finer = Finer(with_stages(solved.on_branch, stages))
         yield finer
         if stages == solved.stages + 1:
             yield finer._replace(repair=True)
@@ -273,26 +272,19 @@ def _more_stages(solved: SolvedMotion, errors: np.ndarray, accuracy: float) -> S
     return range(solved.stages + min(max(wanted, 1), MOST_STAGES, MAX_STAGES - 1 - solved.stages), solved.stages, -1)
 
 
-def _in_stages(finer: Finer, stages: int) -> Finer:
-    transcription, w = with_stages(finer.transcription, finer.start.w, stages)
-    return Finer(transcription, replace(finer.start, w=w))
-
-
-def _in_parts(solved: SolvedMotion, transcription: Transcription, excess: np.ndarray) -> Finer:
+def _in_parts(motion: BranchMotion, excess: np.ndarray) -> Finer:
     """Return it with the elements divided whose errors are too large, and those beside them that are equally long.
 
     Args:
-        solved: the motion.
-        transcription: its own, maybe with further bounds.
+        motion: the motion, maybe with further bounds.
         excess: by how much the errors are too large, one where they are not, (number of elements).
     """
-    excess = excess ** (1 / (2 * solved.stages))
+    excess = excess ** (1 / (2 * motion.transcription.options.tableau.stages))
     parts = np.where(excess > 1, np.clip(np.ceil(excess), 2, MOST_PARTS), 1).astype(int)
-    equally_long = np.array(solved.polisher.equally_long(solved.branch), dtype=int)
+    equally_long = np.array(motion.polisher.equally_long(motion.branch), dtype=int)
     runs = np.split(parts, np.setdiff1d(np.arange(1, len(parts)), equally_long + 1))
     divided = [int(run.max()) for run in runs for _ in run]
-    finer, w, branch = with_parts(transcription, solved.solution.w, solved.branch, divided)
-    return Finer(finer, BranchPoint(w, branch))
+    return Finer(with_parts(motion, divided))
 
 
 def _with_more_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Iterator[Finer]:
@@ -302,5 +294,5 @@ def _with_more_bounds(solved: SolvedMotion, violated: Sequence[Violated]) -> Ite
         finer = with_bounds(solved, [one.bound for one in few])
         yield finer
         if few is violated:
-            yield finer._replace(start=replace(finer.start, freer=False), repair=True)
+            yield finer._replace(freer=False, repair=True)
         few = few[: len(few) // 2]

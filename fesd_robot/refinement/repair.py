@@ -7,8 +7,8 @@ import numpy as np
 from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import Move, intervals_of, moves
-from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import TRIALS, BranchPoint, MpccSolution, PolishingReport, Run
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
+from fesd_robot.mpcc import TRIALS, MpccSolution, PolishingReport, Run
 from fesd_robot.refinement.neighbourhood import Neighbourhood
 
 LEAST_FALL = 0.7
@@ -34,10 +34,11 @@ class Repair:
 
     def __call__(self, w: np.ndarray) -> float | None:
         """Look for an exact motion near a point, (n); return what it costs, None if there is none."""
-        branch = BranchTranscription(self._transcription).branch(w)
-        if not _has_lengths(self._transcription, branch):
+        polisher = BranchTranscription(self._transcription)
+        motion = BranchMotion(polisher, w, polisher.branch(w))
+        if not _has_lengths(self._transcription, motion.branch):
             return None
-        around = Neighbourhood.of(self._transcription, w, branch, self._run.share(self._run.effort.repair_share))
+        around = Neighbourhood.of(motion, self._run.share(self._run.effort.repair_share))
         end = exact_end(around)
         if end and (self._found is None or end.residuals.objective < self._found[1].residuals.objective):
             self._found = around, end
@@ -57,23 +58,19 @@ class Repair:
         return around.without_room(end, solution, self._run)
 
 
-def repaired(
-    transcription: Transcription, start: BranchPoint, earlier: MpccSolution, run: Run
-) -> tuple[BranchTranscription, MpccSolution] | None:
-    """Return an exact motion near a point of a refined transcription, None if none is found.
+def repaired(motion: BranchMotion, earlier: MpccSolution, run: Run) -> tuple[BranchTranscription, MpccSolution] | None:
+    """Return an exact motion near one on a refined transcription, None if none is found.
 
     Args:
-        transcription: of a collocation scheme; the rows that refinement has added are held in all of their intervals.
-        start: a point of it, and its branch, which leads to none.
+        motion: of a collocation scheme, on a branch that leads to no exact one; the rows that refinement has added are
+            held in all of their intervals.
         earlier: the solution that it continues.
         run: of all NLPs.
     """
     if run.deadline.left <= 0:
         return None
     around = Neighbourhood.of(
-        transcription,
-        start.w,
-        start.branch,
+        motion,
         run.share(run.effort.repair_share),
         few_evaluations=True,  # elements in parts make large functions: compiling them takes minutes
     )
@@ -91,7 +88,7 @@ def exact_end(around: Neighbourhood) -> PolishingReport | None:
             best = found
     tried: set[object] = set()
     while best and not solver.ended_early:
-        end = solver.exact(BranchPoint(best.w, best.branch)) if _is_promising(best) else None
+        end = solver.exact(best) if _is_promising(best) else None
         if end or len(tried) >= most:
             return end
         following = None
@@ -100,7 +97,7 @@ def exact_end(around: Neighbourhood) -> PolishingReport | None:
             if modes in tried:
                 continue
             tried.add(modes)
-            found = solver.tried(BranchPoint(move.w, move.branch), TRIALS[0])
+            found = solver.tried(move, TRIALS[0])
             if found and _is_better(around, found, best, LEAST_FALL):
                 following = found
                 break
@@ -117,7 +114,7 @@ def _is_promising(found: PolishingReport) -> bool:
 
 def _is_better(around: Neighbourhood, found: PolishingReport, best: PolishingReport | None, part: float) -> bool:
     """Whether a trial violates less than a part of what the best did, and has a length in every interval."""
-    if not np.isfinite(found.w).all() or not _has_lengths(around.transcription, found.branch):
+    if not np.isfinite(found.w).all() or not _has_lengths(around.start.transcription, found.branch):
         return False
     return best is None or found.residuals.constraint_violation < part * best.residuals.constraint_violation
 
@@ -129,7 +126,7 @@ def _has_lengths(transcription: Transcription, branch: Branch) -> bool:
 
 def _nearest_first(around: Neighbourhood, best: PolishingReport) -> list[Move]:
     """Return the moves from a branch, those first that are nearest to the interval in which most is violated."""
-    found = list(moves(around.transcription, around.polisher.conditions, best.w, best.branch))
+    found = list(moves(around.start.at(best.w, best.branch)))
     worst = best.residuals.worst_constraint
     at = worst.place.interval if worst else None
     if at is not None:

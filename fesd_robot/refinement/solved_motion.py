@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
@@ -25,16 +24,15 @@ class SolvedMotion:
 
     Attributes:
         motion: the formulated task, with the discretisation that was solved.
-        polisher: of the transcription that was solved.
-        solution, branch: the point and its branch.
+        on_branch: its point, with the multipliers that are known, on its branch.
+        solution: how that was found.
         search: how it was searched from the motion that was found first; None if it was not.
         rounds, seconds: of refinement, rounds that found no solution included in the seconds.
     """
 
     motion: MotionProblem
-    polisher: BranchTranscription
+    on_branch: BranchMotion
     solution: MpccSolution
-    branch: Branch
     search: LocalSearch | None = None
     rounds: int = 0
     seconds: float = 0.0
@@ -42,13 +40,9 @@ class SolvedMotion:
     @classmethod
     def of(cls, motion: MotionProblem, polisher: BranchTranscription, solution: MpccSolution) -> SolvedMotion:
         """Return the motion of a solution that was not refined."""
-        return cls(motion, polisher, solution, solution.branch or polisher.branch(solution.w))
+        return cls(motion, BranchMotion.of_solution(polisher, solution), solution)
 
-    def continued(
-        self,
-        polisher: BranchTranscription,
-        solution: MpccSolution,
-    ) -> SolvedMotion:
+    def continued(self, polisher: BranchTranscription, solution: MpccSolution) -> SolvedMotion:
         """Return the motion of a solution that continues this one, searched and refined as this one was.
 
         Args:
@@ -60,17 +54,11 @@ class SolvedMotion:
     @property
     def without_shrunk(self) -> SolvedMotion:
         """The same exact motion, on whose branch elements that have shrunk to nothing have no length."""
-        branch = self.polisher.branch_of_exact(self.branch, self.solution.w)
-        return (
-            self
-            if branch == self.branch
-            else replace(self, branch=branch, solution=replace(self.solution, branch=branch))
-        )
-
-    @property
-    def on_branch(self) -> BranchMotion:
-        """The point on its branch, with the multipliers that are known."""
-        return BranchMotion.of(self.polisher, self.solution.w, self.branch, self.solution.point)
+        own = self.on_branch
+        branch = own.polisher.branch_of_exact(own.branch, own.w)
+        if branch == own.branch:
+            return self
+        return replace(self, on_branch=replace(own, branch=branch), solution=replace(self.solution, branch=branch))
 
     @property
     def cost(self) -> float:
@@ -80,7 +68,7 @@ class SolvedMotion:
     @property
     def transcription(self) -> Transcription:
         """Of the problem that was solved."""
-        return self.polisher.transcription
+        return self.on_branch.transcription
 
     @property
     def stages(self) -> int:
@@ -96,7 +84,7 @@ class SolvedMotion:
     def physical(self) -> PhysicalMotion:
         """The motion in physical time."""
         motion = replace(self.motion, fesd=self.transcription.options)
-        return physical_motion(motion, self.transcription.unpack(self.solution.w), self.branch)
+        return physical_motion(motion, self.on_branch.elements, self.on_branch.branch)
 
     @cached_property
     def audit(self) -> Audit:
@@ -166,7 +154,7 @@ class SolvedMotion:
         """Estimated local error of every element, (number of elements); zeros where no scheme has one more stage."""
         if self.stages == MAX_STAGES:
             return np.zeros(sum(self.transcription.elements))
-        return local_errors(self.transcription, self.polisher.conditions, self.solution.w, self.branch)
+        return local_errors(self.on_branch)
 
     @property
     def refinement(self) -> Refinement | None:

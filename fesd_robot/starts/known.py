@@ -14,18 +14,15 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch, Label
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd import AddedRows, BoundBetween, ControlGrid, Element, PathBetween, Transcription, make_tableau
-from fesd_robot.fesd.neighbours import KnownElements, on_grid
+from fesd_robot.fesd.neighbours import CLOCK, KnownTrajectory, on_grid
 from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription, conditions_of
 from fesd_robot.instants import SAME_PART
-from fesd_robot.mpcc import BranchPoint, MpccSolution, PolishingReport, Run
+from fesd_robot.mpcc import MpccSolution, PolishingReport, Run
 from fesd_robot.nlp import NlpPoint
 from fesd_robot.ocp import MotionProblem, is_plan
 from fesd_robot.plans import BranchNlpRecord, FiniteElements, Multipliers, Plan, read_plan
 from fesd_robot.refinement import Neighbourhood, exact_end
 from fesd_robot.task import Task
-
-CLOCK = "clock"
-"""Name of the state that is the physical time."""
 
 _LETTERS = {ActiveFactor.G: "G", ActiveFactor.H: "H", ActiveFactor.COMPLEMENT: "C"}
 _FACTORS = {letter: factor for factor, letter in _LETTERS.items()}
@@ -126,11 +123,10 @@ def known_start(
     known = known_plan(motion)
     if known is None:
         return None
-    fitted, w, branch = on_grid(known, transcription)
-    return exact_start(fitted, w, branch, run)
+    return exact_start(on_grid(known, transcription), run)
 
 
-def known_plan(motion: MotionProblem) -> KnownElements | None:
+def known_plan(motion: MotionProblem) -> KnownTrajectory | None:
     """Return the elements of the plan that `solver.warm_start` names.
 
     Args:
@@ -157,7 +153,7 @@ def named_plan(task: Task) -> Plan | None:
     )
 
 
-def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownElements | None:
+def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownTrajectory | None:
     """Return the elements of a plan, None if its contacts or states are not those of a system.
 
     Args:
@@ -168,24 +164,19 @@ def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownElements |
     return _known(record, system) if record and system.jump is None else None
 
 
-def exact_start(
-    transcription: Transcription,
-    w: np.ndarray,
-    branch: Branch,
-    run: Run,
-) -> tuple[BranchTranscription, MpccSolution] | None:
+def exact_start(motion: BranchMotion, run: Run) -> tuple[BranchTranscription, MpccSolution] | None:
     """Return the exact motion on a branch, or on one near by, from a point that need not satisfy anything.
 
     Args:
-        transcription, w, branch: the point.
+        motion: the point, and the branch.
         run: of all NLPs.
 
     Returns:
         None if none is found.
     """
     begin = time.perf_counter()
-    around = Neighbourhood.of(transcription, w, branch, run)
-    end = around.solver.exact(BranchPoint(around.start.w, around.start.branch, freer=True)) or exact_end(around)
+    around = Neighbourhood.of(motion, run)
+    end = around.solver.exact(around.start, freer=True) or exact_end(around)
     return _with_own_elements(around, end, begin, run) if end else None
 
 
@@ -210,7 +201,7 @@ def _names(conditions: Sequence[Label]) -> list[str]:
     return [str(label) for label in conditions]
 
 
-def _known(record: FiniteElements, system: ComplementaritySystem) -> KnownElements | None:
+def _known(record: FiniteElements, system: ComplementaritySystem) -> KnownTrajectory | None:
     """Return the elements of a plan; None if they are not those of a system."""
     labels = conditions_of(system).labels
     n_x, n_z, n_u = system.state.numel(), system.algebraic.numel(), system.control.numel()
@@ -229,4 +220,4 @@ def _known(record: FiniteElements, system: ComplementaritySystem) -> KnownElemen
         x_left, z_left = x[e, -1], z[e, -1]
     factors = tuple(tuple(_FACTORS[letter.upper()] for letter in one) for one in record.active)
     branch = Branch(tuple(labels), factors, tuple(one.islower() for one in record.active))
-    return KnownElements(elements, branch, tableau, record.states.index(CLOCK))
+    return KnownTrajectory(elements, branch, tableau, record.states.index(CLOCK))

@@ -13,7 +13,7 @@ from fesd_robot.contact import FRICTION_AFTER_IMPACT, ContactMode, Modes, factor
 from fesd_robot.errors import SolverError
 from fesd_robot.exactness import ROUNDED
 from fesd_robot.fesd import Element, Transcription
-from fesd_robot.fesd.neighbours import KnownElements, on_grid
+from fesd_robot.fesd.neighbours import KnownTrajectory, on_grid
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import MpccSolution, Run
 from fesd_robot.ocp import MotionProblem, numeric_physics
@@ -39,9 +39,7 @@ def needs_simulated_start(motion: MotionProblem) -> bool:
 
 
 def simulated_start(
-    motion: MotionProblem,
-    transcription: Transcription,
-    run: Run,
+    motion: MotionProblem, transcription: Transcription, run: Run
 ) -> tuple[BranchTranscription, MpccSolution] | None:
     """Return the exact motion with the contact sequence of the robot that is let go, without controls.
 
@@ -69,8 +67,7 @@ def simulated_start(
     except SolverError:
         return None
     known = _Known(motion, transcription, physics, driven).elements()
-    fitted, w, branch = on_grid(known, transcription)
-    return exact_start(fitted, w, branch, run)
+    return exact_start(on_grid(known, transcription), run)
 
 
 @dataclass(frozen=True)
@@ -82,7 +79,7 @@ class _Known:
     physics: NumericPhysics
     driven: Drive
 
-    def elements(self) -> KnownElements:
+    def elements(self) -> KnownTrajectory:
         """Return them with their branch."""
         elements: list[Element] = []
         factors: list[_Factors] = []
@@ -95,7 +92,7 @@ class _Known:
             self._add_impact(hit, elements, factors)
         labels = tuple(one.label for one in self._conditions)
         branch = Branch(labels, tuple(factors), (False,) * len(factors))
-        return KnownElements(elements, branch, self.transcription.options.tableau, self._clock)
+        return KnownTrajectory(elements, branch, self.transcription.options.tableau, self._clock)
 
     @cached_property
     def _conditions(self) -> list[Complementarity]:

@@ -24,7 +24,7 @@ from fesd_robot.contact import (
 from fesd_robot.errors import OptionError
 from fesd_robot.fesd import Element, FesdOptions, OptimalControlProblem, Transcription, make_tableau
 from fesd_robot.fesd.neighbours import Pivots, moves
-from fesd_robot.fesd.polishing import BranchTranscription, conditions_of, read_branch
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription, conditions_of, read_branch
 from fesd_robot.mpcc import HomotopyOptions, Run, solve
 from fesd_robot.recovery import PhysicalMotion, recover
 
@@ -334,7 +334,7 @@ def _pushed(parts: Mapping[str, float]) -> float:
     return max(products)
 
 
-def _neighbourhood() -> tuple[BranchTranscription, np.ndarray, Branch]:
+def _neighbourhood() -> BranchMotion:
     """The stopping motion as a point of its problem."""
     _, branch, elements = stopping()
     system = contact_system(*block(), ContactOptions(auxiliary_force=AUXILIARY_FORCE)).system
@@ -356,29 +356,29 @@ def _neighbourhood() -> tuple[BranchTranscription, np.ndarray, Branch]:
         control_guess=elements[0].u.reshape(-1, 1),
     )
     transcription = _transcription(ocp, count)
-    return BranchTranscription(transcription), transcription.pack(elements), branch
+    return BranchMotion.of(transcription, transcription.pack(elements), branch)
 
 
 def test_moves_of_joints_are_asked_for() -> None:
     """The stop of the block may move to either end of its interval; without being asked for, joints stay."""
-    polisher, w, branch = _neighbourhood()
-    found = list(moves(polisher.transcription, polisher.conditions, w, branch))
+    motion = _neighbourhood()
+    found = list(moves(motion))
     words = [move.what for move in found]
     assert "stick or slip of joint 'x' in interval 0 to the beginning of its interval" in words
     assert "stick or slip of joint 'x' in interval 0 to the end of its interval" in words
     later = found[words.index("stick or slip of joint 'x' in interval 0 to the end of its interval")]
-    assert joint_modes(later.branch, len(branch.factors) - 1) == {"x": ContactMode.SLIP_FORWARDS}
+    assert joint_modes(later.branch, len(motion.branch.factors) - 1) == {"x": ContactMode.SLIP_FORWARDS}
 
 
 def test_a_pivot_lets_a_sticking_joint_go_where_the_direction_takes_it() -> None:
     """A direction along which a sticking block begins to move leads to the branch on which it slides that way."""
-    polisher, w, branch = _neighbourhood()
-    transcription, last = polisher.transcription, len(branch.factors) - 1
+    motion = _neighbourhood()
+    transcription, last = motion.transcription, len(motion.branch.factors) - 1
     for sign, mode in ((1.0, ContactMode.SLIP_FORWARDS), (-1.0, ContactMode.SLIP_BACKWARDS)):
-        direction, layout = np.zeros_like(w), transcription.layouts[last + 1]
+        direction, layout = np.zeros_like(motion.w), transcription.layouts[last + 1]
         for stage in range(layout.stages):
             direction[transcription.indices.offsets[0] + layout.state(last, stage).start + 1] = sign
-        pivots = Pivots(transcription, polisher.conditions, w, branch, direction)
+        pivots = Pivots(motion, direction)
         assert joint_modes(next(pivots.branches()), last) == {"x": mode}
 
 

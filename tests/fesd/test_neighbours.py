@@ -12,8 +12,8 @@ from fesd_robot.fesd import FesdOptions, Transcription, initial_value_problem, m
 from fesd_robot.fesd.neighbours import Pivots, filled, moves, with_room, without_room
 from fesd_robot.fesd.neighbours.contact_conditions import ContactConditions
 from fesd_robot.fesd.neighbours.patterns import intervals_of
-from fesd_robot.fesd.polishing import BranchTranscription, problem_around
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, Run, continue_on_branch, solve
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription, problem_around
+from fesd_robot.mpcc import HomotopyOptions, Run, continue_on_branch, solve
 
 from .branches import branch_of, flight_and_stick, patterns, polisher
 from .systems import scalar
@@ -32,7 +32,7 @@ def test_every_move_changes_its_intervals_only(hopper: BranchTranscription) -> N
     transcription = hopper.transcription
     w = transcription.problem.start
     branch, _ = branch_of(hopper, {2, 3})
-    found = list(moves(transcription, hopper.conditions, w, branch))
+    found = list(moves(BranchMotion(hopper, w, branch)))
     assert found and len({(move.branch.factors, move.branch.without_length) for move in found}) == len(found)
     for move in found:
         changed = {
@@ -51,10 +51,7 @@ def test_a_touchdown_inside_an_interval_has_an_impact(hopper: BranchTranscriptio
     w = hopper.transcription.problem.start
     branch, (foot,) = branch_of(hopper, {2, 3})
     flight, stick = flight_and_stick(foot)
-    after = {
-        move.what: patterns(hopper, foot, move.branch)
-        for move in moves(hopper.transcription, hopper.conditions, w, branch)
-    }
+    after = {move.what: patterns(hopper, foot, move.branch) for move in moves(BranchMotion(hopper, w, branch))}
     earlier = after["touchdown of contact 'foot' in interval 3 an interval earlier"]
     assert earlier == [(stick,), (stick,), (flight,), (stick,), (stick,), (stick,)]
     inside = after["touchdown of contact 'foot' in interval 3 into interval 4"]
@@ -74,7 +71,7 @@ def test_a_flight_gets_longer_or_shorter_as_it_moves(hopper: BranchTranscription
     for flying in ({2, 3, 4}, {1, 2, 3}):
         branch, (foot,) = branch_of(hopper, flying)
         flight, stick = flight_and_stick(foot)
-        for move in moves(hopper.transcription, hopper.conditions, hopper.transcription.problem.start, branch):
+        for move in moves(BranchMotion(hopper, hopper.transcription.problem.start, branch)):
             if "two intervals" in move.what:
                 found = patterns(hopper, foot, move.branch)
                 assert set(found) == {(flight,), (stick,)} and move.what not in after
@@ -99,7 +96,7 @@ def test_a_touchdown_beside_another_gets_an_impact_or_loses_it(hopper: BranchTra
     flight, stick = flight_and_stick(front)
 
     def neighbour(branch: Branch, what: str) -> Branch:
-        return next(move.branch for move in moves(feet.transcription, feet.conditions, w, branch) if move.what == what)
+        return next(move.branch for move in moves(BranchMotion(feet, w, branch)) if move.what == what)
 
     hard = neighbour(soft, "touchdown of contact 'front' in interval 3 with impact")
     before, *impact = patterns(feet, front, hard)[3]
@@ -115,7 +112,7 @@ def test_a_touchdown_beside_another_gets_an_impact_or_loses_it(hopper: BranchTra
         assert any(foot.is_impact(active) for active in patterns(feet, foot, both)[3])
     alone, _ = branch_of(hopper, {2, 3})
     start = hopper.transcription.problem.start
-    found = [move.what for move in moves(hopper.transcription, hopper.conditions, start, alone)]
+    found = [move.what for move in moves(BranchMotion(hopper, start, alone))]
     assert found and not any("with impact" in what for what in found)
 
 
@@ -123,7 +120,7 @@ def test_what_needs_more_elements_than_there_are_is_no_move() -> None:
     """With three elements an interval cannot hold a flight, the two modes of an impact, and the contact after it."""
     few = polisher("hopper_one_jump", "horizon.intervals=6", "method.elements=3")
     branch, _ = branch_of(few, {2, 3})
-    found = moves(few.transcription, few.conditions, few.transcription.problem.start, branch)
+    found = moves(BranchMotion(few, few.transcription.problem.start, branch))
     what = [move.what for move in found]
     assert any("take-off" in one and "into interval" in one for one in what)
     assert not any("touchdown" in one and "into interval" in one for one in what)
@@ -133,7 +130,7 @@ def test_contacts_move_together() -> None:
     """Both pairs of feet that take off an interval apart do so an interval earlier, besides each alone."""
     feet = polisher("solo12_jump")
     branch, (front, hind) = branch_of(feet, {2, 3}, {3})
-    found = list(moves(feet.transcription, feet.conditions, feet.transcription.problem.start, branch))
+    found = list(moves(BranchMotion(feet, feet.transcription.problem.start, branch)))
     together = next(
         move for move in found if "take-off of contacts 'front', 'hind'" in move.what and "earlier" in move.what
     )
@@ -152,7 +149,7 @@ def test_what_happens_at_once_moves_together() -> None:
     """Where one foot lands as the other takes off, both move an interval later."""
     feet = polisher("solo12_jump")
     branch, (front, hind) = branch_of(feet, {3, 4}, {1, 2})
-    found = list(moves(feet.transcription, feet.conditions, feet.transcription.problem.start, branch))
+    found = list(moves(BranchMotion(feet, feet.transcription.problem.start, branch)))
     words = "take-off of contact 'front' and touchdown of contact 'hind' in interval 2 an interval later"
     together = next(move for move in found if move.what == words)
     flight = {contact: (flight_and_stick(contact)[0],) for contact in (front, hind)}
@@ -176,7 +173,7 @@ def test_a_block_slides_off_as_it_is_hit() -> None:
     branch = replace(resting, factors=tuple(factors))
     sole, push = ContactConditions.of(pushed.conditions, branch)
     stick, slip = (patterns(pushed, sole, branch)[k][0] for k in (0, 3))
-    found = list(moves(pushed.transcription, pushed.conditions, start, branch))
+    found = list(moves(BranchMotion(pushed, start, branch)))
 
     together = "stick or slip of contact 'sole' and touchdown of contact 'push' in interval 2 into interval 2"
     hit = next(move.branch for move in found if move.what == together)
@@ -198,14 +195,14 @@ def test_room_keeps_the_motion() -> None:
     transcription = Transcription(initial_value_problem(scalar("crossing"), [-1.0], 0.9), options)
     solution = solve(transcription.problem, Run(OPTIONS), polisher=BranchTranscription(transcription))
     assert solution.exact and solution.branch is not None
-    roomier, w, branch = with_room(transcription, solution.w, solution.branch)
-    assert roomier.elements == (4,) and not any(branch.without_length)
-    back, back_w, back_branch = without_room(roomier, w, branch, transcription.elements)
-    assert back.elements == (3,)
-    for problem, point, modes in ((roomier, w, branch), (back, back_w, back_branch)):
-        residuals = problem.problem.residuals(point)
+    roomier = with_room(BranchMotion.of(transcription, solution.w, solution.branch))
+    assert roomier.transcription.elements == (4,) and not any(roomier.branch.without_length)
+    back = without_room(roomier, transcription.elements)
+    assert back.transcription.elements == (3,)
+    for motion in (roomier, back):
+        residuals = motion.transcription.problem.residuals(motion.w)
         assert residuals.constraint_violation <= 1e-9 and residuals.complementarity <= 1e-12
-        elements = problem.unpack(point)
+        elements, modes = motion.elements, motion.branch
         assert min(abs(element.end - 1 / 3) for element in elements) <= 1e-9, "the switch stays where it is"
         for before, after, one, other in zip(elements, elements[1:], modes.factors, modes.factors[1:], strict=False):
             assert one != other or before.step == pytest.approx(after.step, abs=1e-12)
@@ -216,7 +213,7 @@ def test_short_runs_at_the_ends_can_be_left_out(hopper: BranchTranscription) -> 
     w = hopper.transcription.problem.start
     for flying, left_out in (({5}, [{5}]), ({0, 1}, [{0, 1}]), ({0, 1, 2, 3}, [])):
         branch, (contact,) = branch_of(hopper, flying)
-        found = [move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "no flight" in move.what]
+        found = [move for move in moves(BranchMotion(hopper, w, branch)) if "no flight" in move.what]
         assert [set(move.intervals) for move in found] == left_out
         for move in found:
             flight, stick = flight_and_stick(contact)
@@ -238,9 +235,9 @@ def test_elements_without_length_are_put_to_use(hopper: BranchTranscription) -> 
         elements[e] = replace(element, start=time, step=length, x_left=at, x=at + fractions * (end - at))
         time, at = time + length, end
     w = transcription.pack(elements)
-    point, whole = filled(transcription, w, replace(branch, without_length=tuple(short)))
-    again = transcription.unpack(point)
-    assert not any(whole.without_length) and whole.factors == branch.factors
+    whole = filled(BranchMotion(hopper, w, replace(branch, without_length=tuple(short))))
+    again = whole.elements
+    assert not any(whole.branch.without_length) and whole.branch.factors == branch.factors
     assert [element.step for element in again] == pytest.approx([step] * len(again))
     ends = [element.x[-1] for element in elements[3::4]]
     assert [element.x[-1] for element in again[3::4]] == [pytest.approx(end) for end in ends]
@@ -258,13 +255,13 @@ def test_a_branch_keeps_elements_of_one_mode_equal() -> None:
     )
     assert coarse.exact and coarse.branch is not None
     moved = coarse.w + 1e-3 * np.random.default_rng(0).standard_normal(len(coarse.w))
-    start = BranchPoint(moved, coarse.branch)
+    start = BranchMotion(branches, moved, coarse.branch)
     fine = continue_on_branch(transcription.problem, branches, start, coarse, Run(OPTIONS))
     assert fine is not None and fine.branch is not None
     steps = [element.step for element in transcription.unpack(fine.w)]
     same = [n for n in range(4) if fine.branch.factors[n] == fine.branch.factors[n + 1]]
     assert same and all(steps[n] == pytest.approx(steps[n + 1], abs=1e-9) for n in same)
-    asking = problem_around(branches, fine.branch)
+    asking = problem_around(BranchMotion.of_solution(branches, fine))
     assert asking.constraints == transcription.problem.constraints + len(same)
     assert asking.residuals(fine.w).constraint_violation <= 1e-8
     assert asking.residuals(moved).constraint_violation >= 1e-4
@@ -282,11 +279,11 @@ def test_a_direction_completes_modes(hopper: BranchTranscription) -> None:
     direction = np.zeros_like(w)
     gap = list(transcription.ocp.system.state_names).index("foot integrated gap")
     direction[transcription.indices.stage(5, 0)[gap]] = 1.0
-    (completed,) = Pivots(transcription, hopper.conditions, w, branch, direction).branches()
+    (completed,) = Pivots(BranchMotion(hopper, w, branch), direction).branches()
     changed = [e for e in range(len(branch.factors)) if completed.factors[e] != branch.factors[e]]
     assert changed == [5] and foot.of_factors(completed.factors[5]) == flight
     assert foot.of_factors(completed.factors[4]) == stick
-    assert not list(Pivots(transcription, hopper.conditions, w, branch, np.zeros_like(w)).branches())
+    assert not list(Pivots(BranchMotion(hopper, w, branch), np.zeros_like(w)).branches())
 
 
 def test_elements_without_length_that_grow(hopper: BranchTranscription) -> None:
@@ -304,14 +301,14 @@ def test_elements_without_length_that_grow(hopper: BranchTranscription) -> None:
     for flying, nothing in (({2}, {8}), (set[int](), set[int]())):
         branch, (foot,) = branch_of(hopper, flying)
         branch = replace(branch, without_length=tuple(e in (8, 9) for e in range(len(branch.factors))))
-        pivots = Pivots(transcription, hopper.conditions, w, branch, direction)
+        pivots = Pivots(BranchMotion(hopper, w, branch), direction)
         assert pivots.growing_for_nothing == nothing
         grown = list(pivots.branches())
         assert len(grown) == (0 if nothing else 1)
         for one in grown:
             assert foot.of_factors(one.factors[8]) == flight_and_stick(foot)[0]
             assert not one.without_length[8] and one.without_length[9]
-    around, held = problem_around(hopper, branch), problem_around(hopper, branch, {8})
+    around, held = (problem_around(BranchMotion(hopper, w, branch), held) for held in ((), {8}))
     assert held.constraints == around.constraints + 1
     longer = w + 1e-3 * direction
     violated = [one.residuals(longer).constraint_violation for one in (around, held)]
@@ -323,7 +320,7 @@ def test_a_long_contact_is_interrupted_by_a_flight(hopper: BranchTranscription) 
     w = hopper.transcription.problem.start
     for flying, inserted in ((set(), [{2, 3}]), ({2, 3}, [])):
         branch, (contact,) = branch_of(hopper, flying)
-        found = [move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "inserted" in move.what]
+        found = [move for move in moves(BranchMotion(hopper, w, branch)) if "inserted" in move.what]
         flight, stick = flight_and_stick(contact)
         assert [set(move.intervals) for move in found] == inserted
         for move in found:
@@ -336,9 +333,7 @@ def test_a_motion_that_begins_with_a_contact_may_begin_in_flight(hopper: BranchT
     w = hopper.transcription.problem.start
     for flying, sides in ((set(), 2), ({4}, 2), ({2, 3}, 0), ({0, 1, 2}, 0)):
         branch, (contact,) = branch_of(hopper, flying)
-        found = [
-            move for move in moves(hopper.transcription, hopper.conditions, w, branch) if "beginning to" in move.what
-        ]
+        found = [move for move in moves(BranchMotion(hopper, w, branch)) if "beginning to" in move.what]
         flight, stick = flight_and_stick(contact)
         assert len({move.branch.factors for move in found}) == len(found) == sides
         for move in found:
@@ -356,7 +351,7 @@ def test_an_impact_on_a_boundary_goes_with_its_touchdown(hopper: BranchTranscrip
     flight, stick = flight_and_stick(foot)
     inside = next(
         move
-        for move in moves(hopper.transcription, hopper.conditions, w, branch)
+        for move in moves(BranchMotion(hopper, w, branch))
         if move.what == "touchdown of contact 'foot' in interval 3 into interval 4"
     ).branch
     own = intervals_of(hopper.transcription.elements)[4]
@@ -364,10 +359,7 @@ def test_an_impact_on_a_boundary_goes_with_its_touchdown(hopper: BranchTranscrip
     factors = [*inside.factors[: own.start], *inside.factors[own.start + 1 : own.stop], inside.factors[own.stop - 1]]
     landed = Branch(inside.conditions, (*factors, *inside.factors[own.stop :]), inside.without_length)
     assert patterns(hopper, foot, landed)[3:5] == [(flight,), (*impact, stick)], "it lands where an interval begins"
-    after = {
-        move.what: patterns(hopper, foot, move.branch)
-        for move in moves(hopper.transcription, hopper.conditions, w, landed)
-    }
+    after = {move.what: patterns(hopper, foot, move.branch) for move in moves(BranchMotion(hopper, w, landed))}
     earlier = after["touchdown of contact 'foot' in interval 3 an interval earlier"]
     assert earlier[2:5] == [(flight,), (*impact, stick), (stick,)]
     later = after["touchdown of contact 'foot' in interval 3 an interval later"]

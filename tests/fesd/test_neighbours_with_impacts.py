@@ -12,7 +12,7 @@ from fesd_robot.fesd.neighbours import Move, moves
 from fesd_robot.fesd.neighbours.contact_conditions import ContactConditions
 from fesd_robot.fesd.neighbours.patterns import Pattern
 from fesd_robot.fesd.neighbours.shifts import ImpactSide, Shift, ShiftKind
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 
 from .branches import branch_of, flight_and_stick, in_impact, patterns, polisher, with_modes
 
@@ -37,7 +37,7 @@ def neighbours(
 ) -> dict[str, list[Pattern]]:
     """The moves, in words, and what a contact does after them."""
     start = transcription.transcription.problem.start
-    found = moves(transcription.transcription, transcription.conditions, start, branch)
+    found = moves(BranchMotion(transcription, start, branch))
     return {move.what: patterns(transcription, contact, move.branch) for move in found}
 
 
@@ -95,7 +95,7 @@ def test_a_foot_is_hit_before_the_other_takes_off_or_after_it() -> None:
 
     def hits(branch: Branch, w: np.ndarray) -> dict[str, Move]:
         first = "touchdown of contact 'front' in interval 2 "
-        found = {one.what: one for one in moves(transcription, feet.conditions, w, branch) if "with impact" in one.what}
+        found = {one.what: one for one in moves(BranchMotion(feet, w, branch)) if "with impact" in one.what}
         return {what.removeprefix(first): one for what, one in found.items() if what.startswith(first)}
 
     found = hits(soft, resting)
@@ -185,11 +185,7 @@ def test_a_foot_takes_off_as_another_is_hit(feet: BranchTranscription) -> None:
     ]
     start = feet.transcription.problem.start
     for where, name in (("an interval later at once", "later"), ("into interval 4", "into")):
-        found = [
-            move.branch
-            for move in moves(feet.transcription, feet.conditions, start, branch)
-            if move.what == f"{what} {where}"
-        ]
+        found = [move.branch for move in moves(BranchMotion(feet, start, branch)) if move.what == f"{what} {where}"]
         assert found, name
         hit = [one for one in found[0].factors if hind.is_impact(hind.of_factors(one))]
         assert hit and all(front.is_flight(front.of_factors(one)) for one in hit), name

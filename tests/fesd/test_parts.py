@@ -18,10 +18,10 @@ from fesd_robot.fesd import (
 )
 from fesd_robot.fesd.added_rows import PARTS, SLACK, AddedRows, BoundBetween, bernstein_coefficients
 from fesd_robot.fesd.path_between import PathBetween
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages, with_bounds_between, with_parts, with_stages
 from fesd_robot.fesd.refinement.between_stages import _Product, _products
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, Run, continue_on_branch, solve
+from fesd_robot.mpcc import HomotopyOptions, Run, continue_on_branch, solve
 
 from .systems import scalar
 
@@ -36,22 +36,24 @@ def test_parts_are_equal_and_the_switch_stays_free() -> None:
     coarse = solve(transcription.problem, Run(OPTIONS), polisher=BranchTranscription(transcription))
     assert coarse.exact and coarse.branch is not None
     parts = [2, 1, 3]
-    finer, w, branch = with_parts(transcription, coarse.w, coarse.branch, parts)
-    assert finer.elements == (6,) and len(branch.factors) == 6
-    residuals = finer.problem.residuals(w)
+    start = with_parts(BranchMotion.of(transcription, coarse.w, coarse.branch), parts)
+    finer = start.transcription
+    assert finer.elements == (6,) and len(start.branch.factors) == 6
+    residuals = finer.problem.residuals(start.w)
     assert residuals.constraint_violation <= 1e-9 and residuals.complementarity <= 1e-12
-    moved = w + 1e-3 * np.random.default_rng(0).standard_normal(len(w))
-    fine = continue_on_branch(
-        finer.problem, BranchTranscription(finer), BranchPoint(moved, branch), coarse, Run(OPTIONS)
-    )
+    moved = start.at(start.w + 1e-3 * np.random.default_rng(0).standard_normal(len(start.w)), start.branch)
+    fine = continue_on_branch(finer.problem, start.polisher, moved, coarse, Run(OPTIONS))
     assert fine is not None and fine.exact
     steps = np.array([element.step for element in finer.unpack(fine.w)])
     assert steps[0] == pytest.approx(steps[1], abs=1e-9) and np.ptp(steps[3:]) <= 1e-9
     assert min(abs(element.end - SWITCH) for element in finer.unpack(fine.w)) <= 1e-9
-    again, w, branch = with_parts(finer, fine.w, fine.branch, [1, 2, 1, 1, 1, 1])
-    assert again.problem.residuals(w).constraint_violation <= 1e-8, "parts of parts keep their ratio"
-    staged, w = with_stages(again, w, 3)
-    assert staged.problem.residuals(w).constraint_violation <= 1e-8, "and so they do with more stages"
+    again = with_parts(BranchMotion.of_solution(start.polisher, fine), [1, 2, 1, 1, 1, 1])
+    assert _violation(again) <= 1e-8, "parts of parts keep their ratio"
+    assert _violation(with_stages(again, 3)) <= 1e-8, "and so they do with more stages"
+
+
+def _violation(motion: BranchMotion) -> float:
+    return motion.transcription.problem.residuals(motion.w).constraint_violation
 
 
 @pytest.mark.parametrize("stages", [2, 3, 4])
@@ -123,24 +125,25 @@ def test_a_ceiling_holds_between_the_stages(path: bool) -> None:
     coarse = solve(transcription.problem, Run(OPTIONS), polisher=polisher)
     assert coarse.exact and coarse.branch is not None
     assert _highest(transcription, coarse.w) > 0.2 + 1e-3
-    violated = violated_between_stages(transcription, polisher.conditions, coarse.w, coarse.branch)
+    motion = BranchMotion.of_solution(polisher, coarse)
+    violated = violated_between_stages(motion)
     bounds = [one.bound for one in violated]
     assert bounds == [PathBetween(0, 0) if path else BoundBetween(0, 0, 1, 0.2)]
-    held = with_bounds_between(transcription, bounds)
-    start = BranchPoint(coarse.w, coarse.branch, freer=True)
-    fine = continue_on_branch(held.problem, BranchTranscription(held), start, coarse, Run(OPTIONS))
+    start = with_bounds_between(motion, bounds)
+    held = start.transcription
+    fine = continue_on_branch(held.problem, start.polisher, start, coarse, Run(OPTIONS), freer=True)
     assert fine is not None and fine.exact
     assert 0.2 - 5e-3 <= _highest(held, fine.w) <= 0.2 + (2e-3 if path else 2 * SLACK)
     assert fine.residuals.objective > coarse.residuals.objective
     if path:
-        (stricter,) = violated_between_stages(held, polisher.conditions, fine.w, fine.branch)
+        (stricter,) = violated_between_stages(BranchMotion.of_solution(start.polisher, fine))
         assert isinstance(stricter.bound, PathBetween)
         assert 0 < stricter.bound.margin <= 3e-3, "where it is held at places only, it becomes stricter"
-    finer, w, _ = with_parts(held, fine.w, fine.branch, [2, 1])
-    added = [block for block in finer.problem.blocks if "between" in block.name]
+    finer = with_parts(BranchMotion.of_solution(start.polisher, fine), [2, 1])
+    added = [block for block in finer.transcription.problem.blocks if "between" in block.name]
     assert added, "bounds stay where they are when elements divide"
     for block in added:
-        rows = np.asarray(block.evaluate(w)[1]).T
+        rows = np.asarray(block.evaluate(finer.w)[1]).T
         slack = 2e-3 if path else 1e-9  # at other places than before
         assert (rows <= block.upper + slack).all() and (rows >= block.lower - slack).all()
 
@@ -154,7 +157,7 @@ def test_what_a_path_constraint_spares_is_left(part: float, held: list[PathBetwe
     assert coarse.branch is not None
     spare = part * (_highest(transcription, coarse.w) - 0.2)
     sparing = Transcription(ball(path=True, spare=spare), transcription.options)
-    violated = violated_between_stages(sparing, polisher.conditions, coarse.w, coarse.branch)
+    violated = violated_between_stages(BranchMotion.of(sparing, coarse.w, coarse.branch))
     assert [one.bound for one in violated] == held
 
 

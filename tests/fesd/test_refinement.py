@@ -14,8 +14,8 @@ from fesd_robot.fesd import (
     make_tableau,
     with_stages,
 )
-from fesd_robot.fesd.polishing import BranchTranscription
-from fesd_robot.mpcc import BranchPoint, HomotopyOptions, MpccSolution, Run, continue_on_branch, solve
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
+from fesd_robot.mpcc import HomotopyOptions, MpccSolution, Run, continue_on_branch, solve
 from fesd_robot.running.deadline import Deadline
 
 from .systems import leaving, scalar
@@ -37,11 +37,17 @@ def solved(
     return transcription, solution
 
 
+def staged(transcription: Transcription, solution: MpccSolution, stages: int) -> BranchMotion:
+    """Return a solution with other stages."""
+    return with_stages(BranchMotion.of_solution(BranchTranscription(transcription), solution), stages)
+
+
 @pytest.mark.parametrize(("scheme", "stages"), REFINED)
 def test_a_solution_of_lines_is_one_of_more_stages(scheme: Scheme, stages: int) -> None:
     """Where states and multipliers are lines, the interpolated point is an exact solution of the refined problem."""
     transcription, solution = solved(scheme, 2, scalar("crossing"), [-1.0])
-    refined, w = with_stages(transcription, solution.w, stages)
+    motion = staged(transcription, solution, stages)
+    refined, w = motion.transcription, motion.w
     tableau = refined.options.tableau
     assert (tableau.scheme, tableau.stages, refined.ocp) == (scheme, stages, transcription.ocp)
     residuals = refined.problem.residuals(w)
@@ -59,7 +65,8 @@ def test_a_solution_of_lines_is_one_of_more_stages(scheme: Scheme, stages: int) 
 def test_states_follow_their_parabola(scheme: Scheme, stages: int) -> None:
     """What two stages integrate exactly is the exact state at every stage of more, and at the ends of elements."""
     transcription, solution = solved(scheme, 2, leaving(), [-0.5, 0.0])
-    refined, w = with_stages(transcription, solution.w, stages)
+    motion = staged(transcription, solution, stages)
+    refined, w = motion.transcription, motion.w
     for element in refined.unpack(w):
         times = np.append(element.start + element.step * refined.options.tableau.c, element.end)
         exact = np.where(times < SWITCH, 0.5 * (times + 1) ** 2 - 1, 0.0)
@@ -72,8 +79,7 @@ def test_the_same_stages_change_nothing() -> None:
     schemes: list[Scheme] = ["radau_iia", "gauss_legendre"]
     for scheme in schemes:
         transcription, solution = solved(scheme, 2, leaving(), [-0.5, 0.0])
-        _, w = with_stages(transcription, solution.w, 2)
-        np.testing.assert_allclose(w, solution.w, atol=1e-12)
+        np.testing.assert_allclose(staged(transcription, solution, 2).w, solution.w, atol=1e-12)
 
 
 def test_a_coarse_solution_is_continued_on_its_branch() -> None:
@@ -81,10 +87,9 @@ def test_a_coarse_solution_is_continued_on_its_branch() -> None:
     transcription, coarse = solved("radau_iia", 1, leaving(), [-0.5, 0.0])
     assert coarse.branch is not None and coarse.status == "converged"
     assert min(abs(element.end - SWITCH) for element in transcription.unpack(coarse.w)) > 1e-3
-    refined, w = with_stages(transcription, coarse.w, 2)
-    fine = continue_on_branch(
-        refined.problem, BranchTranscription(refined), BranchPoint(w, coarse.branch), coarse, Run(OPTIONS)
-    )
+    start = staged(transcription, coarse, 2)
+    refined = start.transcription
+    fine = continue_on_branch(refined.problem, start.polisher, start, coarse, Run(OPTIONS))
     assert fine is not None and fine.exact and fine.residuals.complementarity <= 1e-12
     assert min(abs(element.end - SWITCH) for element in refined.unpack(fine.w)) <= 1e-9
     assert fine.reports[: len(coarse.reports)] == coarse.reports and len(fine.reports) > len(coarse.reports)
@@ -94,8 +99,5 @@ def test_a_coarse_solution_is_continued_on_its_branch() -> None:
 def test_no_time_is_no_refinement() -> None:
     """Without a second left nothing is continued."""
     transcription, coarse = solved("radau_iia", 1, leaving(), [-0.5, 0.0])
-    refined, w = with_stages(transcription, coarse.w, 2)
-    assert coarse.branch is not None
-    start = BranchPoint(w, coarse.branch)
-    polisher = BranchTranscription(refined)
-    assert continue_on_branch(refined.problem, polisher, start, coarse, Run(OPTIONS, Deadline(0.0))) is None
+    start, nothing = staged(transcription, coarse, 2), Run(OPTIONS, Deadline(0.0))
+    assert continue_on_branch(start.transcription.problem, start.polisher, start, coarse, nothing) is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.mpcc import (
     TRIALS,
     BranchNlp,
-    BranchPoint,
     BranchSolver,
     HomotopyOptions,
     PairPolisher,
@@ -22,6 +22,14 @@ from fesd_robot.mpcc import (
 from fesd_robot.nlp import NlpPoint, NlpStatus
 
 from .known import X, Y, mpcc
+
+
+class At(NamedTuple):
+    """A point, and its branch."""
+
+    w: np.ndarray
+    branch: Branch
+
 
 PROBLEM = mpcc((X - 2) ** 2 + (Y - 1) ** 2, X, Y, [1, 1])
 
@@ -52,7 +60,7 @@ def test_a_trial_keeps_what_held_its_constraints_and_cost_less(
     ]
     coming: Iterator[PolishingReport] = iter(ends)
     monkeypatch.setattr(BranchNlp, "solve_once", lambda *_, **__: next(coming))
-    assert solver.tried(BranchPoint(PROBLEM.start, branch), TRIALS[0]) is ends[kept]
+    assert solver.tried(At(PROBLEM.start, branch), TRIALS[0]) is ends[kept]
 
 
 @pytest.mark.parametrize(("start", "nlps"), [((1e-3, 1.1), 1), ((1.0, 1.0), 2)], ids=["near", "far"])
@@ -61,7 +69,7 @@ def test_whole_steps_come_first_and_count_where_they_stay_near(start: tuple[floa
     one, the line search solves it again, and ends there as well."""
     solver = BranchSolver(PROBLEM, PairPolisher(PROBLEM), Run(HomotopyOptions()))
     branch = Branch.of_pairs(PROBLEM.pair_labels, [ActiveFactor.G])
-    end = solver.exact(BranchPoint(np.array(start), branch), near=True)
+    end = solver.exact(At(np.array(start), branch), near=True)
     assert end is not None and end.exact and len(solver.reports) == nlps
     np.testing.assert_allclose(end.w, [0.0, 1.0], atol=1e-6)
 

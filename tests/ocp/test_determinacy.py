@@ -12,7 +12,7 @@ import pytest
 from fesd_robot import load_task
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd import Transcription
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import with_bounds_between
 from fesd_robot.fesd.refinement.between_stages import STRICTER
 from fesd_robot.ocp import formulate
@@ -77,14 +77,14 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
         elements[e].x[:, :n_q] = crouching
     conditions = BranchTranscription(transcription).conditions
     factors = ((ActiveFactor.G,) * len(conditions.members),) * len(elements)
+    branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
     solved = SimpleNamespace(
         replay=SimpleNamespace(intervals=[SimpleNamespace(interval=4, velocity_error=np.ones(1))]),
         transcription=transcription,
         local_errors=np.zeros(len(elements)),
-        solution=SimpleNamespace(w=transcription.pack(elements)),
-        branch=Branch(tuple(conditions.labels), factors, (False,) * len(elements)),
+        on_branch=BranchMotion.of(transcription, transcription.pack(elements), branch),
     )
-    whole, half = (finer.transcription.added.paths for finer in in_deciding_postures(solved))
+    whole, half = (finer.motion.transcription.added.paths for finer in in_deciding_postures(solved))
     assert [(one.constraint, one.element, one.margin) for one in whole] == [(number, e, 0.0) for e in own]
     missing = MARGIN - rows(np.concatenate([crouching, rest])).full().min()
     assert [one.margin for one in half] == pytest.approx([-HALF * missing] * len(own))
@@ -93,9 +93,10 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
         (whole, (STRICTER * missing, HALF * STRICTER * missing)),
         (half, (0.0, -(HALF**2) * missing)),
     ):
-        solved.transcription = with_bounds_between(transcription, held)
+        solved.on_branch = with_bounds_between(BranchMotion.of(transcription, solved.on_branch.w, branch), held)
+        solved.transcription = solved.on_branch.transcription
         for finer, margin in zip(in_deciding_postures(solved), margins, strict=True):
-            assert [one.margin for one in finer.transcription.added.paths] == pytest.approx([margin] * len(own))
+            assert [one.margin for one in finer.motion.transcription.added.paths] == pytest.approx([margin] * len(own))
 
     solved.local_errors = np.full(len(elements), 1.0)
     assert not list(in_deciding_postures(solved)), "an error of the motion's own explains that the replay leaves it"

@@ -12,7 +12,7 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.contact.kinds import SLIDING_INSIDE_CONE
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.added_rows import SLACK, BoundBetween
-from fesd_robot.fesd.polishing import BranchTranscription
+from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import violated_between_stages
 from fesd_robot.fesd.refinement.between_stages import CLEARANCE, PENETRATION, STRICTER
 from fesd_robot.ocp import formulate
@@ -45,7 +45,7 @@ def test_a_flight_does_not_touch_the_ground(lowest: float, closed: list[int], he
     modes = [ActiveFactor.G if e in closed else ActiveFactor.H for e in range(len(elements))]
     factors = tuple((mode,) * len(conditions.members) for mode in modes)
     branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
-    violated = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
+    violated = violated_between_stages(BranchMotion.of(transcription, transcription.pack(elements), branch))
     found = [one.bound for one in violated]
     bounds = [one for one in found if isinstance(one, BoundBetween) and one.variable == gap and one.element == 4]
     assert bounds == ([] if held is None else [BoundBetween(4, gap, -1, held, of_mode=held > 0)])
@@ -81,7 +81,7 @@ def test_a_foot_may_leave_the_ground_with_a_force_in_an_impact_and_where_control
     factors = ((closed,) * (first + 1) + (landing,) + (taken_off,) * len(elements))[: len(elements)]
     w = transcription.pack(elements)
     branch = polisher.branch_of_exact(Branch(tuple(conditions.labels), factors, (False,) * len(elements)), w)
-    violated = violated_between_stages(transcription, conditions, w, branch)
+    violated = violated_between_stages(BranchMotion.of(transcription, w, branch))
     ends = [one for one in violated if isinstance(one.bound, BoundBetween) and one.bound.end_only]
     held = {(one.bound.element, one.bound.variable - n_x) for one in ends if isinstance(one.bound, BoundBetween)}
     assert held == (set() if hit or shrunk else {(first, force) for force in forces})
@@ -122,7 +122,7 @@ def test_a_force_leaves_its_cone_between_the_stages_although_what_is_unused_does
     factor = ActiveFactor.H if slides else ActiveFactor.G
     own = tuple(factor if one.kind == SLIDING_INSIDE_CONE else ActiveFactor.G for one in conditions.labels)
     branch = Branch(tuple(conditions.labels), (own,) * len(elements), (False,) * len(elements))
-    violated = violated_between_stages(transcription, conditions, transcription.pack(elements), branch)
+    violated = violated_between_stages(BranchMotion.of(transcription, transcription.pack(elements), branch))
     variable = n_x + names.index("unused friction[foot]")
     bounds = [one for one in violated if isinstance(one.bound, BoundBetween) and one.bound.variable == variable]
     assert len(bounds) == (not slides)

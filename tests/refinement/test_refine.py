@@ -67,8 +67,8 @@ def test_what_led_to_no_motion_is_not_tried_again(coarse: tuple[SolvedMotion, Ho
     before, _ = coarse
     asked: list[Finer] = []
     once = _once(lambda solved, finer: asked.append(finer))
-    few, many = (_in_parts(before, before.transcription, np.full(before.local_errors.shape, by)) for by in (2.0, 1e9))
-    again = _in_parts(before, before.transcription, np.full(before.local_errors.shape, 2.0))
+    few, many = (_in_parts(before.on_branch, np.full(before.local_errors.shape, by)) for by in (2.0, 1e9))
+    again = _in_parts(before.on_branch, np.full(before.local_errors.shape, 2.0))
     for finer in (few, again, many, few, few._replace(repair=True), many):
         assert once(before, finer) is None
     assert asked == [few, many, few._replace(repair=True)]
@@ -78,21 +78,20 @@ def test_only_elements_of_the_same_mode_are_divided_together(coarse: tuple[Solve
     """An element with a large error and those that are as long as it get the same parts, the others of its interval
     none."""
     before, _ = coarse
-    same = set(before.polisher.equally_long(before.branch))
+    branch = before.on_branch.branch
+    same = set(before.on_branch.polisher.equally_long(branch))
     alone = next(
-        e
-        for e, without in enumerate(before.branch.without_length)
-        if not without and e not in same and e - 1 not in same
+        e for e, without in enumerate(branch.without_length) if not without and e not in same and e - 1 not in same
     )
     first = min(same - {e + 1 for e in same})
     run = [first]
     while run[-1] in same:
         run.append(run[-1] + 1)
     for divided in ([alone], run):
-        excess = np.ones(len(before.branch.factors))
+        excess = np.ones(len(branch.factors))
         excess[divided[0]] = 1e3
-        parts = len(before.branch.factors) + len(divided) * (MOST_PARTS - 1)
-        assert sum(_in_parts(before, before.transcription, excess).transcription.elements) == parts
+        parts = len(branch.factors) + len(divided) * (MOST_PARTS - 1)
+        assert sum(_in_parts(before.on_branch, excess).motion.transcription.elements) == parts
 
 
 @pytest.mark.parametrize(("largest", "usual", "stages"), [(1e-3, 1e-6, 1), (1e-6, 1e-12, 0)])
@@ -102,15 +101,15 @@ def test_what_is_clear_before_a_round_is_done_in_it(
     """The element with a gross error is divided in the round in which all get a stage more, and one whose error is
     merely too large in the round in which bounds between stages are held, as the biped's step asks for."""
     before, _ = coarse
-    errors = np.where(before.branch.without_length, 0.0, usual)
+    errors = np.where(before.on_branch.branch.without_length, 0.0, usual)
     errors[np.argmax(errors > 0)] = largest
     motion = replace(before)
     motion.__dict__.update({**before.__dict__, "local_errors": errors})
-    finer = next(_finer(motion, 1e-7, early=True))
+    finer = next(_finer(motion, 1e-7, early=True)).motion
     assert sum(finer.transcription.elements) > sum(before.transcription.elements)
     assert finer.transcription.options.tableau.stages == before.stages + stages
     assert bool(finer.transcription.added.bounds) != bool(stages)
-    assert finer.transcription.problem.size == len(finer.start.w)
+    assert finer.transcription.problem.size == len(finer.w)
 
 
 def test_the_last_motion_that_passes_is_kept() -> None:
@@ -134,7 +133,7 @@ def test_a_motion_that_fails_without_its_replay_is_not_driven_again(
     monkeypatch.setattr("fesd_robot.refinement.solved_motion.replay_intervals", lambda *given: replayed.append(given))
     nothing = cast(Any, None)
     still = cast(Any, SimpleNamespace(transcription=SimpleNamespace(grid=SimpleNamespace(moving=False))))
-    one = SolvedMotion(nothing, still, nothing, nothing)
+    one = SolvedMotion(nothing, still, nothing)
     one.__dict__.update(physical=None, physics=None)
     assert one.passes is not bool(violations)
     assert len(replayed) == (not violations)
@@ -143,7 +142,7 @@ def test_a_motion_that_fails_without_its_replay_is_not_driven_again(
 def test_what_is_known_of_a_motion_is_not_worked_out_again() -> None:
     """Other numbers of its refinement change nothing of its audit, which may have taken minutes."""
     nothing = cast(Any, None)
-    one = SolvedMotion(nothing, nothing, nothing, nothing)
+    one = SolvedMotion(nothing, nothing, nothing)
     one.__dict__.update(audit="an audit", local_errors="errors")
     other = one.counted(3, 2.0)
     assert (other.rounds, other.seconds, one.rounds) == (3, 2.0, 0)
@@ -154,7 +153,7 @@ def test_what_is_known_of_a_motion_is_not_worked_out_again() -> None:
 def test_what_has_something_to_spare(own: float, along: float, spares: bool) -> None:
     """Entries without the replay count, and those of the replay but for its impacts, which no accuracy changes."""
     nothing = cast(Any, None)
-    one = SolvedMotion(nothing, nothing, nothing, nothing)
+    one = SolvedMotion(nothing, nothing, nothing)
     one.__dict__.update(
         _audit_without_replay=SimpleNamespace(worst=(own, "")),
         _audit_without_impacts=SimpleNamespace(worst=(along, "")),

@@ -98,13 +98,13 @@ def test_cut_elements_are_on_the_same_polynomials(folder: Path, intervals: int) 
     assert record is not None
     known = _known(record, transcription.ocp.system)
     assert known is not None
-    fitted, w, branch = on_grid(known, transcription)
-    elements, clock = fitted.unpack(w), known.clock
+    cut = on_grid(known, transcription)
+    fitted, elements, clock = cut.transcription, cut.elements, known.clock
     last = np.cumsum(fitted.elements) - 1
     ends = [elements[e].x[-1, clock] for e in last]
     assert ends == pytest.approx(0.6 * np.arange(1, intervals + 1) / intervals, abs=1e-8)
     assert [elements[e].end for e in last] == pytest.approx(0.6 * np.arange(1, intervals + 1) / intervals, abs=1e-9)
-    modes = [mode for mode, _ in groupby(branch.factors)]
+    modes = [mode for mode, _ in groupby(cut.branch.factors)]
     used = zip(known.branch.factors, known.branch.without_length, strict=True)
     assert modes == [mode for mode, _ in groupby(factors for factors, without in used if not without)]
     for e in last[:-1]:

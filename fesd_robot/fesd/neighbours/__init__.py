@@ -1,6 +1,7 @@
 """Neighbours of an exact trajectory: branches that differ from its own by one decision about one contact."""
 
-from fesd_robot.fesd.neighbours.grid import KnownElements, on_grid
+from fesd_robot.fesd.neighbours.grid import on_grid
+from fesd_robot.fesd.neighbours.known_trajectory import CLOCK, KnownTrajectory
 from fesd_robot.fesd.neighbours.mode_shifts import ModeShift, mode_shifts
 from fesd_robot.fesd.neighbours.moves import Move, moves
 from fesd_robot.fesd.neighbours.patterns import intervals_of
@@ -8,7 +9,8 @@ from fesd_robot.fesd.neighbours.pivots import Pivots
 from fesd_robot.fesd.neighbours.room import filled, with_counts, with_room, without_room
 
 __all__ = [
-    "KnownElements",
+    "CLOCK",
+    "KnownTrajectory",
     "ModeShift",
     "Move",
     "Pivots",

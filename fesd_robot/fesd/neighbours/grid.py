@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.fesd.neighbours.known_trajectory import KnownTrajectory
 from fesd_robot.fesd.neighbours.patterns import Factors, spread
 from fesd_robot.fesd.neighbours.room import at_stages, in_equal_parts, with_counts
+from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -18,29 +19,6 @@ from fesd_robot.instants import SAME_PART
 
 BISECTIONS = 60
 """Halvings of an element in which the clock shows a given time; more than there are digits."""
-
-
-@dataclass(frozen=True)
-class KnownElements:
-    """A trajectory whose branch is known.
-
-    Attributes:
-        elements: in time order.
-        branch: of the trajectory.
-        tableau: of its scheme.
-        clock: index of the state that is the physical time. The last control is its speed: an element lasts as long, in
-            physical terms, as its length times that.
-    """
-
-    elements: Sequence[Element]
-    branch: Branch
-    tableau: Tableau
-    clock: int
-
-    @property
-    def duration(self) -> float:
-        """Physical time at its end."""
-        return float(self.elements[-1].x[-1, self.clock])
 
 
 @dataclass(frozen=True)
@@ -59,7 +37,7 @@ class _Piece:
     length: float
 
 
-def on_grid(known: KnownElements, transcription: Transcription) -> tuple[Transcription, np.ndarray, Branch]:
+def on_grid(known: KnownTrajectory, transcription: Transcription) -> BranchMotion:
     """Return a trajectory on the control grid of a transcription, its duration stretched to that of the grid.
 
     Elements are cut at the new ends of intervals. Elements of one mode in an interval become equally long; there are as
@@ -68,9 +46,6 @@ def on_grid(known: KnownElements, transcription: Transcription) -> tuple[Transcr
     Args:
         known: of a collocation scheme, with the same states, algebraic variables and conditions.
         transcription: of a collocation scheme.
-
-    Returns:
-        the transcription with these elements, the point, and its branch.
     """
     ocp, tableau = transcription.ocp, transcription.options.tableau
     stretch, length = ocp.duration / known.duration, ocp.duration / ocp.intervals
@@ -98,10 +73,10 @@ def on_grid(known: KnownElements, transcription: Transcription) -> tuple[Transcr
         factors += filled
     changed = with_counts(transcription, counts)
     branch = Branch(known.branch.conditions, tuple(factors), (False,) * len(factors))
-    return changed, changed.pack(elements), branch
+    return BranchMotion.of(changed, changed.pack(elements), branch)
 
 
-def _pieces(known: KnownElements, ends: np.ndarray, stretch: float) -> list[list[_Piece]]:
+def _pieces(known: KnownTrajectory, ends: np.ndarray, stretch: float) -> list[list[_Piece]]:
     """Return the parts of elements in every new interval, of which the ends are given, (N)."""
     pieces: list[list[_Piece]] = [[] for _ in ends]
     rounded = SAME_PART * ends[-1]
@@ -123,13 +98,13 @@ def _pieces(known: KnownElements, ends: np.ndarray, stretch: float) -> list[list
     return pieces
 
 
-def _middle(known: KnownElements, interval: int) -> float:
+def _middle(known: KnownTrajectory, interval: int) -> float:
     """Return the physical time in the middle of an interval of the known trajectory."""
     own = [element for element in known.elements if element.interval == interval]
     return float(own[0].x_left[known.clock] + own[-1].x[-1, known.clock]) / 2
 
 
-def _fraction(known: KnownElements, element: Element, time: float) -> float:
+def _fraction(known: KnownTrajectory, element: Element, time: float) -> float:
     """Return the fraction of an element at which the clock shows a time."""
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
@@ -139,7 +114,7 @@ def _fraction(known: KnownElements, element: Element, time: float) -> float:
     return (low + high) / 2
 
 
-def _advance(known: KnownElements, piece: _Piece) -> float:
+def _advance(known: KnownTrajectory, piece: _Piece) -> float:
     """Return how far the clock goes in a piece."""
     element = known.elements[piece.element]
     times = element.start + element.step * np.array([piece.begin, piece.end])
@@ -148,7 +123,7 @@ def _advance(known: KnownElements, piece: _Piece) -> float:
 
 
 def _cut(
-    known: KnownElements,
+    known: KnownTrajectory,
     piece: _Piece,
     tableau: Tableau,
     start: float,

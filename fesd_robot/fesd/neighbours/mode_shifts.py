@@ -6,12 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
-import numpy as np
-
-from fesd_robot.complementarity import Branch
 from fesd_robot.fesd.neighbours.patterns import Factors, intervals_of, sequence_of
 from fesd_robot.fesd.neighbours.placing import Placing
-from fesd_robot.fesd.transcription import Transcription
+from fesd_robot.fesd.polishing import BranchMotion
 
 
 @dataclass(frozen=True)
@@ -20,15 +17,14 @@ class ModeShift:
 
     Attributes:
         name: what is changed, in words.
-        w, branch: a point to start from, (n), and the branch.
+        motion: a point to start from, and the branch.
     """
 
     name: str
-    w: np.ndarray
-    branch: Branch
+    motion: BranchMotion
 
 
-def mode_shifts(transcription: Transcription, w: np.ndarray, branch: Branch) -> Iterator[ModeShift]:
+def mode_shifts(motion: BranchMotion) -> Iterator[ModeShift]:
     """Yield neighbours in which one decision about when the mode changes is another.
 
     A switch that has come to the boundary of two control intervals cannot leave it by small steps: an element of the
@@ -36,17 +32,16 @@ def mode_shifts(transcription: Transcription, w: np.ndarray, branch: Branch) -> 
     inside that after. A mode that lasts for at most an interval is left out in a third kind.
 
     Args:
-        transcription: of a collocation scheme, with an element to spare in its intervals (`with_room`).
-        w: a point of it, (n).
-        branch: on which it lies.
+        motion: of a collocation scheme, with an element to spare in its intervals (`with_room`).
     """
+    transcription, branch = motion.transcription, motion.branch
     intervals = intervals_of(transcription.elements)
-    placing = Placing(transcription, transcription.unpack(w), branch)
+    placing = Placing(transcription, motion.elements, branch)
     sequences = [sequence_of(branch, own) for own in intervals]
     for name, changed in (*_shifted(sequences), *_left_out(sequences)):
         if all(0 < len(sequence) <= len(intervals[k]) for k, sequence in changed.items()):
             placed = placing.with_sequences(changed)
-            yield ModeShift(name, transcription.pack(placed.elements), placed.branch)
+            yield ModeShift(name, motion.at(transcription.pack(placed.elements), placed.branch))
 
 
 def _shifted(sequences: Sequence[Sequence[Factors]]) -> Iterator[tuple[str, Mapping[int, Sequence[Factors]]]]:

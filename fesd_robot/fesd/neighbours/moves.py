@@ -24,8 +24,7 @@ from fesd_robot.fesd.neighbours.runs import (
 )
 from fesd_robot.fesd.neighbours.shifts import EARLIER, LATER, TWO_EARLIER, TWO_LATER, Shift
 from fesd_robot.fesd.neighbours.switches import Switch, SwitchKind, kind_of_run, switches_of, without_impacts
-from fesd_robot.fesd.polishing import ElementConditions, with_impulses, without_impulses
-from fesd_robot.fesd.transcription import Transcription
+from fesd_robot.fesd.polishing import BranchMotion, with_impulses, without_impulses
 
 PAIR = 2
 """Contacts of a pair. Where more than two switch alike, pairs of them move, too, as the hind feet of a quadruped; and
@@ -63,12 +62,7 @@ class Move:
         return self.placing.transcription.pack(self.placing.elements)
 
 
-def moves(
-    transcription: Transcription,
-    conditions: ElementConditions,
-    w: np.ndarray,
-    branch: Branch,
-) -> Iterator[Move]:
+def moves(motion: BranchMotion) -> Iterator[Move]:
     """Yield the neighbours of a branch, contact by contact and switch by switch in time order.
 
     - A switch between two modes that lies on the boundary of two control intervals moves to the boundary before, the
@@ -97,13 +91,11 @@ def moves(
     - A joint with dry friction is moved as a contact is that never flies: it sticks or slides.
 
     Args:
-        transcription: of a collocation scheme.
-        conditions: what can vanish in an element.
-        w: a point of it, (n).
-        branch: on which it lies.
+        motion: of a collocation scheme.
     """
-    branch = without_impulses(conditions, branch)
-    placing, intervals = Placing(transcription, transcription.unpack(w), branch), intervals_of(transcription.elements)
+    transcription, conditions = motion.transcription, motion.polisher.conditions
+    branch = without_impulses(conditions, motion.branch)
+    placing, intervals = Placing(transcription, motion.elements, branch), intervals_of(transcription.elements)
     contacts = ContactConditions.of(conditions, branch)
     patterns = [[pattern_of(contact, branch, own) for own in intervals] for contact in contacts]
     runs = [runs_of(contact, own) for contact, own in zip(contacts, patterns, strict=True)]

@@ -11,9 +11,8 @@ import numpy as np
 from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.fesd.neighbours.contact_conditions import ActiveSet, ContactConditions
 from fesd_robot.fesd.neighbours.patterns import Factors, with_active
-from fesd_robot.fesd.polishing import ElementConditions, with_impulses
+from fesd_robot.fesd.polishing import BranchMotion, ElementConditions, with_impulses
 from fesd_robot.fesd.trajectory import Element
-from fesd_robot.fesd.transcription import Transcription
 
 STEP = 1e-3
 """Part of the direction by which rates are measured."""
@@ -42,19 +41,24 @@ class Pivots:
     (`growing_for_nothing`), and gains errors of the discretisation.
 
     Attributes:
-        transcription: of a collocation scheme.
-        conditions: what can vanish in an element.
-        w, branch: a point of it, (n), and its branch.
+        motion: of a collocation scheme.
         direction: of descent, (n).
 
     Source: modes in place of the pairs of Nurkanovic, Leyffer, arXiv 2501.13835.
     """
 
-    transcription: Transcription
-    conditions: ElementConditions
-    w: np.ndarray
-    branch: Branch
+    motion: BranchMotion
     direction: np.ndarray
+
+    @property
+    def branch(self) -> Branch:
+        """On which the motion lies."""
+        return self.motion.branch
+
+    @property
+    def conditions(self) -> ElementConditions:
+        """What can vanish in an element."""
+        return self.motion.polisher.conditions
 
     def branches(self) -> Iterator[Branch]:
         """Yield the branch in which all these elements have their completed modes, then those in which one has it."""
@@ -101,11 +105,11 @@ class Pivots:
 
     @cached_property
     def _now(self) -> list[Element]:
-        return self.transcription.unpack(self.w)
+        return self.motion.elements
 
     @cached_property
     def _then(self) -> list[Element]:
-        return self.transcription.unpack(self.w + STEP * self.direction)
+        return self.motion.transcription.unpack(self.motion.w + STEP * self.direction)
 
     def _quantities(self, element: Element) -> np.ndarray:
         """Return the quantities at the stages, (n_s, quantities)."""

@@ -8,8 +8,8 @@ from itertools import groupby
 
 import numpy as np
 
-from fesd_robot.complementarity import Branch
 from fesd_robot.fesd.neighbours.patterns import Factors, intervals_of, sequence_of, spread
+from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
@@ -19,45 +19,36 @@ SPARE_ELEMENTS = 1
 """Elements that every interval gets for a search: a touchdown with friction inside an interval needs four."""
 
 
-def with_room(transcription: Transcription, w: np.ndarray, branch: Branch) -> tuple[Transcription, np.ndarray, Branch]:
-    """Return the transcription with one element more in every interval, any of which may fill it, and the same point.
+def with_room(motion: BranchMotion) -> BranchMotion:
+    """Return a trajectory with one element more in every interval, any of which may fill it.
 
     Args:
-        transcription: of a collocation scheme; its added rows are held in all elements of their intervals.
-        w: a point of it, (n).
-        branch: on which it lies.
+        motion: of a collocation scheme; its added rows are held in all elements of their intervals.
     """
-    return _with_elements(transcription, w, branch, [count + SPARE_ELEMENTS for count in transcription.elements])
+    return _with_elements(motion, [count + SPARE_ELEMENTS for count in motion.transcription.elements])
 
 
-def filled(transcription: Transcription, w: np.ndarray, branch: Branch) -> tuple[np.ndarray, Branch]:
-    """Return the same point, and its branch, with all elements in use: those of a mode share its time in an interval.
+def filled(motion: BranchMotion) -> BranchMotion:
+    """Return a trajectory with all elements in use: those of a mode share its time in an interval.
 
     An element that has shrunk to nothing would leave its interval to fewer ones, whose errors a cost can gain from.
 
     Args:
-        transcription: in which any element may fill its interval.
-        w: a point of it, (n).
-        branch: on which it lies.
+        motion: of a transcription in which any element may fill its interval.
     """
-    _, point, own = _with_elements(transcription, w, branch, transcription.elements)
-    return point, own
+    own = _with_elements(motion, motion.transcription.elements)
+    return motion.at(own.w, own.branch)
 
 
-def without_room(
-    transcription: Transcription, w: np.ndarray, branch: Branch, least: Sequence[int]
-) -> tuple[Transcription, np.ndarray, Branch]:
-    """Return the transcription with as many elements as its modes need, at least given numbers, and the same point.
+def without_room(motion: BranchMotion, least: Sequence[int]) -> BranchMotion:
+    """Return a trajectory with as many elements as its modes need, at least given numbers.
 
     Args:
-        transcription: of a collocation scheme; its added rows are held in all elements of their intervals.
-        w: a point of it, (n).
-        branch: on which it lies.
+        motion: of a collocation scheme; its added rows are held in all elements of their intervals.
         least: numbers of elements of the intervals, (N).
     """
-    needed = [len(sequence_of(branch, own)) for own in intervals_of(transcription.elements)]
-    counts = [max(pair) for pair in zip(needed, least, strict=True)]
-    return _with_elements(transcription, w, branch, counts)
+    needed = [len(sequence_of(motion.branch, own)) for own in intervals_of(motion.transcription.elements)]
+    return _with_elements(motion, [max(pair) for pair in zip(needed, least, strict=True)])
 
 
 def with_counts(transcription: Transcription, counts: Sequence[int]) -> Transcription:
@@ -73,14 +64,13 @@ def with_counts(transcription: Transcription, counts: Sequence[int]) -> Transcri
     return replace(transcription, options=options, added=added)
 
 
-def _with_elements(
-    transcription: Transcription, w: np.ndarray, branch: Branch, counts: Sequence[int]
-) -> tuple[Transcription, np.ndarray, Branch]:
-    """Return the transcription with other numbers of elements, its point on the same polynomials, and its branch.
+def _with_elements(motion: BranchMotion, counts: Sequence[int]) -> BranchMotion:
+    """Return a trajectory with other numbers of elements, whose points lie on the same polynomials.
 
     All elements have a length, and those of one mode are equally long.
     """
-    old, tableau = transcription.unpack(w), transcription.options.tableau
+    transcription, branch, old = motion.transcription, motion.branch, motion.elements
+    tableau = transcription.options.tableau
     elements: list[Element] = []
     factors: list[Factors] = []
     for own, count in zip(intervals_of(transcription.elements), counts, strict=True):
@@ -91,7 +81,8 @@ def _with_elements(
         for run, (_, parts) in zip(runs, groupby(modes), strict=True):
             elements += in_equal_parts(run, len(list(parts)), tableau)
     changed = with_counts(transcription, counts)
-    return changed, changed.pack(elements), Branch(branch.conditions, tuple(factors), (False,) * len(factors))
+    branch = replace(branch, factors=tuple(factors), without_length=(False,) * len(factors))
+    return BranchMotion.of(changed, changed.pack(elements), branch)
 
 
 def in_equal_parts(run: Sequence[Element], count: int, tableau: Tableau) -> list[Element]:

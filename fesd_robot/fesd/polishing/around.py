@@ -9,11 +9,12 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Branch, Label
+from fesd_robot.fesd.polishing.branch_motion import BranchMotion
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.mpcc import Block, BlockEquations, Mpcc
 
 
-def problem_around(branch_transcription: BranchTranscription, branch: Branch, held: Collection[int] = ()) -> Mpcc:
+def problem_around(motion: BranchMotion, held: Collection[int] = ()) -> Mpcc:
     """Return the problem with pairs to which it is a question whether a point of a branch is stationary.
 
     Neighbouring elements of one mode are equally long: without step equilibration only the switches determine the
@@ -21,13 +22,11 @@ def problem_around(branch_transcription: BranchTranscription, branch: Branch, he
     the velocity just before it: that at the end is zero and leaves every direction.
 
     Args:
-        branch_transcription: of the point.
-        branch: whose modes count.
+        motion: the point, and the branch whose modes count.
         held: elements without length that keep none.
     """
-    problem = branch_transcription.transcription.problem
-    equal, zero = _equal_steps(branch_transcription, branch), _zero_steps(branch_transcription, held)
-    blocks = [equal, zero, *_resting(branch_transcription, branch)]
+    problem, polisher, branch = motion.transcription.problem, motion.polisher, motion.branch
+    blocks = [_equal_steps(polisher, branch), _zero_steps(polisher, held), *_resting(polisher, branch)]
     return replace(problem, blocks=[*problem.blocks, *(block for block in blocks if block.copies)])
 
 

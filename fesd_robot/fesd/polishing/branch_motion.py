@@ -11,7 +11,7 @@ from fesd_robot.fesd.ocp import OptimalControlProblem
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
-from fesd_robot.mpcc import BRANCH, BranchNlp, PolishingLimits, PolishingReport, Run
+from fesd_robot.mpcc import BRANCH, BranchNlp, MpccSolution, PolishingLimits, PolishingReport, Run
 from fesd_robot.nlp import SAME, NlpPoint, Start
 
 
@@ -21,20 +21,28 @@ class BranchMotion:
 
     Attributes:
         polisher: transcription of the branch NLP.
-        point: variables, and multipliers of the branch NLP.
+        values: variables, (n), or a point with multipliers of the branch NLP where these are known.
         branch: on which it lies.
     """
 
     polisher: BranchTranscription
-    point: NlpPoint
+    values: np.ndarray | NlpPoint
     branch: Branch
 
     @classmethod
     def of(
-        cls, polisher: BranchTranscription, w: np.ndarray, branch: Branch, point: NlpPoint | None = None
+        cls, transcription: Transcription | BranchTranscription, values: np.ndarray | NlpPoint, branch: Branch
     ) -> BranchMotion:
-        """Return the trajectory of a point, (n), with the multipliers that are known."""
-        return cls(polisher, point or NlpPoint.without_multipliers(w, polisher.problem.constraints), branch)
+        """Return the trajectory that a point of a transcription is, on a branch."""
+        if isinstance(transcription, Transcription):
+            transcription = BranchTranscription(transcription)
+        return cls(transcription, values, branch)
+
+    @classmethod
+    def of_solution(cls, polisher: BranchTranscription, solution: MpccSolution) -> BranchMotion:
+        """Return the trajectory of a solution, with the multipliers that it has, on its branch or the likeliest one."""
+        branch = solution.branch or polisher.branch(solution.w)
+        return cls(polisher, solution.point or solution.w, branch)
 
     @property
     def transcription(self) -> Transcription:
@@ -44,12 +52,23 @@ class BranchMotion:
     @property
     def w(self) -> np.ndarray:
         """Variables, (n)."""
-        return self.point.x
+        return self.values.x if isinstance(self.values, NlpPoint) else self.values
+
+    @property
+    def point(self) -> NlpPoint:
+        """Variables, and multipliers of the branch NLP, zero where none are known."""
+        if isinstance(self.values, NlpPoint):
+            return self.values
+        return NlpPoint.without_multipliers(self.values, self.polisher.problem.constraints)
 
     @property
     def elements(self) -> list[Element]:
         """In time order."""
         return self.transcription.unpack(self.w)
+
+    def at(self, w: np.ndarray, branch: Branch) -> BranchMotion:
+        """Return another point of the same transcription, (n), on a branch."""
+        return BranchMotion(self.polisher, w, branch)
 
     def with_numbers(self, ocp: OptimalControlProblem) -> BranchMotion:
         """Return the same point, grid and branch in a problem with the same equations and other numbers."""
@@ -68,7 +87,7 @@ class BranchMotion:
         return BranchNlp.of(self.polisher, run.options.compile).solve_once(
             self.branch,
             self.transcription.problem,
-            self.point,
+            self.values,
             run,
             settings=replace(BRANCH, start=start),
             limits=PolishingLimits(iterations or run.effort.settled_iterations, updates=0),

@@ -14,7 +14,7 @@ from fesd_robot.complementarity import ActiveFactor, Branch
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.fesd.added_rows import SLACK, BoundBetween
 from fesd_robot.fesd.path_between import PLACES, PathBetween
-from fesd_robot.fesd.polishing import ElementConditions
+from fesd_robot.fesd.polishing import BranchMotion, ElementConditions
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
@@ -58,9 +58,7 @@ class Violated(NamedTuple):
     bound: BoundBetween | PathBetween
 
 
-def violated_between_stages(
-    transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch
-) -> list[Violated]:
+def violated_between_stages(motion: BranchMotion) -> list[Violated]:
     """Return the bounds that are violated between the stages of elements and not held there, the least violated first.
 
     Looked at are the states with their limits, gaps among them, the path constraints, and the multipliers of the
@@ -70,11 +68,9 @@ def violated_between_stages(
     the only one (Painleve).
 
     Args:
-        transcription: of a collocation scheme.
-        conditions: what can vanish in an element, `BranchTranscription.conditions`.
-        w: a point of it on a branch, (n).
-        branch: the branch.
+        motion: of a collocation scheme.
     """
+    transcription, conditions, branch = motion.transcription, motion.polisher.conditions, motion.branch
     ocp, tableau = transcription.ocp, transcription.options.tableau
     fractions = np.linspace(0, 1, BETWEEN + 1)
     of_states, of_stages = lagrange(tableau.nodes, fractions), lagrange(tableau.c, fractions)
@@ -83,7 +79,7 @@ def violated_between_stages(
     gaps = {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
     products = _products_among(multipliers, ocp.system)
     simple = [i for i in multipliers if all(i != one.variable for one in products)]
-    elements = transcription.unpack(w)
+    elements = motion.elements
     paths = [
         _Path(transcription, i)
         for i, one in enumerate(ocp.constraints)
@@ -109,12 +105,13 @@ def violated_between_stages(
     return sorted((one for one in found if one.bound not in held), key=lambda one: one.violation)
 
 
-def with_bounds_between(transcription: Transcription, bounds: Sequence[BoundBetween | PathBetween]) -> Transcription:
-    """Return the transcription with further bounds between stages; a point of one is a point of the other."""
-    added = transcription.added
+def with_bounds_between(motion: BranchMotion, bounds: Sequence[BoundBetween | PathBetween]) -> BranchMotion:
+    """Return a trajectory with further bounds between stages, from which it may be far."""
+    added = motion.transcription.added
     new = [one for one in bounds if isinstance(one, BoundBetween) and one not in added.bounds]
     paths = {(one.constraint, one.element): one for one in [*added.paths, *bounds] if isinstance(one, PathBetween)}
-    return replace(transcription, added=replace(added, bounds=(*added.bounds, *new), paths=tuple(paths.values())))
+    added = replace(added, bounds=(*added.bounds, *new), paths=tuple(paths.values()))
+    return BranchMotion.of(replace(motion.transcription, added=added), motion.w, motion.branch)
 
 
 class _Path:

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import lstsq
 
-from fesd_robot.complementarity import ActiveFactor, Branch, HeldAt
+from fesd_robot.complementarity import ActiveFactor, HeldAt
 from fesd_robot.exactness import SINGULAR_STEP
 from fesd_robot.fesd.element import (
     CONTINUITY,
@@ -24,7 +24,7 @@ from fesd_robot.fesd.element import (
 )
 from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.options import FesdOptions
-from fesd_robot.fesd.polishing import ElementConditions
+from fesd_robot.fesd.polishing import BranchMotion, ElementConditions
 from fesd_robot.fesd.refinement.parts import element_in_parts
 from fesd_robot.fesd.refinement.stages import interpolated
 from fesd_robot.fesd.schemes import lagrange
@@ -43,9 +43,7 @@ NEAR_BOUND = 1e-3
 """Multipliers that come nearer to zero are near their bound; one is a force of ten robot weights."""
 
 
-def local_errors(
-    transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch, *, parts: int = 1
-) -> np.ndarray:
+def local_errors(motion: BranchMotion, *, parts: int = 1) -> np.ndarray:
     """Return the estimated local error of every element, (number of elements).
 
         e = max_i |x_i(n_s + 1) - x_i(n_s)| / (1 + max |x_i|)
@@ -55,18 +53,15 @@ def local_errors(
     error of an element without length is zero, that of one whose equations have no solution nearby infinite.
 
     Args:
-        transcription: of a collocation scheme with fewer than `MAX_STAGES` stages.
-        conditions: what can vanish in an element, `BranchTranscription.conditions`.
-        w: a point of it on a branch, (n).
-        branch: the branch.
+        motion: of a collocation scheme with fewer than `MAX_STAGES` stages.
         parts: in how many equal parts every element is integrated again, one after the other; with several the
             estimate comes near to the error itself.
 
     Source: Hairer, Norsett & Wanner, Solving ODEs I, II.4 (the difference of two orders as an estimate).
     """
-    elements, mode = transcription.unpack(w), _ModeEquations(transcription, conditions)
+    elements, branch, mode = motion.elements, motion.branch, _ModeEquations.of(motion)
     scale = 1 + np.max([np.abs(element.x).max(axis=0) for element in elements], axis=0)
-    tableau = transcription.options.tableau
+    tableau = motion.transcription.options.tableau
     errors = np.zeros(len(elements))
     for e, element in enumerate(elements):
         if branch.without_length[e] or element.step <= 0:
@@ -79,9 +74,7 @@ def local_errors(
     return errors
 
 
-def multiplier_errors(
-    transcription: Transcription, conditions: ElementConditions, w: np.ndarray, branch: Branch
-) -> np.ndarray:
+def multiplier_errors(motion: BranchMotion) -> np.ndarray:
     """Return the estimated errors of multipliers near their bounds at the ends of elements, (number of elements).
 
         e = max_i |z_i(n_s + 1) - z_i(n_s)|, both ends, over those i with a value below `NEAR_BOUND`
@@ -91,10 +84,10 @@ def multiplier_errors(
     that rigid bodies would need outside of it.
 
     Args:
-        transcription, conditions, w, branch: as in `local_errors`.
+        motion: as in `local_errors`.
     """
-    elements, mode = transcription.unpack(w), _ModeEquations(transcription, conditions)
-    tableau, finer = transcription.options.tableau, mode.options.tableau
+    elements, branch, mode = motion.elements, motion.branch, _ModeEquations.of(motion)
+    tableau, finer = motion.transcription.options.tableau, mode.options.tableau
     errors = np.zeros(len(elements))
     for e, element in enumerate(elements):
         stages = element.z[: tableau.stages]
@@ -132,6 +125,11 @@ class _ModeEquations:
 
     transcription: Transcription
     conditions: ElementConditions
+
+    @classmethod
+    def of(cls, motion: BranchMotion) -> _ModeEquations:
+        """Return those of a trajectory."""
+        return cls(motion.transcription, motion.polisher.conditions)
 
     @cached_property
     def options(self) -> FesdOptions:

@@ -7,27 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from fesd_robot.complementarity import ActiveFactor, Branch
+from fesd_robot.complementarity import ActiveFactor
+from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 
 
-def with_parts(
-    transcription: Transcription, w: np.ndarray, branch: Branch, parts: Sequence[int]
-) -> tuple[Transcription, np.ndarray, Branch]:
-    """Return the transcription with elements in equal parts, its point that interpolates another, and its branch.
+def with_parts(motion: BranchMotion, parts: Sequence[int]) -> BranchMotion:
+    """Return a trajectory with elements in equal parts, whose points lie on the same polynomials.
 
     All parts of an element are in its mode, and the branch NLP gives them the same length, so that there is one length
     to choose as before. No element becomes longer than it could be before.
 
     Args:
-        transcription: of a collocation scheme.
-        w: a point of it, (n).
-        branch: on which it lies.
+        motion: of a collocation scheme.
         parts: number of parts of every element, (number of elements).
     """
+    transcription, branch = motion.transcription, motion.branch
     tableau, counts = transcription.options.tableau, transcription.elements
     last = np.cumsum(counts)
     intervals = [sum(parts[end - count : end]) for count, end in zip(counts, last, strict=True)]
@@ -40,19 +38,16 @@ def with_parts(
     refined = replace(transcription, options=options, added=transcription.added.in_parts(parts))
     elements = [
         part
-        for element, count in zip(transcription.unpack(w), parts, strict=True)
+        for element, count in zip(motion.elements, parts, strict=True)
         for part in element_in_parts(element, count, tableau)
     ]
     repeated = np.repeat(np.arange(len(parts)), parts)
-    return (
-        refined,
-        refined.pack(elements),
-        replace(
-            branch,
-            factors=_without_repeated_jumps([branch.factors[e] for e in repeated], repeated, refined),
-            without_length=tuple(branch.without_length[e] for e in repeated),
-        ),
+    divided = replace(
+        branch,
+        factors=_without_repeated_jumps([branch.factors[e] for e in repeated], repeated, refined),
+        without_length=tuple(branch.without_length[e] for e in repeated),
     )
+    return BranchMotion.of(refined, refined.pack(elements), divided)
 
 
 def _without_repeated_jumps(

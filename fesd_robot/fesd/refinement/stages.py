@@ -7,27 +7,27 @@ from dataclasses import replace
 
 import numpy as np
 
+from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.fesd.tableau import Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
-from fesd_robot.fesd.transcription import Transcription
 
 
-def with_stages(transcription: Transcription, w: np.ndarray, stages: int) -> tuple[Transcription, np.ndarray]:
-    """Return the transcription of the same problem with other stages, and its point that interpolates one of the first.
+def with_stages(motion: BranchMotion, stages: int) -> BranchMotion:
+    """Return a trajectory with other stages, which interpolate its own.
 
     Every element keeps its length and control. States follow its collocation polynomial; algebraic variables and slopes
     the polynomials through their values at the stages.
 
     Args:
-        transcription: of a collocation scheme.
-        w: a point of it, (n).
+        motion: of a collocation scheme.
         stages: number of stages of every element.
     """
+    transcription = motion.transcription
     old = transcription.options.tableau
     new = make_tableau(old.scheme, stages)
     refined = replace(transcription, options=replace(transcription.options, tableau=new))
-    return refined, refined.pack(interpolated(transcription.unpack(w), old, new))
+    return BranchMotion.of(refined, refined.pack(interpolated(motion.elements, old, new)), motion.branch)
 
 
 def interpolated(elements: Sequence[Element], old: Tableau, new: Tableau) -> list[Element]:
