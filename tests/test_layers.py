@@ -32,7 +32,7 @@ BELOW: dict[str, set[str]] = {
     "dcs": {"complementarity"},
     "nlp": {"native", "running"},
     "mpcc": {"complementarity", "native", "nlp", "running"},
-    "fesd": {"complementarity", "dcs", "mpcc", "running"},
+    "fesd": {"complementarity", "dcs", "mpcc", "nlp", "running"},
     "optimal_control": {"complementarity", "dcs", "fesd", "mpcc", "running"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
