@@ -50,11 +50,11 @@ BELOW: dict[str, set[str]] = {
         "complementarity", "contact", "fesd", "mpcc", "ocp", "plans", "recovery", "replay", "running", "task",
     },
     "starts": {
-        "complementarity", "contact", "dcs", "fesd", "mpcc", "ocp", "plans", "recovery", "refinement", "replay",
-        "simulation",
+        "complementarity", "contact", "dcs", "fesd", "mpcc", "nlp", "ocp", "plans", "recovery", "refinement", "replay",
+        "simulation", "task",
     },
     "planning": {
-        "complementarity", "fesd", "mpcc", "native", "ocp", "phases", "plans", "refinement", "running", "starts",
+        "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "running", "starts",
         "task",
     },
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task"},
