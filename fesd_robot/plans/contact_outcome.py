@@ -158,5 +158,8 @@ def _top(duration: float, values: tuple[float, float], rates: tuple[float, float
         return max(values)
     c, d = rates[0] * duration, rates[1] * duration
     a, b = 2 * (start - end) + c + d, 3 * (end - start) - 2 * c - d
-    s = c / (math.sqrt(b * b - 3 * a * c) - b)
+    fall = math.sqrt(max(b * b - 3 * a * c, 0.0)) - b
+    if not fall > 0:  # rates whose squares are no numbers
+        return max(values)
+    s = c / fall
     return ((a * s + b) * s + c) * s + start

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fesd_robot.plans.contact_outcome import contact_outcomes
+from fesd_robot.plans.contact_outcome import _top, contact_outcomes
 from fesd_robot.plans.outcome import ContactOutcome
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
@@ -155,3 +155,12 @@ def test_numbers_that_are_none_do_no_harm(physics: NumericPhysics) -> None:
     broken[-1, 0] = np.nan
     (flight,) = outcome_of(replace(motion, configuration=broken), physics).flights
     assert np.isnan(flight.length)
+
+
+@pytest.mark.parametrize("rates", [(1e-170, -2e-170), (1e-300, -1e-300), (1e-9, -1e-9), (2.0, -1.0)])
+def test_the_top_of_a_step_is_no_lower_than_its_ends(rates: tuple[float, float]) -> None:
+    """However slowly a foot rises and falls, the top of its flight is a number, and that of a parabola is exact."""
+    top = _top(0.1, (0.0, 0.0), rates)
+    assert 0.0 <= top <= 0.1 * max(rates)
+    if rates[0] == -rates[1] and rates[0] > 1e-100:
+        assert top == pytest.approx(rates[0] * 0.1 / 4, rel=1e-12)
