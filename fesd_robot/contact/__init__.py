@@ -15,7 +15,7 @@ from fesd_robot.contact.geometry import (
     frames_of,
     needs_space,
 )
-from fesd_robot.contact.ground import Ground, Plane, Profile, Terrain, Wall
+from fesd_robot.contact.ground import Ground, Plane, Profile, Surface, Terrain, Wall
 from fesd_robot.contact.kinds import FRICTION_AFTER_IMPACT
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics, StepOptions
 from fesd_robot.contact.modes import (
@@ -49,6 +49,7 @@ __all__ = [
     "Profile",
     "Scene",
     "StepOptions",
+    "Surface",
     "Terrain",
     "TwoBodies",
     "Wall",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fesd_robot.contact.ground import Ground
+from fesd_robot.contact.ground import Surface
 from fesd_robot.contact.model import Contact
 from fesd_robot.contact.points import check_planar, planar_frame, surface_at
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
@@ -17,7 +17,7 @@ and a derivative where centres coincide."""
 def circle_contact(
     robot: Robot,
     configuration: ca.SX,
-    path: Ground,
+    path: Surface,
     *,
     name: str,
     frame: str,
@@ -32,7 +32,7 @@ def circle_contact(
 
     Args:
         configuration: q, SX symbols (n_q).
-        path: the ground raised by the radius, `Ground.raised`.
+        path: the ground raised by the radius, `Surface.raised`.
         frame: name of the frame about whose origin the circle lies.
         radius: m.
         friction: coefficient mu.
@@ -57,7 +57,7 @@ def circle_contact(
 
 
 def _ball_contact(
-    robot: Robot, configuration: ca.SX, path: Ground, *, name: str, frame: str, radius: float, friction: float
+    robot: Robot, configuration: ca.SX, path: Surface, *, name: str, frame: str, radius: float, friction: float
 ) -> Contact:
     """The same in space: J_tk = J_p^T t_k - r J_w^T (n x t_k), where n x t_1 = t_2 and n x t_2 = -t_1."""
     _, center = frame_placement(robot, configuration, frame)

@@ -10,7 +10,7 @@ import casadi as ca
 
 from fesd_robot.contact.boxes import circle_box_contact
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
-from fesd_robot.contact.ground import Ground
+from fesd_robot.contact.ground import Surface
 from fesd_robot.contact.model import Contact
 from fesd_robot.contact.points import leaves_plane, point_contact
 from fesd_robot.contact.two_in_space import Facing, ball_box_contact, two_balls_contact
@@ -22,7 +22,7 @@ class PointOnSurface:
     """The origin of a frame against a surface."""
 
     frame: str
-    surface: Ground
+    surface: Surface
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class CircleOnSurface:
 
     frame: str
     radius: float
-    path: Ground
+    path: Surface
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Scene:
         geometries: name of a contact -> its geometry.
     """
 
-    surfaces: Mapping[str, Ground]
+    surfaces: Mapping[str, Surface]
     geometries: Mapping[str, ContactGeometry]
 
 

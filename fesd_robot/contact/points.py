@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact.ground import Ground
+from fesd_robot.contact.ground import Surface
 from fesd_robot.contact.model import Contact
 from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.robot import Robot, frame_jacobian, frame_placement
@@ -14,7 +14,7 @@ from fesd_robot.robot import Robot, frame_jacobian, frame_placement
 def point_contact(
     robot: Robot,
     configuration: ca.SX,
-    ground: Ground,
+    ground: Surface,
     *,
     name: str,
     frame: str,
@@ -79,7 +79,7 @@ def planar_frame(
     return position, jacobian[:3, :], jacobian[4, :]
 
 
-def check_planar(ground: Ground, name: str) -> None:
+def check_planar(ground: Surface, name: str) -> None:
     """Raise if a surface varies along y, on which the friction of a contact in the x-z plane would be wrong.
 
     Args:
@@ -95,7 +95,7 @@ def check_planar(ground: Ground, name: str) -> None:
         )
 
 
-def surface_at(ground: Ground, position: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
+def surface_at(ground: Surface, position: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
     """Return gap, gradient (3) and both tangents (3) of a surface at a position, what they share computed once."""
     _, *tangents = ground.axes(position)
     found = [ground.distance(position), ground.normal(position), *tangents]

@@ -9,8 +9,6 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import Contact as PhysicalContact
-from fesd_robot.contact import Terrain
-from fesd_robot.contact.ground import HeightField
 from fesd_robot.errors import RobotError
 from fesd_robot.explanation.descriptions import (
     described_constraints,
@@ -22,7 +20,7 @@ from fesd_robot.explanation.descriptions import (
 from fesd_robot.explanation.table import aligned
 from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
-from fesd_robot.ocp import TOUCHING, MotionProblem, homotopy_options, numeric_physics
+from fesd_robot.ocp import TOUCHING, MotionProblem, ground_of, homotopy_options, numeric_physics
 from fesd_robot.orientations import with_angles
 from fesd_robot.robot import Robot, deviation_units, velocity_units
 from fesd_robot.task import (
@@ -207,18 +205,8 @@ def _driven(motion: MotionProblem) -> str:
 
 
 def _ground(motion: MotionProblem) -> list[str]:
-    ground, surface = motion.task.ground, motion.scene.surfaces[GROUND]
-    lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own."]
-    if isinstance(surface, Terrain):
-        (left, low), (right, high) = (ends(surface.outline(), axis=0) for ends in (np.min, np.max))
-        lines.append(f"For x from {left:.4g} to {right:.4g} m its heights are {low:.4g} to {high:.4g} m; level beyond.")
-    if isinstance(surface, HeightField):
-        x, y = surface.sampled_places
-        heights = surface.derivatives(*np.meshgrid(x, y, indexing="ij")).h
-        lines.append(
-            f"For x from {x[0]:.4g} to {x[-1]:.4g} m and y from {y[0]:.4g} to {y[-1]:.4g} m its heights are "
-            f"{heights.min():.4g} to {heights.max():.4g} m; it goes on level beyond."
-        )
+    ground, heights = motion.task.ground, ground_of(motion.task).heights_in_words()
+    lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own.", *([heights] if heights else [])]
     lines += [f"Wall '{name}' {wall.in_words()}; {_law(wall)}." for name, wall in ground.walls.items()]
     return lines + [
         f"Surface '{name}': {surface.in_words()}; {_law(surface)}." for name, surface in motion.task.surfaces.items()

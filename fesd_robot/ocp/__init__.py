@@ -23,6 +23,7 @@ __all__ = [
     "formulate",
     "friction_of",
     "gap_function",
+    "ground_of",
     "homotopy_options",
     "is_plan",
     "limits_of",
@@ -36,6 +37,7 @@ __all__ = [
     "posture_of",
     "reference_of",
     "scene_of",
+    "solid_of",
     "standings_of",
     "surfaces_of",
     "time_grid",
@@ -63,7 +65,7 @@ if TYPE_CHECKING:
     from fesd_robot.ocp.promises import with_promises
     from fesd_robot.ocp.reference_file import columns_of_csv, is_plan
     from fesd_robot.ocp.reference_types import reference_of
-    from fesd_robot.ocp.scene import friction_of, scene_of, surfaces_of
+    from fesd_robot.ocp.scene import friction_of, ground_of, scene_of, solid_of, surfaces_of
     from fesd_robot.ocp.setup import Setup, gap_function
     from fesd_robot.ocp.solver_options import homotopy_options
     from fesd_robot.ocp.standing import posture_of, standings_of, touching_configuration
@@ -91,7 +93,7 @@ else:
             "fesd_robot.ocp.promises": ["with_promises"],
             "fesd_robot.ocp.reference_file": ["columns_of_csv", "is_plan"],
             "fesd_robot.ocp.reference_types": ["reference_of"],
-            "fesd_robot.ocp.scene": ["friction_of", "scene_of", "surfaces_of"],
+            "fesd_robot.ocp.scene": ["friction_of", "ground_of", "scene_of", "solid_of", "surfaces_of"],
             "fesd_robot.ocp.setup": ["Setup", "gap_function"],
             "fesd_robot.ocp.solver_options": ["homotopy_options"],
             "fesd_robot.ocp.standing": ["posture_of", "standings_of", "touching_configuration"],

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.complementarity import Complementarity, Label
-from fesd_robot.contact import Contact, ContactSystem, Ground
+from fesd_robot.contact import Contact, ContactSystem, Surface
 from fesd_robot.errors import ModelError
 from fesd_robot.exactness import NO_SQUARE, WRITTEN
 from fesd_robot.fesd import Span, TrajectoryConstraint
@@ -45,31 +45,31 @@ BoundedRow = tuple[str, ca.SX, float, float]
 
 
 @singledispatch
-def point_rows(constraint: BodyPoint, p: ca.SX, ground: Ground) -> list[BoundedRow]:
+def point_rows(constraint: BodyPoint, p: ca.SX, ground: Surface) -> list[BoundedRow]:
     """Return the rows of a constraint on the position p of a point, SX (3); all of them are lengths."""
     raise ModelError(f"no rows are known for {type(constraint).__name__}")
 
 
 @point_rows.register
-def _clearance(constraint: Clearance, p: ca.SX, ground: Ground) -> list[BoundedRow]:
+def _clearance(constraint: Clearance, p: ca.SX, ground: Surface) -> list[BoundedRow]:
     return [("clearance", ground.distance(p) - constraint.distance, 0.0, np.inf)]
 
 
 @point_rows.register
-def _sphere(constraint: AvoidSphere, p: ca.SX, ground: Ground) -> list[BoundedRow]:
+def _sphere(constraint: AvoidSphere, p: ca.SX, ground: Surface) -> list[BoundedRow]:
     distance = ca.sqrt(ca.sumsqr(_from(constraint.center, p)) + NO_SQUARE)
     return [("distance", distance - constraint.radius, 0.0, np.inf)]
 
 
 @point_rows.register
-def _ellipse(constraint: AvoidEllipse, p: ca.SX, ground: Ground) -> list[BoundedRow]:
+def _ellipse(constraint: AvoidEllipse, p: ca.SX, ground: Surface) -> list[BoundedRow]:
     axes = _given(constraint.semi_axes)
     level = ca.sumsqr(_from(constraint.center, p) / ca.DM(axes)) - 1
     return [("level", 0.5 * min(axes) * level, 0.0, np.inf)]  # half the axis: near the surface it is a distance
 
 
 @point_rows.register
-def _box(constraint: AvoidBox, p: ca.SX, ground: Ground) -> list[BoundedRow]:
+def _box(constraint: AvoidBox, p: ca.SX, ground: Surface) -> list[BoundedRow]:
     half = [0.5 * size for size in _given(constraint.size)]
     power = constraint.power
     mean = ca.sum1((_from(constraint.center, p) / ca.DM(half)) ** power) / len(half)
@@ -77,7 +77,7 @@ def _box(constraint: AvoidBox, p: ca.SX, ground: Ground) -> list[BoundedRow]:
 
 
 @point_rows.register
-def _frame_limits(constraint: FrameLimits, p: ca.SX, ground: Ground) -> list[BoundedRow]:
+def _frame_limits(constraint: FrameLimits, p: ca.SX, ground: Surface) -> list[BoundedRow]:
     bounds = [(axis, getattr(constraint, axis)) for axis in AXES]
     return [(axis, p[i], *given) for i, (axis, given) in enumerate(bounds) if given is not None]
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import Contact, ContactSystem, Ground, MultibodyDynamics
+from fesd_robot.contact import Contact, ContactSystem, MultibodyDynamics, Surface
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.constants import Constants
 from fesd_robot.ocp.points import Points
@@ -42,7 +42,7 @@ class ProblemParts:
     actuation: Actuation
     contacts: Sequence[Contact]
     contact_system: ContactSystem
-    ground: Ground
+    ground: Surface
     gap: ca.Function
     auxiliary_force: float
     endpoints: Endpoints

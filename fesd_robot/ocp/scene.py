@@ -14,6 +14,7 @@ from fesd_robot.contact import (
     Ground,
     PointOnSurface,
     Scene,
+    Surface,
 )
 from fesd_robot.contact import ground as surfaces
 from fesd_robot.contact.ground import profiles
@@ -36,16 +37,25 @@ from fesd_robot.task import (
 )
 
 
-def surfaces_of(task: Task) -> dict[str, Ground]:
+def surfaces_of(task: Task) -> dict[str, Surface]:
     """Return every surface by name: the ground, the walls, and what else there is to touch.
+
+    Raises:
+        TaskError: the ground cannot be built, see `ground_of`.
+    """
+    walls = {name: _wall(wall) for name, wall in task.ground.walls.items()}
+    solids = {name: solid_of(surface) for name, surface in task.surfaces.items()}
+    return {GROUND: ground_of(task), **walls, **solids}
+
+
+def ground_of(task: Task) -> Ground:
+    """Return the ground.
 
     Raises:
         TaskError: too many steps, or the file of a height map is missing, no table of heights, or too steep.
     """
-    walls = {name: _wall(wall) for name, wall in task.ground.walls.items()}
-    solids = {name: solid_of(surface) for name, surface in task.surfaces.items()}
     try:
-        return {GROUND: surface_of(task.ground, task.folder), **walls, **solids}
+        return surface_of(task.ground, task.folder)
     except GroundError as error:
         raise task.error(("ground", task.ground.BUILT_FROM), str(error)) from error
 
@@ -121,7 +131,7 @@ def _height_map(shape: HeightMap, folder: Path) -> Ground:
         raise GroundError(f"found '{shape.file}', but {error}") from error
 
 
-def _wall(wall: Wall) -> Ground:
+def _wall(wall: Wall) -> Surface:
     if wall.place is not None and wall.facing is not None:
         return surfaces.facing_wall(wall.place, wall.facing)
     assert wall.x is not None and wall.side is not None
@@ -149,7 +159,7 @@ def _cylinder(surface: CylinderSurface) -> surfaces.Solid:
     return surfaces.Cylinder(pose, surface.edge_radius, surface.radius - surface.edge_radius, half, underside=underside)
 
 
-def _geometry(task: Task, name: str, by_name: dict[str, Ground]) -> ContactGeometry:
+def _geometry(task: Task, name: str, by_name: dict[str, Surface]) -> ContactGeometry:
     contact = task.single_contacts[name]
     if isinstance(contact, CircleCircleContact):
         assert contact.other_radius is not None

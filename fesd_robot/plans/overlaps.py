@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Ground
+from fesd_robot.contact import Surface
 from fesd_robot.errors import RobotError
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import BodyShapes, Depth, Robot
@@ -26,7 +26,7 @@ Moment = tuple[str, np.ndarray]
 """When it is, in words that begin a sentence, and the configuration, (n_q)."""
 
 
-def overlaps_of_motion(task: Task, robot: Robot, surfaces: Mapping[str, Ground], motion: PhysicalMotion) -> list[str]:
+def overlaps_of_motion(task: Task, robot: Robot, surfaces: Mapping[str, Surface], motion: PhysicalMotion) -> list[str]:
     """Return a sentence for every body that goes below a surface, and for every two that overlap, at the deepest."""
     states = motion.states
     order = np.argsort(states.time, kind="stable")
@@ -35,7 +35,7 @@ def overlaps_of_motion(task: Task, robot: Robot, surfaces: Mapping[str, Ground],
     return overlaps(task, robot, surfaces, moments)
 
 
-def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Ground], moments: Iterable[Moment]) -> list[str]:
+def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Surface], moments: Iterable[Moment]) -> list[str]:
     """Return a sentence for every body below a surface, and for every two that overlap, at its deepest moment.
 
     What a contact keeps out is not meant: the body of its frame, and whatever is around the place that touches.
@@ -59,7 +59,7 @@ def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Ground], moments: 
 class _Overlaps:
     """What overlaps where, of one robot in one task."""
 
-    def __init__(self, task: Task, robot: Robot, surfaces: Mapping[str, Ground], shapes: BodyShapes) -> None:
+    def __init__(self, task: Task, robot: Robot, surfaces: Mapping[str, Surface], shapes: BodyShapes) -> None:
         self._robot, self._shapes = robot, shapes
         self._data = robot.model.createData()
         self._task, self._surfaces = task, surfaces

@@ -10,7 +10,7 @@ from functools import singledispatch
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import ContactMode, Ground
+from fesd_robot.contact import ContactMode, Surface
 from fesd_robot.errors import ModelError
 from fesd_robot.instants import SAME_EVENT
 from fesd_robot.plans.body_distances import BodyDistances
@@ -83,7 +83,7 @@ def requirements(
 
 
 @singledispatch
-def violations(constraint: BodyPoint, point: np.ndarray, ground: Ground) -> Iterator[float]:
+def violations(constraint: BodyPoint, point: np.ndarray, ground: Surface) -> Iterator[float]:
     """Yield by how much a point violates a constraint, m; negative where there is room left.
 
     Args:
@@ -98,29 +98,29 @@ def violations(constraint: BodyPoint, point: np.ndarray, ground: Ground) -> Iter
 
 
 @violations.register
-def _clearance(constraint: Clearance, point: np.ndarray, ground: Ground) -> Iterator[float]:
+def _clearance(constraint: Clearance, point: np.ndarray, ground: Surface) -> Iterator[float]:
     yield constraint.distance - float(ground.distance(point))
 
 
 @violations.register
-def _sphere(constraint: AvoidSphere, point: np.ndarray, ground: Ground) -> Iterator[float]:
+def _sphere(constraint: AvoidSphere, point: np.ndarray, ground: Surface) -> Iterator[float]:
     yield constraint.radius - float(np.linalg.norm(_offset(point, constraint.center)))
 
 
 @violations.register
-def _box(constraint: AvoidBox, point: np.ndarray, ground: Ground) -> Iterator[float]:
+def _box(constraint: AvoidBox, point: np.ndarray, ground: Surface) -> Iterator[float]:
     half = 0.5 * _given(constraint.size)
     yield float(np.min(half - np.abs(_offset(point, constraint.center))))
 
 
 @violations.register
-def _ellipse(constraint: AvoidEllipse, point: np.ndarray, ground: Ground) -> Iterator[float]:
+def _ellipse(constraint: AvoidEllipse, point: np.ndarray, ground: Surface) -> Iterator[float]:
     axes = _given(constraint.semi_axes)
     yield float(np.min(axes) * (1.0 - np.linalg.norm(_offset(point, constraint.center) / axes)))
 
 
 @violations.register
-def _frame_limits(constraint: FrameLimits, point: np.ndarray, ground: Ground) -> Iterator[float]:
+def _frame_limits(constraint: FrameLimits, point: np.ndarray, ground: Surface) -> Iterator[float]:
     for value, bounds in zip(point, (constraint.x, constraint.y, constraint.z), strict=True):
         if bounds is not None:
             yield float(max(bounds[0] - value, value - bounds[1]))

@@ -57,12 +57,13 @@ def floor_below(box: np.ndarray) -> Floor:
 def tick_labels(ground: GroundVisual, floor: Floor) -> list[dict[str, object]]:
     """Return text and place, m, of each distance label on the ground in front of the robot."""
     y, half_width = floor.center[1] - 0.6 * floor.half_size[1], LABEL_WIDTH_RATIO * floor.half_size[0]
+    is_straight = _is_straight(ground, floor)
     labels: list[dict[str, object]] = []
     for x in floor.labelled.round(9).tolist():
         z = ground.elevation(x, y)
         if ground.varies_across:
             z = float(ground.levels(np.array([x - half_width, y]), np.array([x + half_width, y])).max())
-        elif ground.profile is not None:
+        elif not is_straight:
             # A label is as wide as it is, and must not be buried in a rise beside it.
             z = float(ground.outline(x - half_width, x + half_width)[:, 1].max())
         # Adding zero turns -0 into 0.
@@ -76,7 +77,7 @@ def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor, top: floa
     thickness = 0.024 * max(half_x, half_y)
     if ground.varies_across:
         _add_field(window, ground, floor, 2 * thickness)
-    elif ground.profile is None:
+    elif _is_straight(ground, floor):
         _add_slab(window, ground, floor, thickness)
     else:
         _add_profile(window, ground, floor, 2 * thickness)
@@ -84,10 +85,17 @@ def add_floor(window: SceneWindow, ground: GroundVisual, floor: Floor, top: floa
     add_solids(window, ground, 2 * half_y)
 
 
+def _is_straight(ground: GroundVisual, floor: Floor) -> bool:
+    """Return whether the drawn piece of ground is one of a plane."""
+    (x, _), (half_x, _) = floor.center, floor.half_size
+    return ground.is_straight(x - half_x, x + half_x)
+
+
 def _add_slab(window: SceneWindow, ground: GroundVisual, floor: Floor, thickness: float) -> None:
     (x, y), (half_x, half_y) = floor.center, floor.half_size
-    along = 1.0 / np.cos(ground.slope)
-    window.send(SetTransform(ground.frame(x, y), Path(("ground",))))
+    pose = ground.frame(x, y)
+    along = 1.0 / pose[0, 0]
+    window.send(SetTransform(pose, Path(("ground",))))
     slab = mesh("slab", mg.Box([2 * half_x * along, 2 * half_y, thickness]), mg.MeshLambertMaterial(color=GROUND_COLOR))
     window.send(SetObject(slab, path=Path(("ground", "slab"))))
     below = np.eye(4)

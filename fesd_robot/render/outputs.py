@@ -6,7 +6,7 @@ import logging
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -130,26 +130,15 @@ def ground_visual(task: Task) -> GroundVisual:
     Raises:
         TaskError: the file of its height map cannot be used any more.
     """
-    from fesd_robot.contact import Terrain
-    from fesd_robot.contact.ground import HeightField, Solid
-    from fesd_robot.ocp import surfaces_of
+    from fesd_robot.ocp import ground_of, solid_of
     from fesd_robot.render import GroundVisual
-    from fesd_robot.task import GROUND
 
-    surfaces = surfaces_of(task)
-    ground = surfaces[GROUND]
-    others: dict[str, Any] = {
-        "walls": {name: _wall(wall) for name, wall in task.ground.walls.items()},
-        "solids": {name: _solid(solid, ground) for name, solid in surfaces.items() if isinstance(solid, Solid)},
-    }
-    if isinstance(ground, Terrain):
-        return GroundVisual(profile=ground.outline(), **others)
-    if isinstance(ground, HeightField):
-        return GroundVisual(field=ground, **others)
-    origin = np.zeros(3)
-    x, y, z = ground.normal(origin)
-    slope, lateral_slope = float(np.arctan2(-x, z)), float(np.arctan2(-y, z))
-    return GroundVisual(-ground.distance(origin) / z, slope, lateral_slope, **others)
+    ground = ground_of(task)
+    return GroundVisual(
+        ground,
+        walls={name: _wall(wall) for name, wall in task.ground.walls.items()},
+        solids={name: _solid(solid_of(surface), ground) for name, surface in task.surfaces.items()},
+    )
 
 
 def _wall(wall: Wall) -> WallVisual | FacingWallVisual:

@@ -11,6 +11,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.contact import Plane
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans import obstacle_geometry
 from fesd_robot.render.animation import local_corners
@@ -107,7 +108,7 @@ def write_robot_page(robot: Robot, path: str | os.PathLike[str]) -> Path:
             visual_model=robot.visual_model,
             time=np.zeros(1),
             configuration=q[None, :],
-            ground=GroundVisual(height=_lowest(robot, q)),
+            ground=GroundVisual(Plane(_lowest(robot, q))),
             traces={},
             marks=marks,
             planar=False,

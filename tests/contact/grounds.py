@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fesd_robot.contact import Ground, Plane, Terrain, Wall
+from fesd_robot.contact import Plane, Surface, Terrain, Wall
 from fesd_robot.contact.ground import height_map, steps
 
 SINE_X = np.linspace(-2.0, 3.0, 101)
@@ -18,7 +18,7 @@ def sine(x: np.ndarray) -> np.ndarray:
 STAIRS = Terrain(steps(0.1, [0.4, 0.7, 1.3], [0.25, 0.4, -0.2], 0.1))
 HILLS = Terrain(height_map(SINE_X, sine(SINE_X)))
 SOFT = Terrain(steps(0.0, [0.5], [0.2], 0.6))
-GROUNDS: dict[str, Ground] = {
+GROUNDS: dict[str, Surface] = {
     "level": Plane(0.3),
     "slope": Plane(-0.2, 0.4),
     "stairs": STAIRS,

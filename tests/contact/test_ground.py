@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fesd_robot.contact import Ground, Plane, Terrain
+from fesd_robot.contact import Plane, Surface, Terrain
 from fesd_robot.contact.ground import height_map, steps
 from fesd_robot.errors import GroundError
 
@@ -16,7 +16,7 @@ PLANES = [Plane(), Plane(height=0.4), Plane(slope=0.3), Plane(height=-1.2, slope
 each_ground = pytest.mark.parametrize("ground", GROUNDS.values(), ids=GROUNDS.keys())
 
 
-def on(ground: Ground, x: float) -> np.ndarray:
+def on(ground: Surface, x: float) -> np.ndarray:
     """The point of a ground above x, by bisection of its gap along z."""
     low, high = np.array([x, 0.7, -50.0]), np.array([x, 0.7, 50.0])
     for _ in range(80):
@@ -30,7 +30,7 @@ def points(count: int) -> np.ndarray:
 
 
 @each_ground
-def test_the_normal_is_the_gradient(ground: Ground) -> None:
+def test_the_normal_is_the_gradient(ground: Surface) -> None:
     """n = grad f everywhere, by central differences of the numbers; the tangent has length one and leaves y alone."""
     step = 1e-5
     for at in points(40):
@@ -45,7 +45,7 @@ def test_the_normal_is_the_gradient(ground: Ground) -> None:
 
 
 @each_ground
-def test_expressions_and_numbers_agree(ground: Ground) -> None:
+def test_expressions_and_numbers_agree(ground: Surface) -> None:
     """Gap, normal and tangent as CasADi expressions have the values that scipy gives, on breaks and beyond ends too."""
     at = ca.SX.sym("p", 3)
     both = ca.Function("both", [at], [ground.distance(at), ground.normal(at), ground.axes(at).tangent])

@@ -12,7 +12,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
-from fesd_robot.contact import Ground, Plane, Terrain, Wall
+from fesd_robot.contact import Plane, Surface, Terrain, Wall
 from fesd_robot.contact.ground import (
     Box,
     Cylinder,
@@ -35,7 +35,7 @@ def points(count: int) -> np.ndarray:
     return np.random.default_rng(2).uniform([-1.4, -1.3, -0.6], [1.6, 1.4, 1.2], size=(count, 3))
 
 
-def on(surface: Ground, at: np.ndarray) -> np.ndarray:
+def on(surface: Surface, at: np.ndarray) -> np.ndarray:
     """The point of a surface below a place, or nearest to one beside a solid or a wall, by Newton's method."""
     at = np.array(at, dtype=float)
     for _ in range(60):
@@ -45,13 +45,13 @@ def on(surface: Ground, at: np.ndarray) -> np.ndarray:
     return at
 
 
-def outside(surface: Ground, count: int) -> list[np.ndarray]:
+def outside(surface: Surface, count: int) -> list[np.ndarray]:
     """Places outside of a surface."""
     return [at for at in points(4 * count) if surface.distance(at) > 0.02][:count]
 
 
 @each_surface
-def test_the_normal_is_the_gradient(surface: Ground) -> None:
+def test_the_normal_is_the_gradient(surface: Surface) -> None:
     """n = grad f, by central differences of the numbers, outside and a little inside."""
     step = 1e-6
     places = [*outside(surface, 40), *(on(surface, at) - 0.02 * surface.normal(at) for at in outside(surface, 10))]
@@ -63,7 +63,7 @@ def test_the_normal_is_the_gradient(surface: Ground) -> None:
 
 
 @each_surface
-def test_expressions_and_numbers_agree(surface: Ground) -> None:
+def test_expressions_and_numbers_agree(surface: Surface) -> None:
     """Gap, normal and tangents as CasADi expressions are the numbers, and so is the derivative of the gap."""
     p = ca.SX.sym("p", 3)
     gap = surface.distance(p)
@@ -80,7 +80,7 @@ def test_expressions_and_numbers_agree(surface: Ground) -> None:
 
 
 @each_surface
-def test_on_the_surface_axes_are_orthonormal_and_right_handed(surface: Ground) -> None:
+def test_on_the_surface_axes_are_orthonormal_and_right_handed(surface: Surface) -> None:
     """There the gap is zero, the gradient is the unit normal n, and t_2 = n x t_1; off it the axes stay orthonormal."""
     for at in outside(surface, 40):
         foot = on(surface, at)
@@ -93,7 +93,7 @@ def test_on_the_surface_axes_are_orthonormal_and_right_handed(surface: Ground) -
 
 
 @each_surface
-def test_axes_turn_smoothly_along_the_surface(surface: Ground) -> None:
+def test_axes_turn_smoothly_along_the_surface(surface: Surface) -> None:
     """A step of 1e-5 m over the surface, edges included, turns the axes by no more than the smallest radius allows."""
     for start in outside(surface, 20):
         foot = on(surface, start)
@@ -105,7 +105,7 @@ def test_axes_turn_smoothly_along_the_surface(surface: Ground) -> None:
 
 
 @each_surface
-def test_many_points_at_once(surface: Ground) -> None:
+def test_many_points_at_once(surface: Surface) -> None:
     """Distances of many points are those of one: from the tangent plane below over a height field, else the gap."""
     places = points(20)
     found = surface.distances(places.T)
@@ -175,7 +175,7 @@ def test_what_does_not_vary_along_y_is_the_terrain_along_x() -> None:
 
 def test_tilted_planes_and_walls_are_those_that_do_not_vary_along_y() -> None:
     """Without a slope along y, and facing along x, planes and walls are the ones of the x-z plane."""
-    pairs: list[tuple[HalfSpace, Ground]] = [
+    pairs: list[tuple[HalfSpace, Surface]] = [
         (tilted_plane(0.2, 0.3, 0.0), Plane(0.2, 0.3)),
         (facing_wall((1.2, 5.0), 0.0), Wall(1.2, "right")),
     ]

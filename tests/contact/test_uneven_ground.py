@@ -15,10 +15,10 @@ from fesd_robot.contact import (
     CircleOnSurface,
     ContactGeometry,
     ContactOptions,
-    Ground,
     MultibodyDynamics,
     Plane,
     PointOnSurface,
+    Surface,
     Wall,
     contact_of,
     contact_system,
@@ -107,7 +107,7 @@ class Slide:
         radius: arm of the friction that turns it, m; zero for a point.
     """
 
-    surface: Ground
+    surface: Surface
     friction: float
     radius: float = 0.0
 
@@ -137,7 +137,7 @@ class Slide:
         return np.asarray(solution.y[:, -1])
 
 
-def height_of(surface: Ground, x: float, guess: float = 0.0) -> float:
+def height_of(surface: Surface, x: float, guess: float = 0.0) -> float:
     """z of a surface at x, by Newton's method."""
     z = guess
     for _ in range(50):
@@ -158,7 +158,7 @@ def height_of(surface: Ground, x: float, guess: float = 0.0) -> float:
         ("steps", WEDGE, 0.0),
     ],
 )
-def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float) -> None:
+def test_a_point_slides_as_on_a_rail(form: str, surface: Surface, friction: float) -> None:
     """Sliding over a wedge and over hills, with and without friction, the point keeps to the curve and to scipy."""
     start, speed = 0.1, 2.0
     tangent = np.asarray(surface.axes(np.array([start, 0, 0])).tangent)
@@ -175,7 +175,7 @@ def test_a_point_slides_as_on_a_rail(form: str, surface: Ground, friction: float
 
 @pytest.mark.slow
 @pytest.mark.parametrize("surface", [WEDGE, HILLS], ids=["wedge", "hills"])
-def test_a_point_lands_on_a_slope(surface: Ground) -> None:
+def test_a_point_lands_on_a_slope(surface: Surface) -> None:
     """Dropped with v_t = 2 and v_n = -1 m/s, it touches down when the parabola meets the curve; v_t loses mu v_n."""
     x = 0.1
     q, v = np.zeros(6), np.zeros(6)
@@ -206,7 +206,7 @@ def test_a_point_lands_on_a_slope(surface: Ground) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ground", [WEDGE, HILLS], ids=["wedge", "hills"])
-def test_a_disc_slides_and_turns(ground: Ground) -> None:
+def test_a_disc_slides_and_turns(ground: Surface) -> None:
     """A disc that touches down slipping is turned by friction while its centre runs on the raised curve."""
     path, start, speed = ground.raised(RADIUS), 0.1, 1.5
     tangent = np.asarray(path.axes(np.array([start, 0, 0])).tangent)

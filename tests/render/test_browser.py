@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from fesd_robot.contact import Plane
 from fesd_robot.render import GroundVisual, PageContent, render_page
 
 from .browser import Browser
@@ -262,7 +263,7 @@ def test_every_shape_is_where_it_belongs(browser: Browser, tmp_path: Path) -> No
             visual_model=visual_model,
             time=time,
             configuration=motion,
-            ground=GroundVisual(height=-0.4, slope=0.1),
+            ground=GroundVisual(Plane(-0.4, 0.1)),
             traces={},
         ),
     )

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+import umsgpack
 
-from fesd_robot.contact.ground import HeightField
-from fesd_robot.errors import FesdRobotError
+from fesd_robot.contact import Ground, Plane, Profile, Terrain
+from fesd_robot.contact.ground import HeightField, tilted_plane
 from fesd_robot.ocp.scene import surfaces_of
 from fesd_robot.render import (
     CircleVisual,
@@ -22,8 +24,10 @@ from fesd_robot.render import (
     WallVisual,
     render_page,
 )
-from fesd_robot.render.floor import floor_below, tick_labels
+from fesd_robot.render.floor import add_floor, floor_below, tick_labels
+from fesd_robot.render.meshcat.tree import find_node
 from fesd_robot.render.outputs import circle_visuals, ground_visual
+from fesd_robot.render.window import SceneWindow
 from fesd_robot.robot import load_robot
 from fesd_robot.task import load_task
 from tests.bodies_in_space import MASS, written
@@ -32,25 +36,66 @@ from .browser import Browser
 from .conftest import Hop
 
 TASK = Path(__file__).parents[2] / "tasks" / "hopper_stairs.yaml"
+HILL_X = np.linspace(-3, 3, 13)
+HILLS = HeightField.through(HILL_X, HILL_X, 0.1 * np.sin(HILL_X)[:, None] * np.cos(HILL_X)[None, :])
 CORNERS = np.array([[-1.0, 0.0], [0.2, 0.0], [0.4, 0.3], [2.0, 0.3]])
+
+
+def polyline(points: np.ndarray) -> Terrain:
+    """Return the ground of straight lines between points x, z, (n, 2)."""
+    return Terrain(Profile(points[:, 0], np.stack([points[:-1, 1], np.diff(points[:, 1]) / np.diff(points[:, 0])])))
+
+
+@dataclass(frozen=True)
+class Ripples(Plane):
+    """z = sin(x), a ground that the package does not have; the page asks for heights and where it bends only."""
+
+    def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.sin(x)
+
+    def bends(self, low: float, high: float) -> np.ndarray:
+        return np.linspace(low, high, 103)[1:-1]
+
+
+@pytest.mark.parametrize("ground", [Plane(0.1, 0.3), polyline(CORNERS), HILLS, tilted_plane(0.1, 0.3, -0.4)])
+def test_heights_are_where_the_gap_is_zero(ground: Ground) -> None:
+    """z = h(x, y) lies on the surface, and lines between its bends are nowhere far from it."""
+    x, y = np.random.default_rng(1).uniform(-1.5, 2.5, size=(2, 50))
+    z = ground.heights(x, y)
+    assert [ground.distance(np.array(at)) for at in zip(x, y, z, strict=True)] == pytest.approx(np.zeros(50), abs=1e-9)
+    places = np.array([-1.5, *ground.bends(-1.5, 2.5), 2.5])
+    assert (np.diff(places) > 0).all()
+    between = np.linspace(-1.5, 2.5, 1001)
+    drawn = np.interp(between, places, ground.heights(places, np.zeros_like(places)))
+    assert drawn == pytest.approx(ground.heights(between, np.zeros_like(between)), abs=1e-3)
+
+
+def test_a_ground_is_drawn_by_its_heights() -> None:
+    """Also one of a class of its own is drawn as uneven as it is."""
+    ground, floor = GroundVisual(Ripples()), floor_below(np.array([[-3.0, -0.1, 0.0], [3.0, 0.1, 1.0]]))
+    window = SceneWindow()
+    add_floor(window, ground, floor, 1.0)
+    block = umsgpack.unpackb(find_node(window.tree, ["ground", "block"]).object)
+    (geometry,) = block["object"]["geometries"]
+    x, _, z = np.frombuffer(geometry["data"]["attributes"]["position"]["array"].data, np.float32).reshape(-1, 3).T
+    top = z > z.min()
+    assert x.min() < -3 < 3 < x.max() and z[top] == pytest.approx(np.sin(x[top]), abs=1e-6)
 
 
 def test_an_outline_keeps_its_corners() -> None:
     """Points on straight lines are left out, corners stay, and beyond its ends a profile is level."""
     x = np.linspace(-1, 2, 301)
-    ground = GroundVisual(profile=np.stack([x, np.interp(x, *CORNERS.T)], axis=1))
+    ground = GroundVisual(polyline(CORNERS))
     assert ground.outline(-5, 5, 1e-9) == pytest.approx(np.array([[-5, 0], *CORNERS[1:3], [5, 0.3]]))
     assert ground.outline(0.25, 0.35, 1e-9) == pytest.approx(np.array([[0.25, 0.075], [0.35, 0.225]]))
-    fine = GroundVisual(profile=np.stack([x, np.sin(x)], axis=1)).outline(-1, 2, 1e-3)
+    fine = GroundVisual(Ripples()).outline(-1, 2, 1e-3)
     assert len(fine) < 60
     assert np.abs(np.interp(x, *fine.T) - np.sin(x)).max() <= 1e-3
-    with pytest.raises(FesdRobotError, match="a ground with a profile has no height"):
-        GroundVisual(height=1.0, profile=CORNERS)
 
 
 def test_labels_stand_on_the_ground() -> None:
     """Distance labels stand at least as high as the ground, also beside a rise."""
-    ground = GroundVisual(profile=CORNERS)
+    ground = GroundVisual(polyline(CORNERS))
     labels = tick_labels(ground, floor_below(np.array([[-1.0, -0.1, 0.0], [2.0, 0.1, 1.0]])))
     assert len(labels) > 3
     for label in labels:
@@ -79,7 +124,7 @@ def test_stairs_walls_and_circles_stand_in_the_browser(browser: Browser, hop: Ho
             visual_model=hop.visual_model,
             time=hop.time,
             configuration=hop.configuration,
-            ground=GroundVisual(profile=CORNERS, walls={"end": WallVisual(1.5, "left")}),
+            ground=GroundVisual(polyline(CORNERS), walls={"end": WallVisual(1.5, "left")}),
             traces={"foot": hop.foot},
             circles={"body": CircleVisual(body, 0.25, 0)},
         ),
@@ -128,13 +173,11 @@ def test_a_task_in_space_is_drawn_as_it_computes(tmp_path: Path) -> None:
 
 def test_hills_boxes_and_slanted_walls_stand_in_the_browser(browser: Browser, hop: Hop, tmp_path: Path) -> None:
     """The mesh reaches as high as the hills, boxes and cylinders have their lengths, a wall its place and direction."""
-    x = np.linspace(-3, 3, 13)
-    hills = HeightField.through(x, x, 0.1 * np.sin(x)[:, None] * np.cos(x)[None, :])
     lying, turned = np.eye(4), np.eye(4)
     lying[:3, :3], lying[:3, 3] = [[0, 0, 1], [1, 0, 0], [0, 1, 0]], [0.5, 0.4, 0.3]
     turned[:3, 3] = [0.2, -0.3, 0.1]
     ground = GroundVisual(
-        field=hills,
+        HILLS,
         walls={"end": FacingWallVisual((0.4, 0.3), np.pi / 2)},
         solids={
             "log": SolidVisual(lying, (0.2, 0.2, 0.6), is_round=True),
@@ -179,7 +222,7 @@ def test_a_wall_on_a_slope_stands_where_it_is(browser: Browser, hop: Hop, tmp_pa
             visual_model=hop.visual_model,
             time=hop.time,
             configuration=hop.configuration,
-            ground=GroundVisual(slope=0.1, walls={"end": WallVisual(1.5, "left")}),
+            ground=GroundVisual(Plane(slope=0.1), walls={"end": WallVisual(1.5, "left")}),
             traces={"foot": hop.foot},
         ),
     )

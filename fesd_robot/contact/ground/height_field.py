@@ -157,6 +157,23 @@ class HeightField:
 
         return raised_field(self, radius)
 
+    def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Height at many places, m."""
+        return np.asarray(self.derivatives(x, y).h)
+
+    def bends(self, low: float, high: float) -> np.ndarray:
+        """Several x of every piece, m, increasing."""
+        x = self.sampled_places[0]
+        return x[(low < x) & (x < high)]
+
+    def heights_in_words(self) -> str:
+        """Say where it is uneven, and how high there."""
+        x, y, at = self._sampled
+        return (
+            f"For x from {x[0]:.4g} to {x[-1]:.4g} m and y from {y[0]:.4g} to {y[-1]:.4g} m its heights are "
+            f"{at.h.min():.4g} to {at.h.max():.4g} m; it goes on level beyond."
+        )
+
     @cached_property
     def curvature(self) -> float:
         """Largest |h''| in any direction, 1/m."""

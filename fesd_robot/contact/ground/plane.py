@@ -50,7 +50,25 @@ class HalfSpace:
         return HalfSpace(self.facing, self.offset + radius)
 
 
-def tilted_plane(height: float, slope: float, lateral_slope: float) -> HalfSpace:
+@dataclass(frozen=True)
+class TiltedPlane(HalfSpace):
+    """A plane that faces upwards, and is the ground."""
+
+    def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Height at many places, m."""
+        n_x, n_y, n_z = self.facing
+        return np.asarray((self.offset - n_x * x - n_y * y) / n_z)
+
+    def bends(self, low: float, high: float) -> np.ndarray:
+        """None: it is straight."""
+        return np.empty(0)
+
+    def heights_in_words(self) -> str:
+        """Nothing: its section gives height and slopes."""
+        return ""
+
+
+def tilted_plane(height: float, slope: float, lateral_slope: float) -> TiltedPlane:
     """Return the plane z = height + x tan(slope) + y tan(lateral_slope).
 
     Args:
@@ -59,7 +77,7 @@ def tilted_plane(height: float, slope: float, lateral_slope: float) -> HalfSpace
     """
     upwards = np.array([-math.tan(slope), -math.tan(lateral_slope), 1.0])
     n_x, n_y, n_z = (upwards / np.linalg.norm(upwards)).tolist()
-    return HalfSpace((n_x, n_y, n_z), n_z * height)
+    return TiltedPlane((n_x, n_y, n_z), n_z * height)
 
 
 def facing_wall(place: tuple[float, float], direction: float) -> HalfSpace:
@@ -108,3 +126,15 @@ class Plane:
     def raised(self, radius: float) -> Plane:
         """The plane that is higher by `radius`, m, along the normal."""
         return Plane(self.height + radius / math.cos(self.slope), self.slope)
+
+    def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Height at many places, m."""
+        return np.asarray(self.height + math.tan(self.slope) * x)
+
+    def bends(self, low: float, high: float) -> np.ndarray:
+        """None: it is straight."""
+        return np.empty(0)
+
+    def heights_in_words(self) -> str:
+        """Nothing: its section gives height and slope."""
+        return ""

@@ -1,4 +1,4 @@
-"""The protocol of a surface that a contact may touch."""
+"""The protocols of a surface that a contact may touch, and of the ground among them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Axes(NamedTuple):
     lateral: Any
 
 
-class Ground(Protocol):
+class Surface(Protocol):
     """A surface in space: a function f(x, y, z), positive outside, zero on it, negative inside.
 
     On the surface the gradient of f is the unit normal n, so that forces along it are in N. Away from it f may be
@@ -57,12 +57,30 @@ class Ground(Protocol):
         """Signed distance of many points, (3, n), m, (n): near the surface that of the tangent plane."""
         ...
 
-    def raised(self, radius: float) -> Ground:
+    def raised(self, radius: float) -> Surface:
         """The surface on which the centre of a circle or ball of this radius, m, lies while it touches.
 
         Raises:
             GroundError: it would touch at two points at once.
         """
+        ...
+
+
+class Ground(Surface, Protocol):
+    """A surface z = h(x, y) below the robot: heights by which it is drawn, and words in which it is described."""
+
+    def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return h at many places, m, in the shape of x and y, m."""
+        ...
+
+    def bends(self, low: float, high: float) -> np.ndarray:
+        """Return x between low and high, m, (n), increasing, such that straight lines from one to the next, from low to
+        high and at y = 0, are the ground to the eye; none where it is straight.
+        """
+        ...
+
+    def heights_in_words(self) -> str:
+        """Return a sentence about heights that its section of the task does not give, empty if there are none."""
         ...
 
 

@@ -70,10 +70,23 @@ class Terrain:
         height, slope, _ = self.profile.derivatives(points[0])
         return np.asarray((points[2] - height) / np.sqrt(1 + slope**2))
 
-    def outline(self) -> np.ndarray:
-        """Points x, z of the profile, m, x increasing, (n, 2), level beyond both ends."""
-        return np.stack(self.profile.sampled(0), axis=1)
-
     def raised(self, radius: float) -> Terrain:
         """The ground whose profile is the parallel curve at distance `radius`, m."""
         return Terrain(offset_profile(self.profile, radius))
+
+    def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Height at many places, m."""
+        return np.asarray(self.profile.derivatives(x)[0])
+
+    def bends(self, low: float, high: float) -> np.ndarray:
+        """Many x of every piece, m, increasing."""
+        x = np.unique(self.profile.sampled(0)[0])
+        return x[(low < x) & (x < high)]
+
+    def heights_in_words(self) -> str:
+        """Say where it is uneven, and how high there."""
+        x, z = self.profile.sampled(0)
+        return (
+            f"For x from {x.min():.4g} to {x.max():.4g} m its heights are {z.min():.4g} to {z.max():.4g} m; level "
+            "beyond."
+        )
