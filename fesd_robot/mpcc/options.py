@@ -11,6 +11,7 @@ from fesd_robot.mpcc.assembly import Compile
 from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.schedule import USUAL_ITERATIONS, Rule, Schedule, Sigmas, check_rule
 from fesd_robot.mpcc.steering import Steering, check_steering
+from fesd_robot.nlp import check_solver
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class HomotopyOptions:
             there is a C compiler.
         feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
+        branch_solver: what solves branch NLPs, one of `nlp.SOLVERS`.
         relaxation: name of what stands for a pair, from `relaxations.RELAXATIONS`.
         steering: what drives sigma to zero: ``direct`` this homotopy, ``l1``, ``linf`` a penalty rho = 1/sigma on slack
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.
@@ -53,6 +55,7 @@ class HomotopyOptions:
     compile: Compile = "auto"
     feasibility: float = FEASIBLE
     ipopt: dict[str, Any] = field(default_factory=dict)
+    branch_solver: str = "ipopt"
     relaxation: str = "scholtes"
     steering: Steering = "direct"
     schedule: Rule = "linear"
@@ -66,6 +69,7 @@ class HomotopyOptions:
         relaxation_named(self.relaxation)
         check_steering(self.steering)
         check_rule(self.schedule)
+        check_solver(self.branch_solver)
         if not 0 < self.tolerance <= (1.0 if self.sigma_start is None else self.sigma_start):
             first = "chosen" if self.sigma_start is None else f"{self.sigma_start:g}"
             raise OptionError(f"need 0 < tolerance <= sigma_start, found {self.tolerance:g} and {first}")

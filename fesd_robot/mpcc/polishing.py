@@ -78,7 +78,7 @@ class PolishingReport:
     """One branch NLP.
 
     Attributes:
-        status: how IPOPT ended.
+        status: how the solver ended.
         iterations, seconds: of the NLP.
         residuals: of the problem with pairs, at the NLP's end.
         point: the NLP's end, with multipliers of all rows that a branch may hold.
@@ -194,7 +194,8 @@ class BranchNlp:
             problem: the problem with pairs, which every end is checked against.
             w: a point with small products, (n).
             run: its options' feasibility is the largest constraint violation of an exact end.
-            settings: of the NLP; its linear solver, its further options and its iterations are those of run and limits.
+            settings: of the NLP; its solver, its linear solver, its further options and its iterations are those of run
+                and limits.
             limits: of iterations; default: those of the run's effort.
             branches: on which w may lie; default: those that the polisher reads from it.
         """
@@ -261,8 +262,9 @@ class BranchNlp:
         settings = replace(
             settings,
             iterations=min(limits.iterations, run.options.max_iterations),
+            solver=run.options.branch_solver,
             linear_solver=run.options.linear_solver,
-            further=tuple(run.options.ipopt.items()),
+            further=tuple(run.options.ipopt.items()) if run.options.branch_solver == "ipopt" else (),
         )
         begin = time.perf_counter()
         start = replace(start, x=np.clip(start.x, bounds.lower, bounds.upper))

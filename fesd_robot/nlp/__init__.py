@@ -1,10 +1,11 @@
 """Nonlinear programs: functions apart from numbers, points with multipliers, and one door for their solvers."""
 
-from fesd_robot.nlp.ipopt import Hopeless, Prepared, ipopt_options, our_linear_solver, prepared
+from fesd_robot.nlp.ipopt import ipopt_options, our_linear_solver
 from fesd_robot.nlp.large_linear_program import LinearProgram, casadi_matrix, interior_solution
-from fesd_robot.nlp.nlp import Iterate, Nlp, NlpNumbers, NlpPoint, NlpResult
+from fesd_robot.nlp.nlp import Hopeless, Iterate, Nlp, NlpNumbers, NlpPoint, NlpResult
 from fesd_robot.nlp.reduced import ReducedNlp
 from fesd_robot.nlp.settings import AT, FREE, NEAR, SAME, NlpSettings, Start
+from fesd_robot.nlp.solvers import SOLVERS, Prepared, check_solver, prepared
 from fesd_robot.nlp.status import NlpStatus
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "FREE",
     "NEAR",
     "SAME",
+    "SOLVERS",
     "Hopeless",
     "Iterate",
     "LinearProgram",
@@ -25,6 +27,7 @@ __all__ = [
     "ReducedNlp",
     "Start",
     "casadi_matrix",
+    "check_solver",
     "interior_solution",
     "ipopt_options",
     "our_linear_solver",

@@ -1,31 +1,19 @@
-"""IPOPT behind CasADi: an NLP is prepared once and solved for many numbers; only this file knows IPOPT's options.
+"""IPOPT; only this file knows its options.
 
 Source: Waechter, Biegler, Math. Program. 106, 2006.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
-import numpy as np
-
 from fesd_robot.errors import SolverError
 from fesd_robot.native import kkt_library
-from fesd_robot.nlp.nlp import Iterate, Nlp, NlpNumbers, NlpPoint, NlpResult
+from fesd_robot.nlp.casadi_solver import CasadiSolver
+from fesd_robot.nlp.nlp import Nlp
 from fesd_robot.nlp.settings import NlpSettings
 from fesd_robot.nlp.status import NlpStatus
-from fesd_robot.running import Stop
-
-Hopeless = Callable[[Iterate], bool]
-"""Whether nothing is to be expected of an NLP any more."""
-
-PREPARED = 6
-"""Solvers that are kept for when they are needed again."""
 
 _QUIET: dict[str, Any] = {"print_level": 0, "sb": "yes"}
 
@@ -112,131 +100,16 @@ def _linear_solver(name: str) -> dict[str, Any]:
     return {"linear_solver": "mumps"}
 
 
-class IterationCallback(ca.Callback):
-    """Called by IPOPT once an iteration; asks whether to end.
-
-    Args:
-        size, rows, parameters: of the NLP.
-        ends: called with x, f, g and the multipliers of x and g; True ends the solve.
-    """
-
-    def __init__(
-        self, size: int, rows: int, parameters: int, ends: Callable[[Sequence[ca.DM]], bool] | None = None
-    ) -> None:
-        super().__init__()
-        self._shapes = {"x": size, "f": 1, "g": rows, "lam_x": size, "lam_g": rows, "lam_p": parameters}
-        self.ends = ends
-        self.construct("iteration", {})
-
-    def get_n_in(self) -> int:
-        """CasADi: number of inputs."""
-        return ca.nlpsol_n_out()
-
-    def get_n_out(self) -> int:
-        """CasADi: number of outputs."""
-        return 1
-
-    def get_sparsity_in(self, index: int) -> ca.Sparsity:
-        """CasADi: input shapes."""
-        return ca.Sparsity.dense(self._shapes[ca.nlpsol_out(index)], 1)
-
-    def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
-        """CasADi: one iteration."""
-        return [int(self.ends is not None and self.ends(arguments[:5]))]
-
-
-class Prepared:
-    """An NLP with a solver that was made for it once.
-
-    Args:
-        nlp: the program.
-        settings: of the solver.
+def prepared_ipopt(nlp: Nlp, settings: NlpSettings) -> CasadiSolver:
+    """Return an NLP with IPOPT.
 
     Raises:
-        SolverError: IPOPT could not be made.
+        SolverError: it could not be made.
     """
-
-    def __init__(self, nlp: Nlp, settings: NlpSettings) -> None:
-        self._callback = IterationCallback(nlp.size, nlp.rows, nlp.parameters)
-        options: dict[str, Any] = {
-            "ipopt": ipopt_options(settings),
-            "print_time": False,
-            "error_on_fail": False,
-            "calc_lam_p": False,
-            "no_nlp_grad": True,
-            "grad_f": nlp.gradient,
-            "jac_g": nlp.jacobian,
-            "hess_lag": nlp.hessian,
-            "iteration_callback": self._callback,
-        }
-        try:
-            self._solver = ca.nlpsol("nlp", "ipopt", nlp.nlp, options)
-        except RuntimeError as error:
-            raise _failed(error) from error
-
-    def solve(
-        self,
-        numbers: NlpNumbers,
-        start: NlpPoint,
-        *,
-        seconds: float | None = None,
-        stop: Stop | None = None,
-        hopeless: Hopeless | None = None,
-    ) -> NlpResult:
-        """Return where the solver ends.
-
-        Args:
-            numbers: bounds and parameters.
-            start: initial point; its multipliers are used if the settings' start says so.
-            seconds: of the time limit, None for none.
-            stop: called with (iteration, objective); True ends the solve.
-            hopeless: called with every iterate; True ends the solve as if it had no iterations left.
-
-        Raises:
-            SolverError: IPOPT could not be started.
-        """
-        begin, iterations = time.perf_counter(), 0
-        ended: list[NlpStatus] = []
-
-        def ends(values: Sequence[ca.DM]) -> bool:
-            nonlocal iterations
-            iterations += 1
-            objective = float(values[1])
-            if stop and stop(iterations, objective):
-                ended.append(NlpStatus.INTERRUPTED)
-            elif seconds is not None and time.perf_counter() - begin > seconds:
-                ended.append(NlpStatus.TIME_LIMIT)
-            elif hopeless:
-                x, _, g, lam_x, lam_g = (np.asarray(one).ravel() for one in values)
-                if hopeless(Iterate.of(iterations, objective, NlpPoint(x, lam_x, lam_g), g, numbers)):
-                    ended.append(NlpStatus.ITERATION_LIMIT)
-            return bool(ended)
-
-        asked = stop is not None or seconds is not None or hopeless is not None
-        self._callback.ends = ends if asked else None
-        try:
-            result = self._solver(
-                x0=start.x, lam_x0=start.lam_x, lam_g0=start.lam_g, p=numbers.p,
-                lbx=numbers.lower, ubx=numbers.upper, lbg=numbers.g_lower, ubg=numbers.g_upper,
-            )  # fmt: skip
-        except RuntimeError as error:
-            raise _failed(error) from error
-        finally:
-            self._callback.ends = None
-        statistics = self._solver.stats()
-        return NlpResult(
-            point=NlpPoint(*(np.asarray(result[key]).ravel() for key in ("x", "lam_x", "lam_g"))),
-            status=ended[0] if ended else NlpStatus.of_ipopt(statistics["return_status"]),
-            iterations=int(statistics["iter_count"]),
-            seconds=time.perf_counter() - begin,
-        )
-
-
-@lru_cache(maxsize=PREPARED)
-def prepared(nlp: Nlp, settings: NlpSettings) -> Prepared:
-    """Return an NLP with its solver, made once for every NLP and its settings."""
-    return Prepared(nlp, settings)
-
-
-def _failed(error: RuntimeError) -> SolverError:
-    return SolverError(f"IPOPT could not be run: {str(error).strip().splitlines()[-1]}")
+    options = {
+        "ipopt": ipopt_options(settings),
+        "grad_f": nlp.gradient,
+        "jac_g": nlp.jacobian,
+        "hess_lag": nlp.hessian,
+    }
+    return CasadiSolver(nlp, "ipopt", options, NlpStatus.of_ipopt)

@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 from scipy import sparse
 
-from fesd_robot.nlp.ipopt import IterationCallback, linear_program_options
+from fesd_robot.nlp.casadi_solver import IterationCallback
+from fesd_robot.nlp.ipopt import linear_program_options
 
 ITERATIONS, TOLERANCE = 300, 1e-9
 """Of IPOPT."""

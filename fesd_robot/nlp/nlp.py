@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -106,6 +107,10 @@ class Iterate(NamedTuple):
         bound = objective + _with_multipliers(point.lam_x, point.x, numbers.lower, numbers.upper)
         bound += _with_multipliers(point.lam_g, g, numbers.g_lower, numbers.g_upper)
         return cls(iteration, objective, bound, float(below_or_above.max(initial=0.0)))
+
+
+Hopeless = Callable[[Iterate], bool]
+"""Whether nothing is to be expected of an NLP any more."""
 
 
 def _with_multipliers(lam: np.ndarray, values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> float:

@@ -52,6 +52,7 @@ class NlpSettings:
         at_rest: iterations after which a solve ends whose constraints hold and whose cost stands still, zero for never.
             Constraints that depend on each other, as of two fingers on one box, and forces that cost nothing leave
             multipliers undetermined, and a solver without an end although it is at its point.
+        solver: one of `SOLVERS`.
         linear_solver: ``fesd`` is our own, ``auto`` that or MUMPS where it cannot be compiled; else one of IPOPT's.
         further: options by the solver's own names, and their values; they come last.
     """
@@ -64,5 +65,6 @@ class NlpSettings:
     regularised: bool = False
     whole_steps: bool = False
     at_rest: int = 0
+    solver: str = "ipopt"
     linear_solver: str = "auto"
     further: tuple[tuple[str, Any], ...] = ()
