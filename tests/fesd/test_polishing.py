@@ -232,6 +232,9 @@ def test_an_impact_that_leaves_another_contact_alone_has_bounded_multipliers() -
         "goal={soft: true, configuration: {slider_x: 0.2}}",
         "waypoints=[]",
         "reference={type: line}",
+        "costs.velocity={pusher_x: 0.06, slider_x: 0.06, slider_z: 0.06}",
+        "costs.terminal_configuration={pusher_x: 1250, slider_x: 1250, slider_z: 1250}",
+        "costs.terminal_velocity={pusher_x: 0.36, slider_x: 0.36, slider_z: 0.36}",
         "method.elements=3",
     )
     motion = formulate(load_task(TASK.with_name("pusher_slider.yaml"), ["method.grid=uniform", *overrides]))
