@@ -50,7 +50,7 @@ def _run(
         np.tile([[0.0], [force], [1.0]], (1, steps)),
         duration,
         options=FesdOptions(tableau=tableau, elements=elements, step_freedom=elements - 1),
-        parameters=np.zeros(5),
+        parameters=np.zeros(motion.ocp.system.parameters.numel()),
         settings=SimulationSettings(homotopy=SOLVER, state_lower=lower),
     )
     system, elements = motion.contact_system, simulation.elements
@@ -107,7 +107,8 @@ def test_stance_is_a_sliding_mode(split: float) -> None:
     beta = 1 - CLOCK_RATE
     right = ca.Function("f", parts.arguments, [ca.solve(parts.mass_matrix, parts.right_hand_side)])
     multipliers = [beta * split, beta * (1 - split), CLOCK_RATE]
-    rate = np.asarray(right(_standing(), [0, 0, 1], multipliers, np.zeros(5))).ravel()
+    p = np.zeros(motion.ocp.system.parameters.numel())
+    rate = np.asarray(right(_standing(), [0, 0, 1], multipliers, p)).ravel()
     assert rate[5] - rate[7] == pytest.approx(0, abs=1e-13)  # J_n v' with J_n = (0, 1, 0, -1)
     assert rate[8] == pytest.approx(CLOCK_RATE, rel=1e-14)
 
