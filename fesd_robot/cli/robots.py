@@ -102,7 +102,7 @@ def _row(entry: Entry, folder: Path) -> list[str]:
 
 
 def _is_model(text: str) -> bool:
-    """Whether an argument names a model rather than a pattern of names."""
+    """Return whether an argument names a model rather than a pattern of names."""
     from fesd_robot.task import EXAMPLE_ROBOT_PREFIX, PACKAGE_PREFIX
 
     suffix = Path(text).suffix.lower()

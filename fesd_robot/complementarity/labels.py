@@ -95,7 +95,7 @@ class LateLabels(Sequence[Label]):
         return self._make()
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of labels."""
         return self._count
 
     @overload

@@ -59,7 +59,7 @@ def circle_contact(
 def _ball_contact(
     robot: Robot, configuration: ca.SX, path: Surface, *, name: str, frame: str, radius: float, friction: float
 ) -> Contact:
-    """The same in space: J_tk = J_p^T t_k - r J_w^T (n x t_k), where n x t_1 = t_2 and n x t_2 = -t_1."""
+    """Return the same in space: J_tk = J_p^T t_k - r J_w^T (n x t_k), where n x t_1 = t_2 and n x t_2 = -t_1."""
     _, center = frame_placement(robot, configuration, frame)
     jacobian = frame_jacobian(robot, configuration, frame)
     gap, normal, (tangent, lateral) = surface_at(path, center)

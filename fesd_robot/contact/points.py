@@ -119,7 +119,7 @@ def leaves_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: boo
 
 
 def _constant(vector: np.ndarray) -> ca.SX:
-    """A constant direction with structural zeros, so that they leave no trace in the expressions."""
+    """Return a constant direction with structural zeros, so that they leave no trace in the expressions."""
     return ca.sparsify(ca.SX(ca.DM(vector.tolist())))
 
 

@@ -95,7 +95,7 @@ def _files_below(folder: Path) -> list[Path]:
 
 
 def _differs(path: Path, content: bytes) -> bool:
-    """Whether something else is in the way of a file."""
+    """Return whether something else is in the way of a file."""
     return (path.exists() or path.is_symlink()) and not (path.is_file() and path.read_bytes() == content)
 
 

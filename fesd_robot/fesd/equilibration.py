@@ -124,7 +124,7 @@ def refuse_vanishing(options: FesdOptions, system: ComplementaritySystem) -> Non
 
 
 def _linear(result: Equilibration, where: Place, difference: ca.SX, before: Sums, after: Sums, own: ca.SX) -> None:
-    """eta _|_ d+ + d-, h_{n+1} - h_n = d+ - d-, eta = min_i max(min(sG_B, sG_F), min(sH_B, sH_F)).
+    """Add eta _|_ d+ + d-, h_{n+1} - h_n = d+ - d-, eta = min_i max(min(sG_B, sG_F), min(sH_B, sH_F)).
 
     A minimum m of a and b is 0 <= a - m _|_ b - m >= 0, a maximum M is 0 <= M - a _|_ M - b >= 0.
     """

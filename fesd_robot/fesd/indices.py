@@ -30,7 +30,7 @@ class TrajectoryIndices:
         return len(self.elements)
 
     def layout(self, k: int) -> IntervalLayout:
-        """Order of the own variables of interval k."""
+        """Return the order of the own variables of interval k."""
         return self.layouts[self.elements[k]]
 
     @cached_property
@@ -45,36 +45,36 @@ class TrajectoryIndices:
         return sum(self._sizes[:2]) + np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
 
     def point(self, k: int) -> np.ndarray:
-        """Indices of the (x, z) that interval k starts from, (n_x + n_z); k = N gives the end of the horizon."""
+        """Return indices of the (x, z) that interval k starts from, (n_x + n_z); k = N is the end of the horizon."""
         if k == 0:
             return np.arange(sum(self._sizes[:2]))
         layout = self.layout(k - 1)
         return self.offsets[k - 1] + layout.end(layout.elements - 1)
 
     def state(self, k: int) -> np.ndarray:
-        """Indices of the state that interval k starts from, (n_x); k = N gives the end of the horizon."""
+        """Return the indices of the state that interval k starts from, (n_x); k = N gives the end of the horizon."""
         return self.point(k)[: self._sizes[0]]
 
     def control(self, k: int) -> np.ndarray:
-        """Indices of the control of interval k, (n_u)."""
+        """Return the indices of the control of interval k, (n_u)."""
         return self.offsets[k] + np.arange(self._sizes[2])
 
     def own(self, k: int) -> np.ndarray:
-        """Indices of the own variables of interval k."""
+        """Return the indices of the own variables of interval k."""
         return self.offsets[k] + np.arange(self.layout(k).size)
 
     def place(self, element: int) -> Place:
-        """Where an element is, by its number in time order."""
+        """Return the place of an element, by its number in time order."""
         k = int(np.searchsorted(self._last, element, side="right"))
         return Place(interval=k, element=int(element - (self._last[k - 1] if k else 0)))
 
     def step(self, element: int) -> int:
-        """Index of the length of an element, by its number in time order."""
+        """Return the index of the length of an element, by its number in time order."""
         k, n = self._at(element)
         return int(self.offsets[k]) + self.layout(k).step(n)
 
     def left_state(self, element: int) -> np.ndarray:
-        """Indices of the state that an element starts from, (n_x): at its left boundary, after a jump if it may."""
+        """Return indices of the state that an element starts from, (n_x), after a jump if it may."""
         k, n = self._at(element)
         layout = self.layout(k)
         state = self.state(k) if n == 0 else self.offsets[k] + layout.end(n - 1)[: self._sizes[0]]
@@ -84,7 +84,7 @@ class TrajectoryIndices:
         return state
 
     def element(self, element: int) -> np.ndarray:
-        """Indices of all that `layout_of` one element reads: (x, z) at its left boundary, u, and its own variables."""
+        """Return indices for `layout_of` one element: (x, z) at its left boundary, u, and its own variables."""
         k, n = self._at(element)
         layout, first = self.layout(k), self.offsets[k]
         left = self.point(k) if n == 0 else first + layout.end(n - 1)
@@ -92,7 +92,7 @@ class TrajectoryIndices:
         return np.concatenate([left, self.control(k), own])
 
     def stage(self, element: int, stage: int) -> np.ndarray:
-        """Indices of (x, z) at a stage of an element, (n_x + n_z)."""
+        """Return the indices of (x, z) at a stage of an element, (n_x + n_z)."""
         k, n = self._at(element)
         x, z = self.layout(k).state(n, stage), self.layout(k).algebraic(n, stage)
         return self.offsets[k] + np.concatenate([np.arange(x.start, x.stop), np.arange(z.start, z.stop)])
@@ -103,7 +103,7 @@ class TrajectoryIndices:
         return np.cumsum(self.elements)
 
     def _at(self, element: int) -> tuple[int, int]:
-        """Interval of an element, and its number there."""
+        """Return the interval of an element, and its number there."""
         place = self.place(element)
         assert place.interval is not None and place.element is not None
         return place.interval, place.element

@@ -292,7 +292,7 @@ class _Bounded:
 
 
 def _stage_bounds(ocp: OcpEquations, layout: IntervalLayout, stages: list[ca.SX]) -> _Bounded:
-    """Bounds on stage states that are expressions instead of variables."""
+    """Return the bounds on stage states that are expressions instead of variables."""
     finite = np.isfinite(ocp.state_lower) | np.isfinite(ocp.state_upper)
     if layout.stage_states or not finite.any():
         return _Bounded(ca.SX(0, 1), np.zeros(0), np.zeros(0), [])

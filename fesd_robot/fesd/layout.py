@@ -69,25 +69,25 @@ class IntervalLayout:
         return self.n_u + self.elements * self._element_size + self.auxiliary
 
     def step(self, element: int) -> int:
-        """Index of h."""
+        """Return the index of h."""
         return self.n_u + element * self._element_size
 
     def jump(self, element: int) -> slice:
-        """Indices of the variables y of the jump at the left boundary."""
+        """Return the indices of the variables y of the jump at the left boundary."""
         first = self.step(element) + 1
         return slice(first, first + self.jump_size)
 
     def jumped(self, element: int) -> np.ndarray:
-        """Indices of the states after the jump at the left boundary, of those that jump."""
+        """Return the indices of the states after the jump at the left boundary, of those that jump."""
         return self.step(element) + 1 + np.arange(len(self.jump_states))
 
     def slope(self, element: int, stage: int) -> slice:
-        """Indices of K_j."""
+        """Return the indices of K_j."""
         first = self.step(element) + self._first_stage + stage * self._stage_size
         return slice(first, first + self.slopes * self.n_x)
 
     def state(self, element: int, stage: int) -> slice:
-        """Indices of X_j; for ``stage = stages`` those of the state at the right end."""
+        """Return the indices of X_j; for ``stage = stages`` those of the state at the right end."""
         if stage == self.stages and not self.end_state:
             stage -= 1
         if stage == self.stages:
@@ -97,7 +97,7 @@ class IntervalLayout:
         return slice(first, first + self.stage_states * self.n_x)
 
     def algebraic(self, element: int, point: int) -> slice:
-        """Indices of z at a stage; for ``point = stages`` those at the right end."""
+        """Return the indices of z at a stage; for ``point = stages`` those at the right end."""
         if point == self.stages and not self.end_algebraic:
             point -= 1
         if point == self.stages:
@@ -107,7 +107,7 @@ class IntervalLayout:
         return slice(first, first + self.n_z)
 
     def end(self, element: int) -> np.ndarray:
-        """Indices of (x, z) at the right end of an element, (n_x + n_z)."""
+        """Return the indices of (x, z) at the right end of an element, (n_x + n_z)."""
         x, z = self.state(element, self.stages), self.algebraic(element, self.stages)
         return np.concatenate([np.arange(x.start, x.stop), np.arange(z.start, z.stop)])
 

@@ -243,7 +243,7 @@ class ModeEquations:
         return {}
 
     def _choose_rows(self, modes: Modes) -> tuple[sparse.csr_matrix, np.ndarray]:
-        """(C, d) for a length of 1."""
+        """Return (C, d) for a length of 1."""
         first, n_pairs = self._first, self.pairs
         scheme = first["steps"]
         modes, acts = modes[:, :n_pairs], modes[:, n_pairs:]
@@ -284,13 +284,13 @@ class ModeEquations:
         return matrix, np.array(target)
 
     def hit(self, mode: np.ndarray) -> np.ndarray:
-        """Pairs that are active in an element or whose impulse acts at its left boundary, (n_pairs) booleans."""
+        """Return booleans, (n_pairs): the pair is active, or its impulse acts at the left boundary."""
         hit = np.array(mode[: self.pairs])
         hit[self.impulse_pairs[mode[self.pairs :]]] = True
         return hit
 
     def _jacobian(self, nonzeros: list[float]) -> np.ndarray | sparse.csc_matrix:
-        """The derivative of all rows by the own variables, a full matrix where that is small."""
+        """Return the derivative of all rows by the own variables, a full matrix where that is small."""
         shape = (self._first["all"], self.layout.size)
         if self.layout.size > LARGEST_DENSE:
             return sparse.csc_matrix((nonzeros, self._pattern), shape=shape)
@@ -348,7 +348,7 @@ class ModeEquations:
         return NewtonResult(best, residual, iterations, residual <= tolerance)
 
     def _round_off(self, jacobian: ca.DM, own: np.ndarray) -> float:
-        """What stiff forces leave of the residuals where every term is known to the last bit."""
+        """Return the residuals that stiff forces leave where every term is known to the last bit."""
         terms = ca.fabs(jacobian) @ ca.fabs(ca.DM(own))
         return float(8.0 * np.finfo(float).eps * np.asarray(terms).max())
 

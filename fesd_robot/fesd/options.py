@@ -100,5 +100,5 @@ def _is_count(value: object) -> bool:
 
 
 def _shown(value: Any) -> str:
-    """A value in a message, or its type where that would be long."""
+    """Return a value in a message, or its type where that would be long."""
     return repr(value) if isinstance(value, str | int | float | tuple | np.number) else f"a {type(value).__name__}"

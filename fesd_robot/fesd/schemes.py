@@ -64,7 +64,7 @@ class Family:
 
 
 def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values of the Lagrange basis, entry (i, r) = l_r(at_i)."""
+    """Return the values of the Lagrange basis, entry (i, r) = l_r(at_i)."""
     basis = np.ones((len(at), len(nodes)))
     for r, node in enumerate(nodes):
         for m, other in enumerate(nodes):
@@ -74,7 +74,7 @@ def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def lagrange_derivative(nodes: np.ndarray) -> np.ndarray:
-    """Derivatives of the Lagrange basis at its own nodes, entry (j, r) = l_r'(nodes_j)."""
+    """Return the derivatives of the Lagrange basis at its own nodes, entry (j, r) = l_r'(nodes_j)."""
     difference = nodes[:, None] - nodes[None, :]
     np.fill_diagonal(difference, 1.0)
     weight = 1.0 / difference.prod(axis=1)
@@ -85,36 +85,36 @@ def lagrange_derivative(nodes: np.ndarray) -> np.ndarray:
 
 
 def lagrange_integral(nodes: np.ndarray, to: np.ndarray) -> np.ndarray:
-    """Integrals of the Lagrange basis from 0, entry (i, r) = int_0^to_i l_r, by Gauss quadrature exact for it."""
+    """Return the integrals of the Lagrange basis, (i, r) = int_0^to_i l_r, by Gauss quadrature exact for it."""
     points, weights = _unit_gauss(len(nodes) + 1)
     return np.array([end * weights @ lagrange(nodes, end * points) for end in to]).reshape(len(to), len(nodes))
 
 
 def _unit_gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss nodes and weights on [0, 1]."""
+    """Return the Gauss nodes and weights on [0, 1]."""
     points, weights = legendre.leggauss(count)
     return 0.5 * (1.0 + points), 0.5 * weights
 
 
 def _gauss_nodes(stages: int) -> np.ndarray:
-    """Zeros of the Legendre polynomial of degree s on [0, 1]."""
+    """Return the zeros of the Legendre polynomial of degree s on [0, 1]."""
     return _unit_gauss(stages)[0]
 
 
 def _radau_right_nodes(stages: int) -> np.ndarray:
-    """Radau nodes with c_s = 1; the others are zeros of the Jacobi polynomial P^(1, 0) of degree s - 1."""
+    """Return the Radau nodes with c_s = 1; the others are zeros of the Jacobi polynomial P^(1, 0) of degree s - 1."""
     inner = np.empty(0) if stages == 1 else 0.5 * (1.0 + roots_jacobi(stages - 1, 1.0, 0.0)[0])
     return np.concatenate([inner, [1.0]])
 
 
 def _radau_left_nodes(stages: int) -> np.ndarray:
-    """Radau nodes with c_1 = 0; the others are zeros of the Jacobi polynomial P^(0, 1) of degree s - 1."""
+    """Return the Radau nodes with c_1 = 0; the others are zeros of the Jacobi polynomial P^(0, 1) of degree s - 1."""
     inner = np.empty(0) if stages == 1 else 0.5 * (1.0 + roots_jacobi(stages - 1, 0.0, 1.0)[0])
     return np.concatenate([[0.0], inner])
 
 
 def _lobatto_nodes(stages: int) -> np.ndarray:
-    """Lobatto nodes with c_1 = 0, c_s = 1; the others are zeros of P^(1, 1) of degree s - 2, the same from each end."""
+    """Return the symmetric Lobatto nodes, c_1 = 0, c_s = 1; the others are zeros of P^(1, 1) of degree s - 2."""
     inner = np.empty(0) if stages == 2 else roots_jacobi(stages - 2, 1.0, 1.0)[0]
     return np.concatenate([[0.0], 0.5 + 0.25 * (inner - inner[::-1]), [1.0]])
 

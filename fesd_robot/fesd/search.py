@@ -134,7 +134,7 @@ class ModeSearch:
         return impulses_are_right(self.equations, step, own, self._left_G(step), modes, self.tolerance)
 
     def _is_doubtful(self, step: StepInput, own: np.ndarray, modes: Modes) -> bool:
-        """Whether signs may be right only because no stage sees where they are wrong.
+        """Return whether signs may be right only because no stage sees where they are wrong.
 
         An element without length meets every condition that holds at its left boundary. A pair that is left at the
         left boundary of the step may have G < 0 before the first stage.
@@ -162,7 +162,7 @@ class ModeSearch:
     def _candidates(
         self, sequence: ModeSequence, kept: int, base: np.ndarray, violation: Violation
     ) -> Iterator[ModeSequence]:
-        """Sequences that differ from the violation on, nearest modes first; the modes before it are `kept` many."""
+        """Yield sequences that differ from the violation on, nearest modes first; the first `kept` modes stay."""
         before = np.array(sequence.modes[kept - 1]) if kept else base
         if violation.immediate:
             # The last mode was wrong from its beginning: another one from there on.
@@ -184,7 +184,7 @@ class ModeSearch:
             yield ModeSequence((*sequence.modes[: kept + 1], tuple(mode.tolist())), (*sequence.ends[:kept], end, 1.0))
 
     def _modes(self, base: np.ndarray, before: np.ndarray, violation: Violation) -> Iterator[np.ndarray]:
-        """Modes that differ from `base` in the groups with a wrong sign, those with few active pairs first."""
+        """Yield modes that differ from `base` in the groups with a wrong sign, those with few active pairs first."""
         if self._of_impulse.size:
             yield from modes_with_impulses(self.equations, base, before, violation)
             return
@@ -213,7 +213,7 @@ class ModeSearch:
         return None if numbers is None else self._repeated(sequence, numbers)
 
     def _repeated(self, sequence: ModeSequence, numbers: np.ndarray) -> Modes:
-        """The modes of all cells; an impulse acts at the beginning of a mode only."""
+        """Return the modes of all cells; an impulse acts at the beginning of a mode only."""
         modes = np.repeat(np.array(sequence.modes, dtype=bool), numbers, axis=0)
         if self._of_impulse.size:
             repeats = np.ones(len(modes), dtype=bool)
@@ -222,7 +222,7 @@ class ModeSearch:
         return modes
 
     def _numbers(self, sequence: ModeSequence) -> np.ndarray | None:
-        """Number of cells of every mode, None if there are more modes than cells."""
+        """Return the number of cells of every mode, None if there are more modes than cells."""
         cells, count = self.equations.cells, len(sequence.modes)
         if not self.switching:
             return np.diff([0, *(round(end * cells) for end in sequence.ends)])
@@ -237,7 +237,7 @@ class ModeSearch:
     # -- where Newton's method starts ------------------------------------------------------------------------------
 
     def _constant(self, step: StepInput, mode: np.ndarray) -> np.ndarray:
-        """The state stays where it is."""
+        """Return own variables whose state stays where it is."""
         layout = self.equations.layout
         z = self.point.fit(step.x, step.u, step.z, step.p, mode)
         times = np.array([0.0, step.length])
@@ -246,7 +246,7 @@ class ModeSearch:
         return self._sampled(step, steps, times, states, lambda x, cell: z)
 
     def _guess(self, step: StepInput, own: np.ndarray, sequence: ModeSequence) -> np.ndarray:
-        """The states of an earlier trial, with the steps of the new sequence."""
+        """Return the states of an earlier trial, with the steps of the new sequence."""
         layout, numbers = self.equations.layout, self._numbers(sequence)
         if numbers is None:
             return own
@@ -269,7 +269,7 @@ class ModeSearch:
         states: np.ndarray,
         algebraic: Callable[[np.ndarray, int], np.ndarray],
     ) -> np.ndarray:
-        """Own variables whose states lie on given samples; ``algebraic`` gives z from (x, cell)."""
+        """Return the own variables whose states lie on given samples; ``algebraic`` gives z from (x, cell)."""
         layout, c = self.equations.layout, self.equations.options.tableau.c
         own = np.zeros(layout.size)
         own[: layout.n_u] = step.u
@@ -299,7 +299,7 @@ class ModeSearch:
         return states_function(self.equations.layout, self.equations.options.tableau)
 
     def _samples(self, step: StepInput, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Times and states of a trial at its start, the stages and the element ends, in time order."""
+        """Return the times and states of a trial at its start, the stages and the element ends, in time order."""
         layout, begin, h = self.equations.layout, *self._grid(own)
         states = np.asarray(self.states(step.x, own)[0]).T
         fractions = np.append(self.equations.options.tableau.c, 1.0)[: len(states) // layout.elements]
@@ -308,14 +308,14 @@ class ModeSearch:
         return times[order], np.vstack([step.x, states])[order]
 
     def _grid(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Left ends and lengths of the elements."""
+        """Return the left ends and lengths of the elements."""
         h = own[[self.equations.layout.step(n) for n in range(self.equations.elements)]]
         return np.concatenate([[0.0], np.cumsum(h)])[:-1], h
 
     # -- signs -----------------------------------------------------------------------------------------------------
 
     def _left_G(self, step: StepInput) -> np.ndarray:
-        """G at the left boundary of the step, (n_pairs)."""
+        """Return G at the left boundary of the step, (n_pairs)."""
         return np.asarray(self.point.sides(step.z)[0]).ravel()
 
     def _first_violation(self, step: StepInput, own: np.ndarray, modes: Modes) -> Violation | None:
@@ -356,14 +356,14 @@ class ModeSearch:
         )
 
     def _first_of_mode(self, modes: Modes, n: int) -> int:
-        """The element in which the mode of element n begins; without switch detection H is continued from the first."""
+        """Return the element in which the mode of element n begins; without switch detection the first."""
         goes_on = self.equations.goes_on(modes)
         while self.switching and n and goes_on[n - 1]:
             n -= 1
         return n if self.switching else 0
 
     def _admissible(self, step: StepInput, own: np.ndarray) -> bool:
-        """Steps, states and algebraic variables within their bounds."""
+        """Return whether steps, states and algebraic variables are within their bounds."""
         layout, system, slack = self.equations.layout, self.equations.system, self.tolerance
         if self.switching:
             h = self._grid(own)[1] / step.length
@@ -387,5 +387,5 @@ class ModeSearch:
 
 
 def _zero(t_before: float, before: float, time: float, after: float) -> float:
-    """Where the line through two values crosses zero; the first time if it does not."""
+    """Return the time at which the line through two values crosses zero; the first one if it does not."""
     return t_before + (time - t_before) * before / (before - after) if before > 0.0 > after else t_before

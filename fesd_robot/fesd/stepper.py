@@ -121,7 +121,7 @@ class Stepper:
         return known and (alike or not self.options.switch_detection)
 
     def _leavable(self, step: StepInput, found: FoundModes) -> bool:
-        """Whether the modes of a solved step are not the only ones where they begin."""
+        """Return whether the modes of a solved step are not the only ones where they begin."""
         left = np.concatenate([step.x, step.z])
         elements = interval_elements(
             self.equations.layout, self.search.states, found.own, left, interval=0, start=0.0
@@ -157,7 +157,7 @@ class Stepper:
         return PointModes.of(self.system)
 
     def last_of_elements(self, modes: Modes) -> Modes:
-        """The mode of every element."""
+        """Return the mode of every element."""
         stages = self.equations.layout.stages
         return modes if self.options.switch_detection else modes[stages - 1 :: stages]
 
@@ -205,7 +205,7 @@ class Stepper:
         )
 
     def _finished(self, step: StepInput, solution: MpccSolution, trial: int, iterations: int) -> SolvedStep:
-        """The result of a homotopy, solved exactly in its own modes if that is possible."""
+        """Return the result of a homotopy, solved exactly in its own modes if that is possible."""
         own = solution.w[-self.equations.layout.size :]
         modes = self.equations.read_modes(own, step.x, step.p)
         exact = self.search.check(step, own, modes) if self.direct else None

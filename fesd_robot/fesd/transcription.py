@@ -136,7 +136,7 @@ class Transcription:
         return Mpcc(lower=lower, upper=upper, start=start, blocks=blocks, variables=variables)
 
     def _variable_labels(self) -> list[Label]:
-        """What every variable is, in the order of the trajectory."""
+        """Return the label of every variable, in the order of the trajectory."""
         system, start = self.ocp.system, Place(name="the start")
         labels = [Label("state", name, place=start) for name in system.state_names]
         labels += [Label("algebraic variable", name, place=start) for name in system.algebraic_names]
@@ -154,7 +154,7 @@ class Transcription:
         return [constraint for constraint in self.constraints if not constraint.on_request]
 
     def _initial_block(self) -> Block:
-        """The step functions at x(0) give G at the very first boundary."""
+        """Return the block of step functions at x(0), which give G at the very first boundary."""
         index = np.concatenate([self.indices.point(0), self.indices.control(0)]).reshape(-1, 1)
         return Block(_initial_equations(self.ocp.system), [Place(name="the start")], index, self.parameters[:, :1])
 
@@ -183,7 +183,7 @@ class Transcription:
         return low, high, np.clip(w, low, high)
 
     def _interval_start(self, k: int, count: int, left: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Lower and upper bounds and initial values of an interval's own variables; ``left`` is the point before it."""
+        """Return bounds and initial values of an interval's own variables; ``left`` is the point before it."""
         ocp, system, layout, tableau = self.ocp, self.ocp.system, self.layouts[count], self.options.tableau
         begin, length = float(self.grid.nodes[k]), self.grid.lengths[k]
         step = length / count

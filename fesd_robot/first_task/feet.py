@@ -180,7 +180,7 @@ def _lowest_points(robot: Robot, data: pin.Data, limb: Limb) -> np.ndarray | Non
 
 
 def _beside(robot: Robot, data: pin.Data, name: str, frame: str) -> bool:
-    """Whether two bodies are at one place in the x-z plane."""
+    """Return whether two bodies are at one place in the x-z plane."""
     apart = data.oMf[robot.frame_id(name)].translation - data.oMf[robot.frame_id(frame)].translation
     return bool(np.abs(apart[[0, 2]]).max() <= SAME_FRAME)
 

@@ -101,7 +101,7 @@ class _Program:
         return "\n".join([*lines, *(f"work[{self._targets[k][0]}] = a{k};" for k in kept)])
 
     def _is_variable(self, k: int) -> bool:
-        """Whether a result is a variable, which `work` keeps between pieces; constants and inputs are written out."""
+        """Return whether a result is a variable, kept in `work` between pieces; others are written out."""
         return self._operations[k] not in (ca.OP_CONST, ca.OP_INPUT)
 
     def _line(self, k: int) -> list[str]:

@@ -83,7 +83,7 @@ def _frame_limits(constraint: FrameLimits, p: ca.SX, ground: Surface) -> list[Bo
 
 
 def _from(center: Sequence[float | None], p: ca.SX) -> ca.SX:
-    """p - center along the axes that the centre has."""
+    """Return p - center along the axes that the centre has."""
     return ca.vertcat(*[p[i] - value for i, value in enumerate(center) if value is not None])
 
 

@@ -58,7 +58,7 @@ def trajectory_costs(parts: ProblemParts) -> list[TrajectoryConstraint]:
 
 
 def _configuration(parts: ProblemParts) -> Terms:
-    """Rate times sum_i w_i d_i^2 with the deviation d from the reference, q_i - q_ref,i or log(R_ref^T R)."""
+    """Return the rate times sum_i w_i d_i^2, d the deviation from the reference: q_i - q_ref,i or log(R_ref^T R)."""
     names = parts.dynamics.configuration_names
     from_reference = deviation(names, parts.dynamics.configuration, parts.reference_configuration)
     square = _square(parts, "configuration", from_reference, deviation_names(names))
@@ -66,19 +66,19 @@ def _configuration(parts: ProblemParts) -> Terms:
 
 
 def _velocity(parts: ProblemParts) -> Terms:
-    """Rate times sum_i w_i v_i^2."""
+    """Return the rate times sum_i w_i v_i^2."""
     dynamics = parts.dynamics
     return {"velocity": _rate(parts) * _square(parts, "velocity", dynamics.velocity, dynamics.velocity_names)}
 
 
 def _control(parts: ProblemParts) -> Terms:
-    """Rate times sum_i w_i u_i^2."""
+    """Return the rate times sum_i w_i u_i^2."""
     dynamics = parts.dynamics
     return {"control": _rate(parts) * _square(parts, "control", dynamics.control, dynamics.control_names)}
 
 
 def _force(parts: ProblemParts) -> Terms:
-    """Sum of w_c a_n (theta_+ + theta_-) over the contacts.
+    """Return the sum of w_c a_n (theta_+ + theta_-) over the contacts.
 
     A contact's normal force F_n is a_n (theta_+ + theta_-) / rate while the clock runs and an impulse while it stands
     still; the integral of a_n (theta_+ + theta_-) over numerical time holds both, integral of F_n dt plus all impulses.
@@ -96,7 +96,7 @@ def _force(parts: ProblemParts) -> Terms:
 
 
 def _slipping(parts: ProblemParts) -> Terms:
-    """Sum of w_c a_n mu (theta_+ - theta_-) J_t v over the contacts.
+    """Return the sum of w_c a_n mu (theta_+ - theta_-) J_t v over the contacts.
 
     Friction takes the power mu F_n |J_t v| while the clock runs; the integral over numerical time also holds what it
     takes during impacts. The sign of J_t v is that of theta_+ - theta_- wherever it is not zero. A contact that bounces
@@ -107,7 +107,7 @@ def _slipping(parts: ProblemParts) -> Terms:
 
 
 def _weighed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
-    """Its work times min(1, `FULL_WEIGHT_SIGMA` / sigma).
+    """Return the weighted work of slipping times min(1, `FULL_WEIGHT_SIGMA` / sigma).
 
     While friction need not oppose slipping, the work that it takes may be negative: products of force and velocity may
     be as large as sigma. So they gain no more than they would at that sigma.
@@ -116,7 +116,7 @@ def _weighed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
 
 
 def _opposed_slipping(parts: ProblemParts, sigma: ca.SX) -> ca.SX:
-    """The same of a work that is never negative, with psi(J_t v) and -psi(-J_t v) for J_t v beside theta_+ and theta_-.
+    """Return a work that is never negative: psi(J_t v) and -psi(-J_t v) for J_t v beside theta_+ and theta_-.
 
         psi(s) = max(s, 0)^3 / (s^2 + epsilon^2),   epsilon = min(sigma, `SMOOTHED_SPEED`)
 
@@ -153,7 +153,7 @@ def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX, ca.SX, ca.SX], ca
 
 
 def _center_of_mass(parts: ProblemParts) -> Terms:
-    """Rate times sum_i w_i (c_i(q) - c_i(q_ref))^2."""
+    """Return the rate times sum_i w_i (c_i(q) - c_i(q_ref))^2."""
     if not parts.task.costs.used("center_of_mass"):
         return {}
     position, _ = parts.points.center_of_mass(("costs", "center_of_mass"))
@@ -161,7 +161,7 @@ def _center_of_mass(parts: ProblemParts) -> Terms:
 
 
 def _frames(parts: ProblemParts) -> Terms:
-    """Rate times sum_i w_i (p_i(q) - p_i(q_ref))^2 of every frame."""
+    """Return the rate times sum_i w_i (p_i(q) - p_i(q_ref))^2 of every frame."""
     terms = {}
     for frame, weights in parts.task.costs.frames.items():
         if any(weights.values()):
@@ -171,7 +171,7 @@ def _frames(parts: ProblemParts) -> Terms:
 
 
 def _terminal_configuration(parts: ProblemParts) -> Terms:
-    """sum_i w_i d_i^2 with the deviation d from the goal, q_i - q_goal,i or log(R_goal^T R)."""
+    """Return sum_i w_i d_i^2 with the deviation d from the goal, q_i - q_goal,i or log(R_goal^T R)."""
     if parts.task.goal.periodic is not None:
         return {}
     names = parts.dynamics.configuration_names
@@ -182,7 +182,7 @@ def _terminal_configuration(parts: ProblemParts) -> Terms:
 
 
 def _terminal_velocity(parts: ProblemParts) -> Terms:
-    """sum_i w_i (v_i - v_goal,i)^2."""
+    """Return sum_i w_i (v_i - v_goal,i)^2."""
     dynamics = parts.dynamics
     if parts.task.goal.periodic is not None:
         return {}
@@ -191,12 +191,12 @@ def _terminal_velocity(parts: ProblemParts) -> Terms:
 
 
 def _time(parts: ProblemParts) -> Terms:
-    """w t at the end."""
+    """Return w t at the end."""
     return {"time": parts.constants["costs", "time"] * parts.clock} if parts.task.costs.time else {}
 
 
 def _control_change(parts: ProblemParts) -> TrajectoryConstraint:
-    """sum_k w (u_{k+1} - u_k)^2."""
+    """Return sum_k w (u_{k+1} - u_k)^2."""
     system, names = parts.contact_system.system, parts.dynamics.control_names
     x, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
     change = (u - system.control)[: len(names)]
@@ -214,7 +214,7 @@ def _control_change(parts: ProblemParts) -> TrajectoryConstraint:
 
 
 def _acceleration(parts: ProblemParts) -> TrajectoryConstraint:
-    """sum_k w ((v_{k+1} - v_k) / h)^2 h with the lengths h of the intervals and the velocities v_k at their ends."""
+    """Return sum_k w ((v_{k+1} - v_k) / h)^2 h, h the lengths of intervals and v_k the velocities at their ends."""
     state, dynamics, grid = parts.contact_system.system.state, parts.dynamics, parts.grid
     x = ca.SX.sym("next_x", state.numel())
     first = dynamics.configuration.numel()

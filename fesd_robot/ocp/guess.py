@@ -38,7 +38,7 @@ class PerturbedMotion:
     duration: float
 
     def configuration(self, time: float) -> np.ndarray:
-        """Configuration at a time, (n_q)."""
+        """Return the configuration at a time, (n_q)."""
         waves = np.arange(1, WAVES + 1)
         perturbation = (np.sin(waves * np.pi * time / self.duration) / waves) @ self.heights
         return np.asarray(pin.integrate(self.robot.model, self.motion.configuration(time), perturbation))
@@ -49,7 +49,7 @@ class PerturbedMotion:
         return self.motion.knots
 
     def velocity(self, time: float) -> np.ndarray:
-        """Velocity consistent with the configuration to first order in the perturbation, (n_v)."""
+        """Return the velocity consistent with the configuration to first order in the perturbation, (n_v)."""
         waves = np.arange(1, WAVES + 1)
         rate = np.cos(waves * np.pi * time / self.duration) * np.pi / self.duration
         return np.asarray(self.motion.velocity(time) + rate @ self.heights)

@@ -129,7 +129,7 @@ def _constraints(parts: ProblemParts) -> list[TrajectoryConstraint]:
 
 
 def _equal_intervals(parts: ProblemParts) -> TrajectoryConstraint:
-    """t_k = k / (k + 1) t_{k+1}, so that all intervals of a free duration are equal."""
+    """Return the rows t_k = k / (k + 1) t_{k+1}: all intervals of a free duration are equal."""
     system, grid = parts.contact_system.system, parts.grid
     following, u = ca.SX.sym("next_x", system.state.numel()), ca.SX.sym("next_u", system.control.numel())
     fraction, k = ca.SX.sym("fraction"), np.arange(1.0, grid.intervals + 1)
@@ -148,7 +148,7 @@ def _equal_intervals(parts: ProblemParts) -> TrajectoryConstraint:
 
 
 def _period(parts: ProblemParts) -> TrajectoryConstraint:
-    """The end is the start, perhaps mirrored, shifted by one stride; a free start's integrated gaps are true ones.
+    """Let the end be the start, perhaps mirrored, plus one stride; a free start's integrated gaps are true ones.
 
     Which contacts touch at the end is not said: their gaps are functions of the configuration. A contact that stands at
     the start and, as itself or its mirror image, at the end has true gaps there that are equal, and one integrated gap
@@ -189,7 +189,7 @@ def _last_gaps(parts: ProblemParts) -> np.ndarray:
 
 
 def _initial_box(parts: ProblemParts) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds of the initial state: fixed, or free within its limits if the motion repeats."""
+    """Return the bounds of the initial state: fixed, or free within its limits if the motion repeats."""
     endpoints, limits, periodic = parts.endpoints, parts.limits, parts.task.goal.periodic
     initial = parts.state(endpoints.initial_configuration, endpoints.initial_velocity, 0.0)
     if periodic is None:

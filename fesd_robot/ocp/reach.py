@@ -97,7 +97,7 @@ def _reach(robot: Robot, task: Task, parent: int, last: np.ndarray) -> Reach:
 
 
 def _axis(robot: Robot, joint: int) -> np.ndarray:
-    """Direction of a sliding joint in its own frame."""
+    """Return the direction of a sliding joint in its own frame."""
     data = robot.model.joints[joint].createData()
     robot.model.joints[joint].calc(data, robot.neutral)
     return np.asarray(data.S).ravel()[:3]

@@ -29,11 +29,11 @@ class ReferenceMotion(Protocol):
     """A motion over the nominal duration, s."""
 
     def configuration(self, time: float) -> np.ndarray:
-        """Configuration at a time, (n_q)."""
+        """Return the configuration at a time, (n_q)."""
         ...
 
     def velocity(self, time: float) -> np.ndarray:
-        """Velocity consistent with the configuration, (n_v)."""
+        """Return the velocity consistent with the configuration, (n_v)."""
         ...
 
     @property
@@ -63,11 +63,11 @@ class LineMotion:
     stance: float = 0.0
 
     def configuration(self, time: float) -> np.ndarray:
-        """Configuration at a time, (n_q)."""
+        """Return the configuration at a time, (n_q)."""
         return self._at(time, self._jump(time))
 
     def velocity(self, time: float) -> np.ndarray:
-        """Velocity consistent with the configuration, (n_v); at a take-off that of the jump that begins."""
+        """Return the velocity consistent with the configuration, (n_v); at a take-off that of the jump that begins."""
         step = DIFFERENCE_STEP * self.duration
         jump = self._jump(time)
         ahead = time + step <= self.duration * (jump + 1) / self.count + 0.5 * step

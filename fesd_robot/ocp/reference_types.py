@@ -41,11 +41,11 @@ class SampledMotion:
     knots: np.ndarray
 
     def configuration(self, time: float) -> np.ndarray:
-        """Configuration at a time, (n_q)."""
+        """Return the configuration at a time, (n_q)."""
         return self.at(time)
 
     def velocity(self, time: float) -> np.ndarray:
-        """Velocity consistent with the configuration, (n_v); at a corner that of the motion after it."""
+        """Return the velocity consistent with the configuration, (n_v); at a corner that of the motion after it."""
         step = DIFFERENCE_STEP * self.duration
         first = min(time, self.duration - step)
         return np.asarray(pin.difference(self.robot.model, self.at(first), self.at(first + step))) / step
@@ -124,7 +124,7 @@ class _Turning:
     values: np.ndarray
 
     def __call__(self, time: float) -> np.ndarray:
-        """Quaternion at a time, (4)."""
+        """Return the quaternion at a time, (4)."""
         after = int(np.clip(np.searchsorted(self.times, time, side="right"), 1, len(self.times) - 1))
         first, last = self.times[after - 1], self.times[after]
         fraction = float(np.clip((time - first) / (last - first), 0.0, 1.0))

@@ -265,7 +265,7 @@ class Search:
         return Candidate(motion, end.residuals, True, True, costs, candidate.moves)
 
     def _is_roomy(self, candidate: Candidate) -> bool:
-        """Whether a candidate is exact in elements with room for its switches."""
+        """Return whether a candidate is exact in elements with room for its switches."""
         return candidate.exact and candidate.transcription is not self._base
 
     @property

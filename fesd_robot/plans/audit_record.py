@@ -59,7 +59,7 @@ class AuditEntry:
         return -value if self.smallest else value
 
     def passes(self, value: float, limit: float) -> bool:
-        """Whether a value keeps to its limit; NaN does not."""
+        """Return whether a value keeps to its limit; NaN does not."""
         return self.excess(value) <= limit
 
     def bound(self, limit: float) -> str:

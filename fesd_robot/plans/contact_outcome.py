@@ -88,19 +88,19 @@ class _Samples:
                 )
 
     def _takes_part(self, contact: int, after: int) -> bool:
-        """Whether a sample is the one after an impact of the contact."""
+        """Return whether a sample is the one after an impact of the contact."""
         impact = self._impact_before.get(after)
         return impact is not None and bool(impact.taking_part[contact])
 
     def _at_the_end(self, contact: int, sample: int) -> bool:
-        """Whether nothing follows a sample, but for an impact of other contacts."""
+        """Return whether nothing follows a sample, but for an impact of other contacts."""
         after = sample + 1
         if after + 1 < len(self._motion.time):
             return False
         return after == len(self._motion.time) or (self._jump(after) and not self._takes_part(contact, after))
 
     def _jump(self, sample: int) -> bool:
-        """Whether a sample is the one after an impact, which no time separates from the one before."""
+        """Return whether a sample is the one after an impact, which no time separates from the one before."""
         return sample in self._impact_before
 
     def _stretches(self, contact: int, mode: ContactMode) -> Iterator[tuple[int, int]]:
@@ -116,7 +116,7 @@ class _Samples:
             yield row[0] - 1, row[-1]
 
     def _goes_on(self, contact: int, last: int, step: int, mode: ContactMode) -> bool:
-        """Whether a step continues that of sample `last`: it is the next, or only an impact lies between them.
+        """Return whether a step continues that of sample `last`: it is the next, or only an impact lies between them.
 
         A flight does not go on over an impact of its own contact.
         """
@@ -126,7 +126,7 @@ class _Samples:
         return over_impact and not (mode is ContactMode.FLIGHT and self._takes_part(contact, last + 1))
 
     def _mode(self, sample: int, contact: int) -> ContactMode:
-        """Mode in the step that ends with a sample; one before an impact only says that it hits."""
+        """Return the mode in the step that ends with a sample; one before an impact only says that it hits."""
         mode: ContactMode = self._motion.mode[sample, contact]
         if mode is not ContactMode.IMPACT:
             return mode

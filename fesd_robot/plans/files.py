@@ -147,7 +147,7 @@ _OWN = {*FILES, *(each.file for each in EXPORTS.values())}
 
 @contextmanager
 def _staged(folder: Path) -> Iterator[Path]:
-    """A folder beside `folder` that takes its place at the end; if anything fails, the earlier results are back."""
+    """Yield a folder beside `folder` that replaces it at the end; if anything fails, the earlier results are back."""
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as beside:
         stage, earlier = Path(beside) / "new", Path(beside) / "earlier"
         stage.mkdir()

@@ -117,7 +117,7 @@ class _Overlaps:
                 yield ("", *sorted(pair)), depth
 
     def _touches(self, surface: str, one: Depth, feet: float) -> bool:
-        """Whether a contact stands for a body below a surface.
+        """Return whether a contact stands for a body below a surface.
 
         It does if it is on the body, or if the body is deepest near the place that touches, and that place is in the
         body, or the contact's own body is about as deep.

@@ -257,5 +257,5 @@ def _provenance(plan: Plan) -> str:
 
 
 def _tangential(impulse: Impulse) -> str:
-    """Both tangential parts of an impulse in space, else the one there is."""
+    """Return both tangential parts of an impulse in space, else the only one."""
     return ", ".join(f"{part:.4f}" for part in (impulse.tangential, impulse.lateral) if part is not None)

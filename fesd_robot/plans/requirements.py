@@ -292,7 +292,7 @@ class _Checks:
         return np.asarray(placement.act(np.asarray(offset, dtype=float)))
 
     def _samples(self, time: float) -> list[int]:
-        """Indices of the samples at the end of a control interval, two if it is the time of an impact."""
+        """Return the indices of the samples at the end of a control interval, two if it is the time of an impact."""
         near = np.flatnonzero(np.abs(self._motion.time - time) <= SAME_EVENT)
         return near.tolist() or [int(np.argmin(np.abs(self._motion.time - time)))]
 

@@ -121,11 +121,11 @@ class ElementReader:
         )
 
     def clock(self, x: np.ndarray) -> float:
-        """Physical time of a state."""
+        """Return the physical time of a state."""
         return float(x[self.n_q + self.n_v])
 
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Configuration, with unit quaternions, velocity, integrated gaps of a state.
+        """Return configuration, with unit quaternions, velocity and integrated gaps of a state.
 
         The dynamics see the direction of a quaternion only; what the scheme lets its length drift by is left out.
         """

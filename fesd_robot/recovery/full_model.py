@@ -313,7 +313,7 @@ class FullModel:
         return tuple(names)
 
     def _in_unison(self, chain: tuple[str, ...], other: tuple[str, ...]) -> bool:
-        """Whether two different chains of joints follow the same leaders."""
+        """Return whether two different chains of joints follow the same leaders."""
         return chain != other and self._led(chain) == self._led(other)
 
     def _led(self, chain: tuple[str, ...]) -> tuple[str, ...]:

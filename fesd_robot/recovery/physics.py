@@ -68,38 +68,38 @@ class NumericPhysics:
         self.restitution = np.array([restitution.get(name, 0.0) for name in friction])
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M(q) with armature, (n_v, n_v)."""
+        """Return M(q) with armature, (n_v, n_v)."""
         upper = np.triu(pin.crba(self._model, self._data, q))
         return np.asarray(upper + np.triu(upper, 1).T)
 
     def gaps(self, q: np.ndarray) -> np.ndarray:
-        """Gap of every contact, m, (n_c)."""
+        """Return the gap of every contact, m, (n_c)."""
         pin.framesForwardKinematics(self._model, self._data, q)
         return np.array([self._gap(geometry) for geometry in self._geometries])
 
     def contact_points(self, q: np.ndarray) -> np.ndarray:
-        """Points of the robot that touch where the gap is closed, m, (n_c, 3): a circle's is the one on its rim."""
+        """Return the points of the robot that touch where the gap is closed, m, (n_c, 3): on the rim of a circle."""
         pin.framesForwardKinematics(self._model, self._data, q)
         return np.array([self._point(geometry) for geometry in self._geometries]).reshape(-1, 3)
 
     def contact_axes(self, q: np.ndarray) -> np.ndarray:
-        """Normal and tangents of every contact in the world, (n_c, rows, 3): the directions of a force's parts."""
+        """Return normal and tangents of every contact in the world, (n_c, rows, 3): directions of force components."""
         pin.framesForwardKinematics(self._model, self._data, q)
         return np.array([self._axes(geometry) for geometry in self._geometries]).reshape(-1, self.rows, 3)
 
     def contact_jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Rows J_n, J_t of every contact, (rows n_c, n_v)."""
+        """Return the rows J_n, J_t of every contact, (rows n_c, n_v)."""
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
         rows = [row for geometry in self._geometries for row in self._rows(geometry)]
         return np.array(rows).reshape(-1, self._model.nv)
 
     def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """B(q) u, (n_v)."""
+        """Return B(q) u, (n_v)."""
         return np.asarray(self._control_matrix(q)) @ u
 
     def required_force(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """M a + h + D v + K (q - r) - B u, what contacts and dry friction must supply, (n_v)."""
+        """Return M a + h + D v + K (q - r) - B u, the force that contacts and dry friction must supply, (n_v)."""
         return (
             np.asarray(pin.rnea(self._model, self._data, q, v, a))
             + self.resistance(q, v)
@@ -107,22 +107,22 @@ class NumericPhysics:
         )
 
     def resistance(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """D v + K (q - r), what overcomes damping and springs, (n_v)."""
+        """Return D v + K (q - r), the force that overcomes damping and springs, (n_v)."""
         result = self.damping * v
         for row, entry, stiffness, rest in self._springs:
             result[row] += stiffness * (q[entry] - rest)
         return result
 
     def difference(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """The displacement from one configuration to another, (n_v)."""
+        """Return the displacement from one configuration to another, (n_v)."""
         return np.asarray(pin.difference(self._model, before, after))
 
     def integrate(self, q: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-        """The configuration that a displacement, (n_v), leads to from q."""
+        """Return the configuration that a displacement, (n_v), leads to from q."""
         return np.asarray(pin.integrate(self._model, q, displacement))
 
     def displacement_rate(self, q: np.ndarray, displacement: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """The rate of a displacement from the fixed q at which the robot moves with v where it leads to, (n_v)."""
+        """Return the rate of a displacement from the fixed q at which the robot has the velocity v there, (n_v)."""
         if self._model.nq == self._model.nv:
             return v
         return np.linalg.solve(pin.dIntegrate(self._model, q, displacement, pin.ARG1), v)
@@ -133,7 +133,7 @@ class NumericPhysics:
         return float(pin.computeTotalMass(self._model))
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic energy (with armature) plus potential energy, of gravity and of the springs, J."""
+        """Return the kinetic energy (with armature) plus potential energy, of gravity and of the springs, J."""
         # Pinocchio computes the potential energy of no model with mimic joints, but the centre of mass of all.
         weight = self.mass * self._model.gravity.linear
         potential = -weight @ pin.centerOfMass(self._model, self._data, q)
@@ -144,7 +144,7 @@ class NumericPhysics:
         return np.array(self._data.oMf[self._frames[frame]].translation)
 
     def _jacobian(self, frame: str) -> np.ndarray:
-        """Rows of velocity and angular velocity in world axes, (6, n_v)."""
+        """Return the rows of velocity and angular velocity in world axes, (6, n_v)."""
         frame_id = self._frames[frame]
         jacobian = pin.getFrameJacobian(self._model, self._data, frame_id, pin.LOCAL_WORLD_ALIGNED)
         return np.asarray(jacobian).reshape(6, -1)  # Pinocchio gives a vector for a robot with one coordinate
@@ -173,7 +173,7 @@ class NumericPhysics:
         return surface.normal(position), *surface.axes(position)[1 : self.rows]
 
     def _rows(self, geometry: ContactGeometry) -> list[np.ndarray]:
-        """J_n and J_t of one contact, (n_v) each."""
+        """Return J_n and J_t of one contact, (n_v) each."""
         position, jacobian = self._position(geometry.frame), self._jacobian(geometry.frame)
         if isinstance(geometry, PointOnSurface):
             return [axis @ jacobian[:3] for axis in self._axes(geometry)]
@@ -191,13 +191,13 @@ class NumericPhysics:
         return [normal @ moving, *(tangent @ moving for tangent in tangents_between(geometry, normal))]
 
     def _closest(self, geometry: TwoBodies) -> tuple[float, np.ndarray]:
-        """Gap and direction from the other body to the circle's centre, (3)."""
+        """Return the gap and direction from the other body to the circle's centre, (3)."""
         other = self._data.oMf[self._frames[geometry.other_frame]]
         return closest(geometry, self._position(geometry.frame), np.array(other.translation), np.array(other.rotation))
 
     @staticmethod
     def _at_rim(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
-        """Jacobian of a point that is fixed to the frame at `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
+        """Return the Jacobian of a point of the frame, `arm` from its origin: J_p - arm x J_w, (3, n_v)."""
         return np.asarray(jacobian[:3] - pin.skew(arm) @ jacobian[3:])
 
 

@@ -53,14 +53,14 @@ class Samples:
         self.joint_phases: list[ContactPhase] = []
 
     def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
-        """An element in which the clock stands still, or before which impulses act."""
+        """Add an element in which the clock stands still, or before which impulses act."""
         if not self._rows:
             n_c, self._provisional = self._reader.n_c, True
             self._append(element.x_before, element, np.zeros((n_c, self._reader.rows)), [ContactMode.FLIGHT] * n_c)
         self._pending += impulse
 
     def add_motion(self, element: Element, physics: ElementPhysics) -> None:
-        """An element during which the clock runs."""
+        """Add an element during which the clock runs."""
         if self._provisional and not self._jumps_to(element.x_left):
             self._rows.clear()
         self._provisional = False
@@ -94,7 +94,7 @@ class Samples:
             )
 
     def stacked(self) -> dict[str, np.ndarray]:
-        """All samples as arrays."""
+        """Return all samples as arrays."""
         return {key: np.array([row[key] for row in self._rows]) for key in self._rows[0]}
 
     def _jumps_to(self, x: np.ndarray) -> bool:

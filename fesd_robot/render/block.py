@@ -133,7 +133,7 @@ def _across(
 def _facing(
     wall: FacingWallVisual, ground: GroundVisual, middle: np.ndarray, half: np.ndarray, top: float, thickness: float
 ) -> _Placed | None:
-    """As long as it is over the drawn ground, a rectangle with this middle and half its lengths."""
+    """Return a rectangle with this middle and half its lengths, as long as it is over the drawn ground."""
     normal = np.array([math.cos(wall.facing), math.sin(wall.facing)])
     along = np.array([-normal[1], normal[0]])
     start = middle + (normal @ (np.array(wall.place) - middle)) * normal

@@ -148,7 +148,7 @@ def _add_field(window: SceneWindow, ground: GroundVisual, floor: Floor, depth: f
 
 
 def _lift(floor: Floor) -> float:
-    """Height of the lines above the ground, m: without it the two would flicker."""
+    """Return the height of the lines above the ground, m: without it the two would flicker."""
     return 0.0008 * max(floor.half_size)
 
 

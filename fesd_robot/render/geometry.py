@@ -154,7 +154,7 @@ def file_unit(geometry_object: pin.GeometryObject) -> float:
 
 
 def _has_materials(geometry_object: pin.GeometryObject) -> bool:
-    """Whether a mesh is a Collada file whose materials the robot description does not replace."""
+    """Return whether a mesh is a Collada file whose materials the robot description does not replace."""
     return Path(geometry_object.meshPath).suffix.lower() == ".dae" and not geometry_object.overrideMaterial
 
 

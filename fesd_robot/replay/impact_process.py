@@ -358,7 +358,7 @@ class ImpactProcess:
 
 
 def _holding(choice: tuple[str, ContactMode] | None) -> tuple[bool, bool, bool]:
-    """Order in which contacts are taken to do things at first: hold before push, stick before slip."""
+    """Return the order in which contacts are taken to do things at first: hold before push, stick before slip."""
     return (
         choice is not None,
         choice is not None and choice[0] == "hold",

@@ -292,11 +292,11 @@ class Segments:
         return dips
 
     def _parting(self, y: np.ndarray) -> np.ndarray:
-        """Normal velocity of every contact, m/s, (n_c)."""
+        """Return the normal velocity of every contact, m/s, (n_c)."""
         return normal_rows(self._velocity(y), self.physics.rows)
 
     def _velocity(self, y: np.ndarray) -> np.ndarray:
-        """J v, m/s, (rows n_c)."""
+        """Return J v, m/s, (rows n_c)."""
         q, v = self.state(y)
         return np.asarray(self.physics.contact_jacobian(q) @ v)
 

@@ -112,7 +112,7 @@ def _options(dynamics: ContactDynamics, closed: np.ndarray) -> Iterator[Sequence
 
 
 def _constraints(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of J that are held, (m), and how m unknown forces are spread on the rows of J, (rows n_c, m)."""
+    """Return the rows of J that are held, (m), and how m unknown forces are spread on the rows of J, (rows n_c, m)."""
     rows: list[int] = []
     columns: list[np.ndarray] = []
     size, unit = dynamics.rows, np.eye(dynamics.rows * len(modes))
@@ -139,7 +139,7 @@ def slip_direction(dynamics: ContactDynamics, contact: int, mode: ContactMode) -
 
 
 def _forces(dynamics: ContactDynamics, modes: Modes) -> tuple[np.ndarray, float, float]:
-    """Stacked forces (rows n_c), their margin, and by how much the constraints fail relative to the accelerations."""
+    """Return stacked forces (rows n_c), their margin, and the error of the constraints relative to accelerations."""
     rows, spread = _constraints(dynamics, modes)
     if not rows.size:
         return np.zeros(len(dynamics.free)), np.inf, 0.0
@@ -180,7 +180,7 @@ def _held(dynamics: ContactDynamics, rows: np.ndarray, matrix: np.ndarray) -> tu
 
 
 def _least_room(dynamics: ContactDynamics, modes: Modes, forces: np.ndarray) -> float:
-    """Smallest of what must not be negative: f_n of closed contacts, mu f_n - |f_t| of sticking ones."""
+    """Return the smallest nonnegative value: f_n of closed contacts, mu f_n - |f_t| of sticking ones."""
     least = np.inf
     for force, mu, mode in zip(by_contact(forces, dynamics.rows), dynamics.friction, modes, strict=True):
         if mode is ContactMode.STICK:
@@ -211,7 +211,7 @@ def _divided(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray, soluti
 
 
 def _bounds(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray) -> np.ndarray:
-    """Rows of what must not be negative: f_n of closed contacts, and planes that touch the cones of sticking ones."""
+    """Return rows of nonnegative values: f_n of closed contacts, planes that touch the cones of sticking ones."""
     rows: list[np.ndarray] = []
     facets = cone_facets(dynamics.rows - 1)
     for i, mode in enumerate(modes):
@@ -224,7 +224,7 @@ def _bounds(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray) -> np.n
 
 
 def _touching(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray, forces: np.ndarray) -> list[np.ndarray]:
-    """Rows of planes that touch the cones of sticking contacts beside their forces."""
+    """Return the rows of planes that touch the cones of sticking contacts beside their forces."""
     rows = list[np.ndarray]()
     for i, force in enumerate(by_contact(forces, dynamics.rows)):
         size = float(np.linalg.norm(force[1:]))

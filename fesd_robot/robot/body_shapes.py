@@ -116,7 +116,7 @@ class BodyShapes:
         return np.array([-result.min_distance for result in self._geometry_data.distanceResults])
 
     def _collide(self, pair: pin.CollisionPair) -> bool:
-        """Whether two shapes overlap themselves, not only their hulls, in the configuration looked at last."""
+        """Return whether two shapes overlap themselves, not only their hulls, in the configuration looked at last."""
         places = [self._geometry_data.oMg[number] for number in (pair.first, pair.second)]
         transforms = [coal.Transform3s(place.rotation, place.translation) for place in places]
         one, other = (self._shapes[number].geometry for number in (pair.first, pair.second))

@@ -251,7 +251,7 @@ def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
 
 @contextlib.contextmanager
 def _captured_errors() -> Iterator[Callable[[], list[str]]]:
-    """Collect what C++ code writes to stderr, the only place where the URDF parser says what is wrong."""
+    """Collect the text that C++ code writes to stderr, the only place where the URDF parser reports mistakes."""
     try:
         saved = os.dup(2)
     except OSError:  # a process without stderr

@@ -158,7 +158,7 @@ def _outlines(shape: Shape, turn: np.ndarray) -> Iterator[Outline]:
 
 
 def _in_plane(shape: Shape, axis: np.ndarray) -> bool:
-    """Whether an axis lies in the x-z plane; False if it is across."""
+    """Return whether an axis lies in the x-z plane; False if it is across."""
     if abs(axis[1]) <= _ALIGNED:
         return True
     if 1 - abs(axis[1]) > _ALIGNED:

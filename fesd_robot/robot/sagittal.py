@@ -67,7 +67,7 @@ def _mimics(model: pin.Model, joint: int) -> bool:
 
 
 def _stays(model: pin.Model, data: pin.Data, joint: int) -> bool:
-    """Whether what a joint carries stays in the plane."""
+    """Return whether the bodies that a joint carries stay in the plane."""
     linear, angular = directions(model.joints[joint])
     turn = data.oMi[joint].rotation
     about, along = turn @ angular, turn @ linear

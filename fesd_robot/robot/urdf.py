@@ -150,7 +150,7 @@ def check_leaders(path: Path, leaders: Mapping[str, str], order: Sequence[str]) 
 
 
 def _is_some(number: str) -> bool:
-    """Whether a number is written that is not zero."""
+    """Return whether a number is written and not zero."""
     try:
         return float(number) != 0.0
     except ValueError:

@@ -73,4 +73,4 @@ def _forked(function: Callable[[], Any]) -> ForkedPool | None:
 
 
 def _nothing() -> None:
-    """Nothing is to be said in the other process."""
+    """Report nothing in the other process."""

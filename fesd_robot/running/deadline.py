@@ -27,7 +27,7 @@ class Deadline:
         return self._limit - self.spent
 
     def remaining(self) -> float | None:
-        """Seconds until the time is over; None without a limit."""
+        """Return the seconds until the time is over; None without a limit."""
         return None if math.isinf(self._limit) else self.left
 
     def share(self, part: float) -> Deadline:

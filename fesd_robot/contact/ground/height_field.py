@@ -119,13 +119,13 @@ class HeightField:
         return _heights([ca.horzsplit(row) for row in ca.vertsplit(table)], along.step, across.step)
 
     def distance(self, point: Any) -> Any:
-        """Gap f of a point (x, y, z), m."""
+        """Return the gap f of a point (x, y, z), m."""
         at = self._at(point)
         above = point[2] - at.h
         return above * (1 + (at.x**2 + at.y**2) / (1 + (self.curvature * above) ** 2)) ** -0.5
 
     def normal(self, point: Any) -> Any:
-        """Gradient of f, (3,)."""
+        """Return the gradient of f, (3,)."""
         at = self._at(point)
         above = point[2] - at.h
         fade = 1 / (1 + (self.curvature * above) ** 2)
@@ -140,19 +140,19 @@ class HeightField:
         return ca.vertcat(*parts) if isinstance(parts[0], ca.SX) else np.array(parts)
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal of the ground below the point, and tangents."""
+        """Return the unit normal of the ground below the point, and tangents."""
         at = self._at(point)
         length = (1 + at.x**2 + at.y**2) ** 0.5
         parts = [-at.x / length, -at.y / length, 1 / length]
         return turned_axes(ca.vertcat(*parts) if isinstance(length, ca.SX) else np.array(parts))
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Distance of many points, (3, n), from the tangent planes below them, m, (n)."""
+        """Return the distance of many points, (3, n), from the tangent planes below them, m, (n)."""
         at = self.derivatives(points[0], points[1])
         return np.asarray((points[2] - at.h) / np.sqrt(1 + at.x**2 + at.y**2))
 
     def raised(self, radius: float) -> HeightField:
-        """The ground through points at distance `radius`, m, along the normals."""
+        """Return the ground through points at distance `radius`, m, along the normals."""
         from fesd_robot.contact.ground.raised_field import raised_field
 
         return raised_field(self, radius)
@@ -222,7 +222,7 @@ def _piece(edges: list[float], at: float) -> tuple[int, float, bool]:
 
 
 def _heights(table: Sequence[Sequence[Any]], x_step: Any, y_step: Any) -> Heights:
-    """Value and derivatives of the sum of table[p][r] x_step^p y_step^r, numbers or expressions."""
+    """Return the value and derivatives of the sum of table[p][r] x_step^p y_step^r, numbers or expressions."""
     by_y = list(zip(*(taylor(row, y_step) for row in table), strict=True))
     h, x, xx = taylor(by_y[0], x_step)
     y, xy, _ = taylor(by_y[1], x_step)

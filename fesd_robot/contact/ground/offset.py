@@ -46,7 +46,7 @@ def offset_profile(profile: Profile, radius: float) -> Profile:
 
 
 def _cut(profile: Profile, radius: float, left: float, right: float) -> np.ndarray:
-    """Points s that cut one piece into as many parts as the accuracy needs."""
+    """Return the points s that cut one piece into as many parts as the accuracy needs."""
     parts = 1
     while parts <= _FINEST:
         nodes = np.linspace(left, right, parts + 1)
@@ -63,7 +63,7 @@ def _cut(profile: Profile, radius: float, left: float, right: float) -> np.ndarr
 
 
 def _parallel(profile: Profile, radius: float, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Points x and z of the parallel curve, with dz/dx and d2z/dx2."""
+    """Return the points x and z of the parallel curve, with dz/dx and d2z/dx2."""
     height, slope, curvature = profile.derivatives(s)
     length = np.sqrt(1 + slope**2)
     return (

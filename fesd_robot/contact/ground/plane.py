@@ -29,24 +29,24 @@ class HalfSpace:
         return self.facing[1] != 0.0
 
     def distance(self, point: Any) -> Any:
-        """Signed distance of a point (x, y, z), m."""
+        """Return the signed distance of a point (x, y, z), m."""
         return sum(part * point[i] for i, part in enumerate(self.facing)) - self.offset
 
     def normal(self, point: Any) -> np.ndarray:
-        """Unit normal, (3,)."""
+        """Return the unit normal, (3,)."""
         return np.array(self.facing)
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal and tangents."""
+        """Return the unit normal and tangents."""
         n_x, n_y, n_z = self.facing
         return turned_axes(np.array(self.facing)) if n_y else upright_axes(np.array([n_z, 0.0, -n_x]))
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Signed distance of many points, (3, n), m, (n)."""
+        """Return the signed distance of many points, (3, n), m, (n)."""
         return np.asarray(self.distance(points), dtype=float)
 
     def raised(self, radius: float) -> HalfSpace:
-        """The plane that is further out by `radius`, m."""
+        """Return the plane that is further out by `radius`, m."""
         return HalfSpace(self.facing, self.offset + radius)
 
 
@@ -106,25 +106,25 @@ class Plane:
     varies_across = False
 
     def distance(self, point: Any) -> Any:
-        """Signed distance of a point (x, y, z), m."""
+        """Return the signed distance of a point (x, y, z), m."""
         if self.slope == 0.0:
             return point[2] - self.height
         return (point[2] - self.height) * math.cos(self.slope) - point[0] * math.sin(self.slope)
 
     def normal(self, point: Any) -> np.ndarray:
-        """Unit normal, (3,)."""
+        """Return the unit normal, (3,)."""
         return np.array([-math.sin(self.slope), 0.0, math.cos(self.slope)])
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal and tangents."""
+        """Return the unit normal and tangents."""
         return upright_axes(np.array([math.cos(self.slope), 0.0, math.sin(self.slope)]))
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Signed distance of many points, (3, n), m, (n)."""
+        """Return the signed distance of many points, (3, n), m, (n)."""
         return np.asarray(self.distance(points), dtype=float)
 
     def raised(self, radius: float) -> Plane:
-        """The plane that is higher by `radius`, m, along the normal."""
+        """Return the plane that is higher by `radius`, m, along the normal."""
         return Plane(self.height + radius / math.cos(self.slope), self.slope)
 
     def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:

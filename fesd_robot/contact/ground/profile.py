@@ -115,5 +115,5 @@ class Profile:
 
 
 def _chosen(weights: list[ca.SX], values: np.ndarray | list[float]) -> ca.SX:
-    """The value whose weight is one."""
+    """Return the value whose weight is one."""
     return sum((weight * value for weight, value in zip(weights, values, strict=True) if value != 0.0), ca.SX(0))

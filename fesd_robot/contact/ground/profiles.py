@@ -52,5 +52,5 @@ def height_map(x: np.ndarray, z: np.ndarray) -> Profile:
 
 
 def _levelling(left: float, right: float, at_left: list[float], at_right: list[float]) -> PPoly:
-    """The quintic with given height, slope and second derivative at both ends."""
+    """Return the quintic with given height, slope and second derivative at both ends."""
     return PPoly.from_bernstein_basis(BPoly.from_derivatives([left, right], [at_left, at_right]))

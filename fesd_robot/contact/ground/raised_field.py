@@ -62,12 +62,12 @@ def _check_hollows(field: HeightField, radius: float, x: np.ndarray, y: np.ndarr
 
 
 def _cut(places: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Places with some of the steps between them, (n - 1) of bool, cut in halves."""
+    """Return the places with some of the steps between them, (n - 1) of bool, cut in halves."""
     return np.sort(np.append(places, (places[:-1] + np.diff(places) / 2)[steps]))
 
 
 def _parallel(field: HeightField, radius: float, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of the parallel surface over a grid, m, and squares of its slope there.
+    """Return the heights of the parallel surface over a grid, m, and squares of its slope there.
 
     The point (s, t) of the ground below a centre solves (s, t) - r grad h / sqrt(1 + |grad h|^2) = (x, y), by Newton's
     method with its steps halved where they do not help.
@@ -92,14 +92,14 @@ def _parallel(field: HeightField, radius: float, x: np.ndarray, y: np.ndarray) -
 
 
 def _missed(field: HeightField, radius: float, at: np.ndarray, wanted: np.ndarray) -> tuple[Heights, np.ndarray]:
-    """Everything about the ground at places, and by how much the centres above them miss what is wanted, m."""
+    """Return the heights of the ground at places, and by how much the centres above them miss the wanted ones, m."""
     found = field.derivatives(*at)
     length = np.sqrt(1 + found.x**2 + found.y**2)
     return found, at - radius * np.stack([found.x, found.y]) / length - wanted
 
 
 def _newton_step(at: Heights, radius: float, missed: np.ndarray) -> np.ndarray:
-    """Solution of (1 - r d(grad h / length)) step = missed, d(g / w) = (1 - g g^T / w^2) h'' / w."""
+    """Return the solution of (1 - r d(grad h / length)) step = missed, d(g / w) = (1 - g g^T / w^2) h'' / w."""
     slopes = np.stack([at.x, at.y])
     square = 1 + (slopes**2).sum(axis=0)
     hessian = np.array([[at.xx, at.xy], [at.xy, at.yy]])

@@ -38,7 +38,7 @@ class Pose:
         return Pose(self.center, tuple(self.axes[(first + k) % 3] for k in range(3)))
 
     def local(self, point: Any) -> list[Any]:
-        """Coordinates of a point of the world along the own axes, m."""
+        """Return the coordinates of a point of the world along the own axes, m."""
         away = [point[i] - self.center[i] for i in range(3)]
         return [sum(axis[i] * away[i] for i in range(3) if axis[i]) for axis in self.axes]
 
@@ -72,19 +72,19 @@ class Solid(ABC):
 
     @abstractmethod
     def _beyond(self, own: list[Any]) -> list[tuple[Any, list[Any]]]:
-        """Distances beyond faces of the core, m, each with its gradient in the own axes; these are at right angles.
+        """Return distances beyond faces of the core, m, each with its gradient in the own axes, at right angles.
 
         Args:
             own: coordinates of a point along the own axes.
         """
 
     def distance(self, point: Any) -> Any:
-        """Gap f of a point (x, y, z), m: the signed distance."""
+        """Return the gap f of a point (x, y, z), m: the signed distance."""
         parts = [part for part, _ in self._beyond(self.pose.local(point))]
         return _length(parts) + _least(_largest(parts), 0.0) - self.rounding
 
     def normal(self, point: Any) -> Any:
-        """Gradient of f, (3,), of length one."""
+        """Return the gradient of f, (3,), of length one."""
         faces = self._beyond(self.pose.local(point))
         parts = [part for part, _ in faces]
         length, within = _length(parts), _largest(parts) < 0
@@ -99,7 +99,7 @@ class Solid(ABC):
         return ca.vertcat(*normal) if isinstance(point[0], ca.SX) else np.array(normal)
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal at the point of the surface that is nearest, and tangents."""
+        """Return the unit normal at the point of the surface that is nearest, and tangents."""
         normal = self.normal(point)
         if self.varies_across:
             return turned_axes(normal)
@@ -108,11 +108,11 @@ class Solid(ABC):
         return upright_axes(np.array([normal[2], 0.0, -normal[0]]))
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Signed distance of many points, (3, n), m, (n)."""
+        """Return the signed distance of many points, (3, n), m, (n)."""
         return np.asarray(self.distance(points), dtype=float)
 
     def raised(self, radius: float) -> Solid:
-        """The solid whose edges are rounder by `radius`, m, and whose faces are as much further out."""
+        """Return the solid whose edges are rounder by `radius`, m, and whose faces are as much further out."""
         return replace(self, rounding=self.rounding + radius)
 
 
@@ -192,5 +192,5 @@ def _largest(parts: list[Any]) -> Any:
 
 
 def _length(parts: list[Any]) -> Any:
-    """Distance from the core, m, 1e-9 on it and inside."""
+    """Return the distance from the core, m, 1e-9 on it and inside."""
     return (sum(_most(part, 0.0) ** 2 for part in parts) + NO_LENGTH**2) ** 0.5

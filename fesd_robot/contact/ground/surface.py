@@ -39,22 +39,22 @@ class Surface(Protocol):
         ...
 
     def distance(self, point: Any) -> Any:
-        """Gap f of a point (x, y, z), m."""
+        """Return the gap f of a point (x, y, z), m."""
         ...
 
     def normal(self, point: Any) -> Any:
-        """Gradient of f, (3,); on the surface the unit normal, out of the ground."""
+        """Return the gradient of f, (3,); on the surface the unit normal, out of the ground."""
         ...
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal of the surface at or below the point, and its tangents: +x and +y where the normal points up.
+        """Return the unit normal at or below the point, and its tangents: +x and +y where the normal points up.
 
         Where the surface does not vary along y they are (n_z, 0, -n_x) and +y, else those of `turned_axes`.
         """
         ...
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Signed distance of many points, (3, n), m, (n): near the surface that of the tangent plane."""
+        """Return the signed distance of many points, (3, n), m, (n): near the surface that of the tangent plane."""
         ...
 
     def raised(self, radius: float) -> Surface:

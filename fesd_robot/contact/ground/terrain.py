@@ -32,7 +32,7 @@ class Terrain:
     varies_across = False
 
     def distance(self, point: Any) -> Any:
-        """Gap f of a point (x, y, z), m."""
+        """Return the gap f of a point (x, y, z), m."""
         height: Any
         slope: Any
         if isinstance(point[0], ca.SX):
@@ -43,7 +43,7 @@ class Terrain:
         return above * (1 + slope**2 / (1 + (self.profile.curvature * above) ** 2)) ** -0.5
 
     def normal(self, point: Any) -> Any:
-        """Gradient of f, (3,), by CasADi's differentiation of an expression, by hand for numbers."""
+        """Return the gradient of f, (3,), by CasADi's differentiation of an expression, by hand for numbers."""
         if isinstance(point[0], ca.SX):
             at = ca.SX.sym("point", 3)
             gradient = ca.Function("gradient", [at], [ca.gradient(self.distance(at), at)])
@@ -57,7 +57,7 @@ class Terrain:
         return np.array([-slope * by_height + curvature * by_slope, 0.0, by_height])
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal of the ground below the point, and tangents."""
+        """Return the unit normal of the ground below the point, and tangents."""
         if isinstance(point[0], ca.SX):
             rise = self.profile.expressions(point[0])[1]
             length = ca.sqrt(1 + rise**2)
@@ -66,12 +66,12 @@ class Terrain:
         return upright_axes(np.array([1.0, 0.0, slope]) / math.hypot(1.0, slope))
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Distance of many points, (3, n), from the tangent lines below them, m, (n)."""
+        """Return the distance of many points, (3, n), from the tangent lines below them, m, (n)."""
         height, slope, _ = self.profile.derivatives(points[0])
         return np.asarray((points[2] - height) / np.sqrt(1 + slope**2))
 
     def raised(self, radius: float) -> Terrain:
-        """The ground whose profile is the parallel curve at distance `radius`, m."""
+        """Return the ground whose profile is the parallel curve at distance `radius`, m."""
         return Terrain(offset_profile(self.profile, radius))
 
     def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -25,21 +25,21 @@ class Wall:
     varies_across = False
 
     def distance(self, point: Any) -> Any:
-        """Distance of a point (x, y, z), m, negative beyond the wall."""
+        """Return the distance of a point (x, y, z), m, negative beyond the wall."""
         return self.x - point[0] if self.side == "left" else point[0] - self.x
 
     def normal(self, point: Any) -> np.ndarray:
-        """Unit normal towards the free side, (3,)."""
+        """Return the unit normal towards the free side, (3,)."""
         return np.array([-1.0 if self.side == "left" else 1.0, 0.0, 0.0])
 
     def axes(self, point: Any) -> Axes:
-        """Unit normal and tangents (n_z, 0, -n_x), up for a robot on the left and down for one on the right, and +y."""
+        """Return unit normal and tangents: (n_z, 0, -n_x), up for a robot on the left, else down, and +y."""
         return upright_axes(np.array([0.0, 0.0, 1.0 if self.side == "left" else -1.0]))
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Distance of many points, (3, n), m, (n)."""
+        """Return the distance of many points, (3, n), m, (n)."""
         return np.asarray(self.distance(points), dtype=float)
 
     def raised(self, radius: float) -> Wall:
-        """The wall that is nearer by `radius`, m."""
+        """Return the wall that is nearer by `radius`, m."""
         return Wall(self.x - radius if self.side == "left" else self.x + radius, self.side)

@@ -146,14 +146,14 @@ class Integration:
         return float(abs(np.linalg.det(self.equations.tableau.A)) ** (1.0 / self.equations.stages))
 
     def _error(self, solved: SolvedElement) -> float:
-        """Norm of the difference to the embedded formula with n_s + 1 nodes; an element with at most 1 is accepted."""
+        """Return the norm of the difference to the embedded formula with n_s + 1 nodes; at most 1 is accepted."""
         off = solved.h * self._error_weight * (self.rate - self.equations.to_left @ solved.slopes)
         scale = self.atol + self.rtol * np.maximum(np.abs(self.x), np.abs(solved.x[-1]))
         scaled = off / scale
         return float(np.sqrt(scaled @ scaled / len(scaled)))
 
     def _first_step(self, left: float) -> float:
-        """About a hundredth of what the state needs to change by itself, as in Hairer, Norsett and Wanner, II.4."""
+        """Return about a hundredth of the time scale of the state, as in Hairer, Norsett and Wanner, II.4."""
         scale = self.atol + self.rtol * np.abs(self.x)
         size, speed = (float(np.sqrt(np.mean((v / scale) ** 2))) for v in (self.x, self.rate))
         return min(left, 0.05 * size / speed if min(size, speed) > 1e-5 else 1e-3 * left)
@@ -254,7 +254,7 @@ class Integration:
         return (solved.h * start / (start - exact.H[pair]) if start > 0 else 0.0), pair, True
 
     def _at_end(self, solved: SolvedElement) -> PointMode:
-        """The mode at the right end of an element, with hidden constraints."""
+        """Return the mode at the right end of an element, with hidden constraints."""
         if self._end is None or self._end[0] is not solved:
             self._end = (solved, self.points.solve(solved.x[-1], self.u, solved.z[-1], self.p, self.likely))
         return self._end[1]
@@ -291,7 +291,7 @@ class Integration:
         return best
 
     def _passed(self, ended: SolvedElement, pair: int) -> bool:
-        """Whether an element that ends at an event has no length, or passes another event."""
+        """Return whether an element that ends at an event has no length, or passes another event."""
         if ended.h <= 0.0:
             return True
         event = self._event(ended)

@@ -55,7 +55,7 @@ class PointMode:
     nonlinear: bool
 
     def right(self, closed: np.ndarray) -> bool:
-        """Whether all signs are right: H, and dG/dt of the closed pairs that are not active."""
+        """Return whether all signs are right: H, and dG/dt of the closed pairs that are not active."""
         return self.consistent and not self.wrong(closed).any()
 
     def wrong(self, closed: np.ndarray) -> np.ndarray:
@@ -243,7 +243,7 @@ class PointModes:
         return found
 
     def _pivoted(self, mode: np.ndarray, point: Point, closed: np.ndarray, own: np.ndarray) -> list[PointMode]:
-        """Principal pivoting: pairs with a wrong sign change, all at once as long as they become fewer, then the first.
+        """Pivot: pairs with a wrong sign change, all at once as long as they become fewer, then the first.
 
         Source: Judice and Pires, A block principal pivoting algorithm for LCP, Comput. Oper. Res. 21 (1994).
         """

@@ -36,7 +36,7 @@ class Phases:
     impacts: tuple[float, ...]
 
     def of(self, contact: str) -> Phases:
-        """Those of a single contact, with all switches."""
+        """Return the phases of a single contact, with all switches."""
         return Phases({contact: self.spans[contact]}, self.switches, self.impacts)
 
 

@@ -54,7 +54,7 @@ def name_of(model: mujoco.MjModel, kind: str, index: int) -> str:
 
 
 def disabled(model: mujoco.MjModel, what: str) -> bool:
-    """Whether an option of the file turns something off, ``GRAVITY``, ``SPRING`` or ``DAMPER``."""
+    """Return whether an option of the file turns something off, ``GRAVITY``, ``SPRING`` or ``DAMPER``."""
     return bool(model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
 
 

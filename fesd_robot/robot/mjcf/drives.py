@@ -132,7 +132,7 @@ def _force(model: mujoco.MjModel, index: int, pushed: dict[int, float]) -> Effor
 
 
 def _is_servo(model: mujoco.MjModel, index: int) -> bool:
-    """Whether an actuator's force depends on position or velocity."""
+    """Return whether an actuator's force depends on position or velocity."""
     return bool(model.actuator_biastype[index] != mujoco.mjtBias.mjBIAS_NONE)
 
 
