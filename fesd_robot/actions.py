@@ -20,7 +20,7 @@ logger = logging.getLogger(__name__)
 
 
 def explain(task: Task) -> str:
-    """Return in words what a task asks for and what about it is perhaps not meant; nothing is solved.
+    """Describe a task in words, with likely mistakes; nothing is solved.
 
     Args:
         task: from `load_task`.

@@ -36,7 +36,7 @@ def lazy_exports(
 
 
 def by_name(module: str, name: str) -> Any:
-    """Return what a module that stands above the caller calls by a name, imported when it is needed.
+    """Return a named object of a module that stands above the caller, imported when it is needed.
 
     For methods of a value that users expect on it, but that need rooms above its own: a plan that shows itself.
 

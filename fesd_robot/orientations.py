@@ -20,7 +20,7 @@ Value = TypeVar("Value")
 
 
 def orientations_of(names: Collection[str]) -> list[str]:
-    """Return the joints of which all entries of a quaternion are among the names of coordinates, in their order."""
+    """Return the joints whose quaternion has all entries among the names of coordinates, in their order."""
     firsts = [name.removesuffix(QUATERNION[0]) for name in names if name.endswith(QUATERNION[0])]
     return [joint for joint in firsts if all(entry in names for entry in quaternion_of(joint))]
 
@@ -55,7 +55,7 @@ def value_names(names: Iterable[str]) -> list[str]:
 
 
 def lists(values: Collection[str], name: str) -> bool:
-    """Return whether a configuration that gives these names says what a coordinate, or an angle of a deviation, is."""
+    """Return whether a configuration with these names determines a coordinate, or an angle of a deviation."""
     joint, dot, suffix = name.rpartition(".")
     if name in values or dot + suffix not in ANGLES:
         return name in values
@@ -63,7 +63,7 @@ def lists(values: Collection[str], name: str) -> bool:
 
 
 def layered(below: Mapping[str, Value], above: Mapping[str, Value]) -> dict[str, Value]:
-    """Return values of which those above come first; a quaternion there takes away the angles below it."""
+    """Merge values, those above first; a quaternion there takes away the angles below it."""
     hidden = {angle for joint in orientations_of(above) for angle in angles_of(joint)}
     return {**{name: value for name, value in below.items() if name not in hidden}, **above}
 

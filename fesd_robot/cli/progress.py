@@ -154,7 +154,7 @@ class Progress:
         """End what is shown and leave the screen to others."""
 
     def line(self) -> str:
-        """Return what is being done, for how long, how far it is, and how much time is left, in one line.
+        """Return one line: the activity, its elapsed time, its progress, and the time left.
 
         Where there is no room for all, the iterations are left out, and then the cost.
         """

@@ -13,7 +13,7 @@ SHOWN_CONTACTS, SHOWN_WARNINGS = 3, 3
 
 
 def summary(plan: Plan, folder: Path, shown: Path) -> list[str]:
-    """Return verdict, warnings, notes of the audit, misses of the goal, what contacts did, the effort, and the files.
+    """Return verdict, warnings, notes of the audit, misses of the goal, contact events, the effort, and the files.
 
     Args:
         folder: where the files are.
@@ -45,7 +45,7 @@ def _effort(plan: Plan) -> str:
 
 
 def _notes(plan: Plan) -> list[str]:
-    """Return what the replay of a solved plan notes, as where contacts that hit at once do so in turn."""
+    """Return the notes of a solved plan's replay, such as contacts that hit at once and do so in turn."""
     from fesd_robot.plans import REPLAY
 
     findings = plan.audit.findings if plan.status.solved and plan.audit else []
@@ -75,7 +75,7 @@ def _attempts(plan: Plan) -> list[str]:
 
 
 def outcome_lines(outcome: Outcome) -> list[str]:
-    """Return by how much the goal is missed, and what each contact did; of many contacts only the first ones."""
+    """Return the misses of the goal, and the events of each contact; of many contacts only the first ones."""
     from fesd_robot.plans import contact_words, count, goal_words
 
     shown = list(outcome.contacts.items())[:SHOWN_CONTACTS]

@@ -27,7 +27,7 @@ class Place:
     name: str = ""
 
     def within(self, outer: Place) -> Place:
-        """Return this place inside another one: what is not known here is taken from there.
+        """Return this place inside another one, which gives the parts that are not known here.
 
         Args:
             outer: the place around this one, such as the interval of an element.

@@ -47,7 +47,7 @@ _SCHEMES = {"radau_iia": "Radau IIA", "gauss_legendre": "Gauss-Legendre"}
 
 
 def explanation(motion: MotionProblem, problem: Mpcc) -> str:
-    """Return what will be solved, in sections with a label each.
+    """Describe the problem that will be solved, in sections with a label each.
 
     Args:
         motion: the task, formulated.
@@ -248,7 +248,7 @@ def _slipping(contact: Contact) -> str:
 
 
 def _touching(task: Task, contact: SingleContact) -> tuple[str, str]:
-    """Return what touches, and what a gap is counted from."""
+    """Return the shape that touches, and the point from which its gap is counted."""
     if isinstance(contact, TwoBodyContact):
         if isinstance(contact, CircleBoxContact):
             assert contact.other_size is not None
@@ -302,7 +302,7 @@ def _horizon(motion: MotionProblem) -> list[str]:
 
 
 def capacity(elements: int) -> str:
-    """Return what happens that an interval of so many elements can hold."""
+    """Return the events that an interval of so many elements can hold."""
     rule = (
         "Elements end at switches, and an impact fills one of its own, in which the clock stands still; so an impact "
         "inside an interval needs 3 elements, a take-off or a change between sticking and sliding 2."

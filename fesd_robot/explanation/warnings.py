@@ -41,7 +41,7 @@ _LEAST_DEGREES, _STEP_OF_DEGREES = 10.0, 5.0
 
 
 def task_warnings(motion: MotionProblem) -> list[str]:
-    """Return a sentence for everything about a task that is valid and perhaps not meant.
+    """Return a sentence for every likely mistake in a task that is valid.
 
     Of a motion that repeats the start is free, so that nothing is said about what happens there.
     """

@@ -48,7 +48,7 @@ class BoundBetween:
     of_mode: bool = False
 
     def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> list[BoundBetween]:
-        """Return the same for elements that are in parts, of which the first have the numbers `first`."""
+        """Return the same for elements that are in parts, whose first ones have the numbers `first`."""
         after = first[self.element] + parts[self.element]
         numbers = range(after - 1 if self.end_only else first[self.element], after)
         return [replace(self, element=number) for number in numbers]
@@ -73,7 +73,7 @@ class AddedRows:
         return AddedRows(tuple(bounds), tuple(paths))
 
     def in_intervals(self, old: Sequence[int], new: Sequence[int]) -> AddedRows:
-        """Return the rows for other elements: what was held in one element is held in all of its interval.
+        """Return the rows for other elements: rows of one element are held in all of its interval.
 
         What holds in a mode only, or at its end, is left out, for that may be elsewhere.
 
@@ -158,7 +158,7 @@ def _at_nodes(bound: BoundBetween, indices: TrajectoryIndices, nodes: np.ndarray
 
 
 def bernstein_coefficients(nodes: np.ndarray) -> np.ndarray:
-    """Return what turns values at nodes in [0, 1] into Bernstein coefficients of their polynomial on parts of [0, 1].
+    """Return the map from values at nodes in [0, 1] to Bernstein coefficients of their polynomial on parts of [0, 1].
 
     A polynomial lies between the smallest and the largest of its coefficients; on m equal parts they come as near to it
     as 1/m^2.

@@ -112,7 +112,7 @@ class IntervalLayout:
         return np.concatenate([np.arange(x.start, x.stop), np.arange(z.start, z.stop)])
 
     def labels(self, system: ComplementaritySystem) -> list[Label]:
-        """Return what the own variables of the interval are, (size)."""
+        """Return the labels of the own variables of the interval, (size)."""
         labels = [Label("step equilibration", str(i)) for i in range(self.size)]
 
         def put(where: slice, kind: str, names: Sequence[str], place: Place) -> None:

@@ -246,7 +246,7 @@ def _check(name: str, shape: tuple[int, ...], expected: tuple[int, ...]) -> None
 
 
 def _middle(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Return the middle of bounds, or what is nearest to zero where one of them is infinite."""
+    """Return the middle of bounds, or the value nearest to zero where one of them is infinite."""
     bounded = np.isfinite(lower) & np.isfinite(upper)
     middle = np.clip(np.zeros(len(lower)), lower, upper)
     middle[bounded] = (lower[bounded] + upper[bounded]) / 2

@@ -36,7 +36,7 @@ class PathBetween:
     margin: float = 0.0
 
     def in_parts(self, parts: Sequence[int], first: Sequence[int]) -> list[PathBetween]:
-        """Return the same for elements that are in parts, of which the first have the numbers `first`."""
+        """Return the same for elements that are in parts, whose first ones have the numbers `first`."""
         start = first[self.element]
         return [replace(self, element=start + i) for i in range(parts[self.element])]
 

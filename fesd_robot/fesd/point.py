@@ -38,7 +38,7 @@ class PointFunctions:
     def misfit(
         self, x: np.ndarray, u: np.ndarray, z: np.ndarray, p: np.ndarray, mode: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is not zero at a point in a mode, g, e and for every pair G_i or H_i, and its derivative by z."""
+        """Return the residuals of a mode at a point, g, e and for every pair G_i or H_i, and their derivative by z."""
         rows, jacobian = (np.asarray(part.full()) for part in self._rows(x, u, z, p))
         fixed = len(rows) - 2 * len(mode)
         chosen = np.concatenate([np.arange(fixed), fixed + np.arange(len(mode)) + np.where(mode, 0, len(mode))])

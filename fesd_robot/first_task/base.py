@@ -35,7 +35,7 @@ class Base(NamedTuple):
 
 
 def base_of(robot: Robot) -> Base:
-    """Return the coordinates of the joints above which there is no mass: what they move is all of the robot."""
+    """Return the coordinates of the joints above which there is no mass: they move all of the robot."""
     model, data = robot.model, robot.model.createData()
     pin.computeJointJacobians(model, data, robot.neutral)
     joints = list(_base_joints(model))

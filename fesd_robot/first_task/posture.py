@@ -70,7 +70,7 @@ def leg_to(robot: Robot, frame: str, base: Sequence[str]) -> Leg:
 
 
 def hinge(model: pin.Model, data: pin.Data, joint: int) -> np.ndarray:
-    """Return where a joint is attached, m, (3,): a slide's own frame moves with what it carries."""
+    """Return the place where a joint is attached, m, (3,): a slide's own frame moves with its child."""
     return np.asarray((data.oMi[model.parents[joint]] * model.jointPlacements[joint]).translation)
 
 

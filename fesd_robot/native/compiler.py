@@ -308,14 +308,14 @@ def find_compiler(language: str) -> list[str]:
 
 @cache
 def compiler_version(command: tuple[str, ...]) -> str:
-    """Return what the compiler says about itself."""
+    """Return the version that the compiler prints."""
     done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
     return done.stdout.split("\n", 1)[0]
 
 
 @cache
 def processor() -> str:
-    """Return what distinguishes this processor: code for one may not run on another that shares the cache."""
+    """Identify this processor: code for one may not run on another that shares the cache."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")

@@ -88,7 +88,7 @@ class _Program:
                 made[self._targets[k][0]] = k
 
     def piece(self, begin: int, end: int) -> str:
-        """Return C of the instructions from begin to end; it loads what is from before and stores what is for later."""
+        """Return C of the instructions from begin to end; it loads earlier results and stores those needed later."""
         lines: list[str] = []
         loaded: set[int] = set()
         for k in range(begin, end):

@@ -158,7 +158,7 @@ def _with_outputs(block: NlpBlock) -> Iterator[tuple[str, ca.Function]]:
 
 @lru_cache(maxsize=1000)
 def _name(function: ca.Function) -> str:
-    """Return the name of a function in C, which says what it computes: the same formula has the same."""
+    """Return the name of a function in C by its formula: the same formula has the same name."""
     return f"stage_{hashlib.sha256(function.serialize().encode()).hexdigest()[:20]}"
 
 

@@ -133,7 +133,7 @@ class _Reduced:
         return max(float(part.max(initial=0.0)) for part in parts)
 
     def whole(self, x: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return s and the multipliers of all rows; what bounds of variables carry goes to the rows of one entry."""
+        """Return s and the multipliers of all rows; those of bounds of variables go to the rows of one entry."""
         s, y = self._fixed.copy(), np.zeros(self._program.matrix.shape[0])
         s[self._free], y[self._kept] = x, multipliers
         rest = self._program.cost - self._program.matrix.T @ y

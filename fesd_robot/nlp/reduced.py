@@ -45,7 +45,7 @@ class ReducedNlp:
         return _reduced(nlp, free.tobytes(), bounded.tobytes())
 
     def numbers(self, whole: NlpNumbers) -> NlpNumbers:
-        """Return what is left of the numbers of the whole."""
+        """Return the reduced numbers of the whole."""
         free, bounded = self.free, self.bounded
         return NlpNumbers(
             whole.lower[free],
@@ -56,7 +56,7 @@ class ReducedNlp:
         )
 
     def part(self, point: NlpPoint) -> NlpPoint:
-        """Return what is left of a point."""
+        """Return the reduced point."""
         return NlpPoint(point.x[self.free], point.lam_x[self.free], point.lam_g[self.bounded])
 
     def whole(self, part: NlpPoint, point: NlpPoint) -> NlpPoint:

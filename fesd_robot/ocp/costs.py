@@ -41,7 +41,7 @@ def running_costs(parts: ProblemParts) -> Terms:
 
 
 def relaxed_costs(parts: ProblemParts) -> dict[str, RelaxedCost]:
-    """Return name -> what stands in the place of a running cost while the velocity level is relaxed."""
+    """Return name -> replacement of a running cost while the velocity level is relaxed."""
     if not parts.task.costs.used("slipping"):
         return {}
     return {"slipping": RelaxedCost(partial(_weighed_slipping, parts), partial(_opposed_slipping, parts))}

@@ -134,7 +134,7 @@ def _between(
 
 
 def _beside_a_box(constraint: DistanceConstraint, first: _Part, second: _Part) -> list[tuple[SimpleShape, SimpleShape]]:
-    """Return the pairs of spheres and a box that stand for two shapes of which one is a box."""
+    """Return the pairs of spheres and a box that stand for two shapes, one of them a box."""
     (box, other) = (first, second) if isinstance(first.shape, BoxShape) else (second, first)
     if isinstance(other.shape, RoundShape) and (other.shape.length == 0 or constraint.shapes == "enclosing"):
         spheres = other.shape.spheres()

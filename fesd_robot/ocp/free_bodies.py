@@ -39,7 +39,7 @@ def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool
 
 
 def joint_values(task: Task, key: str) -> dict[str, float]:
-    """Return what a task says of joints under a key, `armature`, `damping`, `dry_friction` or `locked`, of all bodies.
+    """Return a task's values of joints under a key, `armature`, `damping`, `dry_friction` or `locked`, of all bodies.
 
     Returns:
         name of a joint beside the robot, or of the robot's own -> value.

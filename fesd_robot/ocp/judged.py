@@ -65,7 +65,7 @@ def motion_audit(
     replay: MotionReplay | None,
     interval_ends: np.ndarray | None = None,
 ) -> Audit:
-    """Return what the audit says about a motion, held against its task's grid, limits and goals, and its replay.
+    """Audit a motion against its task's grid, limits and goals, and its replay.
 
     Args:
         motion: the formulated task.
@@ -119,7 +119,7 @@ def names_of(motion: MotionProblem) -> Names:
 
 
 def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Outcome:
-    """Return by how much a motion misses its task's goal, and what its contacts did."""
+    """Return the misses of a task's goal by a motion, and the events of its contacts."""
     ends = motion.endpoints
     return Outcome(
         goal=goal_entries(motion.task, motion.robot, physical, (ends.goal_configuration, ends.goal_velocity)),

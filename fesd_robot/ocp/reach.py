@@ -43,7 +43,7 @@ def check_reach(points: Points, frame: str | None, target: PointTarget, key: tup
 
 
 def reach(robot: Robot, task: Task, frame: str) -> Reach:
-    """Return what the origin of a frame can reach.
+    """Return the reach of the origin of a frame.
 
     Along the joints from the world to the frame, lengths and the travel of sliding joints add up: as a box while no
     joint before turns, as a radius afterwards. A joint of another kind, or without limits, reaches everywhere.
@@ -53,7 +53,7 @@ def reach(robot: Robot, task: Task, frame: str) -> Reach:
 
 
 def reach_of_mass(robot: Robot, task: Task) -> Reach:
-    """Return what the centre of mass can reach: the mean of what the bodies' reach, weighted by their masses."""
+    """Return the reach of the centre of mass: the mean of that of the bodies, weighted by their masses."""
     inertias = [(joint, robot.model.inertias[joint]) for joint in range(1, robot.model.njoints)]
     bodies = [(each.mass, _reach(robot, task, joint, each.lever)) for joint, each in inertias if each.mass > 0]
     total = sum(mass for mass, _ in bodies)
@@ -63,7 +63,7 @@ def reach_of_mass(robot: Robot, task: Task) -> Reach:
 
 
 def _reach(robot: Robot, task: Task, parent: int, last: np.ndarray) -> Reach:
-    """Return what a point can reach that is fixed to the body of a joint, at `last` in its axes."""
+    """Return the reach of a point that is fixed to the body of a joint, at `last` in its axes."""
     model = robot.model
     joints = [] if parent == 0 else [j for j in model.supports[parent] if j]
     lower, upper, radius = np.zeros(3), np.zeros(3), 0.0

@@ -83,7 +83,7 @@ def restitution_of(task: Task, name: str) -> float:
 
 
 def _surface_of_contact(task: Task, name: str) -> Shape | Wall | SolidSurface:
-    """Return the section of what a contact touches; the ground's for two bodies."""
+    """Return the section of the surface that a contact touches; the ground's for two bodies."""
     contact = task.contacts[name]
     if isinstance(contact, TwoBodyContact) or contact.surface == GROUND:
         return task.ground

@@ -62,7 +62,7 @@ class Standing:
 
 
 def standings_of(task: Task, robot: Robot) -> list[Standing]:
-    """Return what every `stand_on` of a task asks for, with its default filled in.
+    """Return every `stand_on` of a task, with its defaults.
 
     Raises:
         TaskError: coordinates to adjust that the robot does not have, or that are no length or angle.
@@ -176,7 +176,7 @@ def preferred_configuration(
     start: np.ndarray,
     limits: StateLimits,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the configuration (n_q) nearest to what is preferred in which contacts touch, and their gaps, m, (n_c).
+    """Return the configuration (n_q) nearest to the preferred one in which contacts touch, and their gaps, m, (n_c).
 
         min  sum_{i preferred} (q_i - p_i)^2 + epsilon sum_{i adjusted} (q_i - start_i)^2   with   g_c(q) = 0
 
@@ -236,7 +236,7 @@ class _Search:
         self.limits = limits_of(task, robot)
 
     def completed(self, path: KeyPath, section: Section, base: np.ndarray) -> Section:
-        """Return a section with its whole configuration; what it leaves out is as in `base` (n_q)."""
+        """Return a section with its whole configuration; coordinates left out are as in `base` (n_q)."""
         posture = posture_of(self.task, self.robot, section.posture)
         values = with_quaternions(self.robot, layered(posture, section.configuration), base)
         if section.complete and values == section.configuration:
@@ -277,7 +277,7 @@ class _Search:
 
 
 def _standing(task: Task, robot: Robot, path: KeyPath, section: Configured) -> Standing | None:
-    """Return what the `stand_on` of a section asks for."""
+    """Return the `stand_on` of a section with its defaults."""
     wanted = section.standing
     if wanted is None:
         return None

@@ -54,7 +54,7 @@ def touching_at_start(
 
 
 def closed_at_start(contacts: Sequence[Contact], dynamics: MultibodyDynamics, endpoints: Endpoints) -> list[Contact]:
-    """Return the contacts with gaps that are exactly zero at the start where what is left of them is up to `TOUCHING`.
+    """Return the contacts, with gaps that are exactly zero at the start where they are at most `TOUCHING`.
 
     A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
     a distance: no point fulfils such a complementarity exactly.

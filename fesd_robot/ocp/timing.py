@@ -58,7 +58,7 @@ class TimeGrid:
         return range(first - 1, first) if first == last else range(first, last)
 
     def ends_from(self, begin: float, end: float) -> list[Sequence[int] | Span]:
-        """Return where what holds at ends of intervals does so from one time, that among them, to another, s."""
+        """Return the places of a constraint at ends of intervals, from one time, included, to another, s."""
         if self.moving:
             return [self.between(begin, end)] if begin == 0 else [Span(begin, begin), Span(begin, end)]
         return [range(max(self.node(begin), 1) - 1, self.node(end))]

@@ -48,7 +48,7 @@ class StateLimits:
 
 
 def endpoints_of(task: Task, robot: Robot) -> Endpoints:
-    """Return where the motion starts and where it should end; what the task leaves out is neutral, or as it was.
+    """Return start and goal of the motion; coordinates left out are neutral at the start, unchanged at the goal.
 
     Raises:
         TaskError: a stride that leads out of the limits, or of a robot whose configurations do not add up.
@@ -88,7 +88,7 @@ def with_values(robot: Robot, values: Mapping[str, float], configuration: np.nda
 
 
 def with_quaternions(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> dict[str, float]:
-    """Return values by name with a whole unit quaternion for every orientation of which they give anything.
+    """Return values by name with a whole unit quaternion for every orientation that they mention.
 
     Args:
         values: name -> m or rad.

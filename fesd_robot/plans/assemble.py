@@ -55,7 +55,7 @@ def switches_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Switch]:
 
 
 def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
-    """Return the impulse of every contact that took part in an impact; what the solver leaves of others is left out."""
+    """Return the impulse of every contact that took part in an impact, without the solver's residue of others."""
     return [
         Impulse(
             time=float(motion.time[impact.after]),

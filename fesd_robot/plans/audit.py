@@ -49,7 +49,7 @@ def audit(
     limits: MotionLimits,
     others: Mapping[str, Measured] | None = None,
 ) -> Audit:
-    """Return what Pinocchio's numeric algorithms say about a motion, with a finding for every violated entry.
+    """Audit a motion by Pinocchio's numeric algorithms, with a finding for every violated entry.
 
     At every stage the force of contacts and of the dry friction of joints is what M(q) a + h(q, v) - B u asks for, with
     the acceleration a taken from the trajectory; it is solved for in least squares, and everything that closed contacts

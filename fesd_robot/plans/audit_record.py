@@ -55,7 +55,7 @@ class AuditEntry:
         return max(self.tolerance, self.weight_ratio * scales.weight, self.turnover_ratio * scales.turnover)
 
     def excess(self, value: float) -> float:
-        """Return what is held against the limit: a value, or the negative of a smallest one."""
+        """Return the number that is compared with the limit: a value, or the negative of a smallest one."""
         return -value if self.smallest else value
 
     def passes(self, value: float, limit: float) -> bool:

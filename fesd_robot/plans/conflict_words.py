@@ -55,7 +55,7 @@ def conflict_words(conflict: Conflict, names: Names, intervals: int, rubbing: Co
 
 
 def _demanded(demand: Demand, names: Names, intervals: int) -> str:
-    """Return what a bound is in the task; empty for those that belong to the method."""
+    """Describe a bound in the words of the task; empty for those that belong to the method."""
     name, interval = demand.label.subject, demand.label.place.interval
     units = {**names.configuration, **{f"{name} velocity": unit for name, unit in names.velocity.items()}}
     kinds: dict[str, Mapping[str, str]] = {"state": units, "control": names.controls}

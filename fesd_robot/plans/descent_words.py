@@ -10,7 +10,7 @@ from fesd_robot.plans.conflict_words import interval_numbers
 
 
 def descent_words(certificate: Certificate | None) -> str:
-    """Return where the cost falls to first order and what following that came to, or by how much it falls at most.
+    """Describe the direction in which the cost falls and the result of following it, or by how much it falls at most.
 
     Empty if it is certified, and where not even a bound was found.
 

@@ -72,7 +72,7 @@ def read_plan(path: Path | str) -> Plan:
 
 
 def _why_no_plan(error: ValidationError) -> str:
-    """Return what makes a file no plan, in words; a later version before all that follows from it."""
+    """Explain why a file is no plan; a later version comes before everything that follows from it."""
     errors = error.errors(include_url=False)
     version = next((each["input"] for each in errors if each["loc"] == ("schema_version",)), None)
     if isinstance(version, int) and version > SCHEMA_VERSION:

@@ -22,7 +22,7 @@ CENTER_OF_MASS = "center of mass"
 def goal_entries(
     task: Task, robot: Robot, motion: PhysicalMotion, goal: tuple[np.ndarray, np.ndarray]
 ) -> list[GoalEntry]:
-    """Return what the task's `goal` lists, what it is at the last sample, and by how much it is missed.
+    """Return every entry of the task's `goal`, with its value at the last sample and its miss.
 
     Coordinates are those with a goal or a tolerance. Of an orientation roll, pitch and yaw are shown, and the miss is
     log(R_goal^T R), its components about the body's x, y and z. All velocities are added, wanted to be zero, where the

@@ -63,7 +63,7 @@ class ModeForces:
         return largest(self._cone())
 
     def improper_slides(self) -> Measured:
-        """Return the time in which a planned slide is in a mode that is not proper, s, and where that begins.
+        """Return the time of planned slides in modes that are not proper, s, and where that begins.
 
         In such a mode, W_nn - mu s W_nt < 0 for a single contact (Painleve), a larger normal force presses the contact
         into the ground: the force of the mode is not one that the approach of two bodies builds up. Slower slides than

@@ -80,7 +80,7 @@ class _Overlaps:
         }
 
     def sentences(self, moments: Iterable[Moment]) -> list[str]:
-        """Return what overlaps most, one sentence for each body and surface and each two bodies."""
+        """Return the deepest overlaps, one sentence for each body and surface and each two bodies."""
         worst: dict[tuple[str, ...], tuple[float, str]] = {}
         for when, q in moments:
             if not np.isfinite(q).all():

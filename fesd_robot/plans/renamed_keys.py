@@ -46,7 +46,7 @@ def rename_plan_keys(data: Any) -> list[Renaming]:
 
 
 def _sections(data: Any, path: tuple[str, ...]) -> Iterator[dict[str, Any]]:
-    """Yield what lies at a path, every entry of its lists, where it is a mapping."""
+    """Yield the mappings at a path, for every entry of its lists."""
     if not path:
         if isinstance(data, dict):
             yield data

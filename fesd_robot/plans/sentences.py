@@ -28,7 +28,7 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
 
 
 def sentences(plan: Plan) -> list[str]:
-    """Return what a reader wants to know first, a sentence each; the second has one part for every contact.
+    """Summarise a plan, a sentence each; the second has one part for every contact.
 
     Of a motion that breaks the laws of the audit the first sentence says so, for the others describe it as it is.
     """
@@ -239,7 +239,7 @@ def force_sentence(plan: Plan) -> str:
 
 
 def rest_sentence(plan: Plan) -> str:
-    """Return whether the motion ends at rest, and else how fast what still moves."""
+    """Say whether the motion ends at rest, or else the velocities that are left."""
     ends = {name: float(values[-1]) for name, values in plan.trajectory.velocity.items()}
     fastest: dict[str, str] = {}
     for name in sorted(ends, key=lambda name: -abs(ends[name]) if math.isfinite(ends[name]) else -math.inf):

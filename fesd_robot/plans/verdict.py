@@ -132,7 +132,7 @@ def _measured(audit: Audit, name: str) -> str:
 
 
 def _missed(outcome: Outcome) -> str:
-    """Return what ends how far from its goal, farthest in units of the tolerance first, three at most."""
+    """Return the misses of the goal, largest in units of the tolerance first, three at most."""
     missed = [entry for entry in outcome.goal if entry.met is False]
     missed.sort(key=lambda entry: -entry.missed_by / max(entry.tolerance or 0.0, ROUNDED))
     parts = [

@@ -139,7 +139,7 @@ class ElementReader:
         return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None, None]) for speed in speeds]
 
     def read(self, number: int, element: Element) -> ElementPhysics:
-        """Return what happens in an element, the `number`-th of the trajectory.
+        """Return the physics of an element, the `number`-th of the trajectory.
 
         Forces are ``lambda_n = a_n beta / rate`` and ``lambda_t = mu a_n (theta_- - theta_+) / rate``,
         the dry friction of a joint is ``-F (pi_+ - pi_-) / theta_ODE``.

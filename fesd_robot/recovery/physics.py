@@ -208,7 +208,7 @@ def split_contact_force(
     friction: np.ndarray | None = None,
     near: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return forces (n_c, rows) of closed contacts with J^T f = generalized in least squares, and what is left over.
+    """Return forces (n_c, rows) of closed contacts with J^T f = generalized in least squares, and the residual.
 
     Where the motion leaves open how contacts divide a force between them, as the friction of two corners of a block,
     or the force along a straight leg, every division obeys the same equations of motion; of all of them the one nearest
@@ -235,7 +235,7 @@ def split_forces(
     near: np.ndarray | None,
     near_joints: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return forces of closed contacts, (n_c, rows), and of the dry friction of joints, (n_f), and what is left over.
+    """Return forces of closed contacts, (n_c, rows), of the dry friction of joints, (n_f), and the residual.
 
     The same as `split_contact_force` for J^T f + S^T tau = generalized, where S picks the joints.
 

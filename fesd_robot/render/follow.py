@@ -20,7 +20,7 @@ MOST = 400
 
 
 def followed(motion: Motion, ground: GroundVisual) -> dict[str, Any] | None:
-    """Return the path of the camera's aim and the size of what it shows around it.
+    """Return the path of the camera's aim and the size of the view around it.
 
     Returns:
         ``time`` since the start, s, ``center``, m, (k, 3), and ``size``, m, (3); None without geometry.

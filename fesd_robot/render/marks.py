@@ -83,7 +83,7 @@ def corners(marks: Sequence[Mark]) -> np.ndarray:
 
 
 def dot(size: float) -> coal.Sphere:
-    """Return what a place without extent is drawn as.
+    """Return the shape that draws a place without extent.
 
     Args:
         size: of the robot, m.

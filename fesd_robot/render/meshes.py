@@ -137,7 +137,7 @@ def _drawn(mesh: Mesh | None, deviation: float) -> Mesh | None:
 
 
 def _cached(file: Path, scale: np.ndarray, deviation: float) -> Mesh | None:
-    """Return what is drawn of the mesh of a file, from the cache if it was simplified before."""
+    """Return the drawn mesh of a file, from the cache if it was simplified before."""
     digest = hashlib.sha256(file.read_bytes())
     digest.update(np.append(scale, deviation).tobytes() + _VERSIONS)
     kept = cache_folder() / "meshes" / f"{digest.hexdigest()[:32]}.npz"

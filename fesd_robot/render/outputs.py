@@ -114,7 +114,7 @@ def _samples(plan: Plan, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def outcome_facts(plan: Plan) -> list[tuple[str, str]]:
-    """Return warnings, by how much the goal is missed, and what each contact did, as far as the plan says it."""
+    """Return warnings, misses of the goal, and events of each contact, as far as the plan has them."""
     from fesd_robot.plans import contact_words, goal_words
 
     warnings = [("warning", warning) for warning in plan.warnings]

@@ -208,12 +208,12 @@ def _check(model: pin.Model, time: np.ndarray, configuration: np.ndarray, traces
 
 
 def _facts(facts: Sequence[tuple[str, str]]) -> str:
-    """Return the rows of the table that says what the motion does."""
+    """Return the rows of the table of the motion."""
     return "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(words)}</td></tr>" for name, words in facts)
 
 
 def _ghost(content: PageContent) -> Ghost | None:
-    """Return what is drawn transparent as a motion; a configuration stands still."""
+    """Return the transparent ghost as a motion; a configuration stands still."""
     if content.ghost is None or isinstance(content.ghost, Ghost):
         return content.ghost
     still = np.asarray(content.ghost, dtype=float)[None, :]

@@ -159,7 +159,7 @@ def _obstacles(motion: MotionProblem, size: float) -> Iterator[Mark]:
 
 @singledispatch
 def drawn(constraint: Constraint, size: float) -> tuple[pin.SE3, coal.CollisionGeometry] | None:
-    """Return place and shape of what a constraint keeps free, None if that is no body.
+    """Return place and shape of the body that a constraint keeps free, None if there is none.
 
     Args:
         size: of the robot, m.

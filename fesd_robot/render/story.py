@@ -24,7 +24,7 @@ KINDS = {"stick_to_slip": "begins to slip", "slip_to_stick": "sticks", "slip_rev
 
 
 def story_of(plan: Plan, feet: Sequence[Foot], actuation: Actuation, time: np.ndarray) -> dict[str, Any]:
-    """Return what the script of the page draws, as values that JSON knows.
+    """Return the content that the script of the page draws, as values that JSON knows.
 
     Args:
         feet: of the plan, from `feet_of`.
@@ -72,7 +72,7 @@ def _rows(plan: Plan, time: np.ndarray) -> list[dict[str, Any]]:
 
 
 def _events(plan: Plan) -> list[dict[str, Any]]:
-    """Return what happens when, in words; what happens at the same time is one event."""
+    """Return the events in words, with their times; those at the same time are one."""
     hits = {(one.contact, round(one.time, 6)) for one in plan.impulses}
     found: list[tuple[float, str, bool]] = []
     for switch in plan.switches:
@@ -140,5 +140,5 @@ def _finite(value: float) -> float | None:
 
 
 def _short(values: np.ndarray) -> Any:
-    """Return numbers with six digits after the point, which is below what a screen shows, and no round-off in them."""
+    """Round numbers to six digits after the point, finer than a screen shows."""
     return (np.round(np.asarray(values, dtype=float), 6) + 0.0).tolist()

@@ -49,7 +49,7 @@ class SolidVisual:
     is_round: bool
 
     def shape(self, longest: float) -> coal.CollisionGeometry:
-        """Return it as a shape of coal, what has no end with a length in m."""
+        """Return it as a shape of coal, endless lengths cut to a length in m."""
         x, y, z = (min(length, longest) for length in self.size)
         return coal.Cylinder(x / 2, z) if self.is_round else coal.Box(x, y, z)
 

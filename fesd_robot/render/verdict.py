@@ -30,7 +30,7 @@ class Verdict:
 
 
 def verdict_of(plan: Plan) -> Verdict:
-    """Return whether a plan is solved, and what that means for its goal."""
+    """Return whether a plan is solved, and whether its goal is reached."""
     if plan.simulation is not None:
         return Verdict(plan.status.solved, plan.status.message, "simulated" if plan.status.solved else "not unique")
     if not plan.status.solved:

@@ -50,7 +50,7 @@ class SceneWindow:
             raise NotImplementedError(f"SceneWindow cannot keep the command {data['type']!r}")
 
     def payload(self) -> bytes:
-        """Return all commands, parents before children, as pieces of which each is there once.
+        """Return all commands, parents before children, as pieces, each once.
 
         First comes the number of pieces, and each of them after its length; then, for every command, the number of its
         pieces and which they are. All numbers are uint32, little endian.
@@ -70,7 +70,7 @@ class SceneWindow:
         return struct.pack("<I", len(pieces)) + content + struct.pack(f"<{len(numbers)}I", *numbers)
 
     def _cut(self, command: bytes) -> list[bytes]:
-        """Return a command in pieces: its large values, and what is between them."""
+        """Return a command in pieces: its large values, and the parts between them."""
         pieces, start = [], 0
         places = sorted((at, value) for value in self._values if (at := command.find(value)) >= 0)
         for at, value in places:

@@ -74,7 +74,7 @@ class ImpactProcess:
         tangential[np.linalg.norm(tangential, axis=1) <= small] = 0.0
 
     def phase(self, velocity: np.ndarray, left: Choice | None) -> ImpactPhase | None:
-        """Return what the contacts do at a velocity by the law, or None if there is nothing that it allows.
+        """Return the phase that the law allows at a velocity, None if there is none.
 
         Args:
             left: a choice that has just ceased to be possible.
@@ -308,7 +308,7 @@ class ImpactProcess:
         return np.asarray(pushed + spread @ held)
 
     def _room(self, choice: Choice, rates: np.ndarray) -> float:
-        """Return the smallest of what must not be negative of the rates, and a little more."""
+        """Return the smallest of the rates that must not be negative, and a little more."""
         least = 1.0
         for i, chosen in enumerate(choice):
             if chosen is None:

@@ -358,7 +358,7 @@ class Segments:
     def _watched(
         self, contacts: Contacts, headings: np.ndarray, dynamics_at: Callable[[np.ndarray, np.ndarray], ContactDynamics]
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Return what must stay positive, (2 n_c + 2 + n_f).
+        """Return the values that must stay positive, (2 n_c + 2 + n_f).
 
         Gap and slip of every contact, the margin of all their forces, that of the dry friction of sticking joints, and
         the velocities of sliding ones.

@@ -39,7 +39,7 @@ class JointsInMotion:
 
 
 def joints_in_motion(dynamics: ContactDynamics, forces: Callable[[ContactDynamics], np.ndarray]) -> JointsInMotion:
-    """Return what joints with dry friction do in a state: stick where they can, and slide against their friction.
+    """Return the modes of joints with dry friction in a state: stick where they can, slide against their friction.
 
         v_i = 0:  |tau_i| <= F_i and a_i = 0,  or  tau_i = -F_i s and s a_i >= 0;   v_i != 0:  tau_i = -F_i sgn v_i
 

@@ -16,7 +16,7 @@ ADMISSIBLE = 1e-9
 
 
 def scale_of(values: np.ndarray) -> float:
-    """Return by what a violation is divided that is compared with `ADMISSIBLE`: 1 + the largest of some values."""
+    """Return the scale of violations that are compared with `ADMISSIBLE`: 1 + the largest of some values."""
     return 1.0 + float(np.abs(values).max(initial=0.0))
 
 

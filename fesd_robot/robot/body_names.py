@@ -18,12 +18,12 @@ SEPARATOR = "."
 
 
 def name_on(body: str, name: str) -> str:
-    """Return what a joint, a coordinate or a frame of a body is called beside a robot."""
+    """Return the name of a body's joint, coordinate or frame beside a robot."""
     return f"{body}{SEPARATOR}{name}"
 
 
 def frame_on(body: str, model: pin.Model, index: int) -> str:
-    """Return what a frame of a body's model is called beside a robot: its first link has the body's name alone."""
+    """Return the name of a frame of a body's model beside a robot: its first link has the body's name alone."""
     first = next((i for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY), None)
     return body if index == first else name_on(body, model.frames[index].name)
 
@@ -40,7 +40,7 @@ def shapes_on(body: str, part: Robot) -> Iterator[Shape]:
 
 
 def visuals_on(body: str, part: Robot, model: pin.Model) -> Iterator[pin.GeometryObject]:
-    """Yield what is drawn of a body, on the joints of the model that has it beside a robot.
+    """Yield the visuals of a body, on the joints of the model that has it beside a robot.
 
     Raises:
         RobotError: if a mesh is missing or unreadable.

@@ -124,7 +124,7 @@ class BodyShapes:
         return bool(coal.collide(one, transforms[0], other, transforms[1], request, result))
 
     def _movable_pairs(self) -> list[tuple[int, int]]:
-        """Return the pairs of shapes of which an overlap says something."""
+        """Return the pairs of shapes whose overlap is reported."""
         near = {joint: self._neighbours(joint) for joint in set(self._joints)}
         pairs = [
             (first, second)

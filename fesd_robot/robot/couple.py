@@ -59,7 +59,7 @@ def coupling_signs(model: pin.Model, coupled: Mapping[str, str]) -> dict[str, fl
 
 
 def in_unison(model: pin.Model, coupled: Mapping[str, str]) -> tuple[pin.Model, dict[str, float]]:
-    """Return what `couple_joints` and `coupling_signs` do, from one model that is built."""
+    """Return the results of `couple_joints` and `coupling_signs`, from one model that is built."""
     if any(joint.shortname() == "JointModelMimic" for joint in model.joints):
         raise JointError(
             "found a model file with <mimic> joints, expected one without; couple these joints by <mimic>, too",

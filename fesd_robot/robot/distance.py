@@ -64,7 +64,7 @@ def placed(shape: SimpleShape, rotation: ca.SX, position: ca.SX) -> Placed:
 
 
 def distance_rows(first: Placed, second: Placed) -> Iterator[ca.SX]:
-    """Yield expressions, m, of which the least is the distance between two shapes where they do not overlap.
+    """Yield expressions, m; the least is the distance between two shapes where they do not overlap.
 
     Two spheres: |c_1 - c_2| - r_1 - r_2. A sphere and a capsule: the distance of the centre from the segment, whose
     nearest point is at s = min(max(t . (c - a), 0), l), less the radii. A sphere and a box: |max(|x| - h, 0)| +

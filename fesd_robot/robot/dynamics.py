@@ -331,7 +331,7 @@ def _acceleration_field(omega: ca.SX, omega_dot: ca.SX) -> ca.SX:
 
 
 def _shift_inertia(mass: float, moment: ca.SX, position: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return first moment about a point, and what is added to the inertia there, of a body at `position` from it.
+    """Return the first moment about a point, and the addition to the inertia there, of a body at `position` from it.
 
     h' = h + m p,   I' − I = 2 (pᵀk) 1 − p kᵀ − k pᵀ   with   k = h + m p / 2
     """

@@ -45,7 +45,7 @@ def _postures(robot: Robot) -> Iterator[dict[str, Any]]:
 
 
 def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
-    """Yield what there is to say about every joint coordinate; those of several entries have no properties here."""
+    """Yield the properties of every joint coordinate; those of several entries have none here."""
     units = configuration_units(robot)
     springs = {v: [stiffness, rest] for v, _, stiffness, rest in robot.springs}
     for index, name in enumerate(robot.configuration_names):

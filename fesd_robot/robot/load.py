@@ -98,7 +98,7 @@ def load_robot(
 
 
 def _read(path: Path, root: Root) -> ModelFile:
-    """Return what a file says, with a root joint under its first link."""
+    """Read a model file, with a root joint under its first link."""
     document = _parse_xml(path)
     if document.tag == "mujoco":
         from fesd_robot.robot.mjcf import read_mjcf

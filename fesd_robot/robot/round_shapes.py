@@ -138,7 +138,7 @@ def _around(points: np.ndarray) -> RoundShape:
 
 
 def _about(points: np.ndarray, axis: np.ndarray) -> RoundShape:
-    """Return the capsule around points with an axis of this direction in the middle of what they take up across it."""
+    """Return the capsule around points with an axis of this direction in the middle of their extent across it."""
     across = np.linalg.svd(axis[None, :])[2][1:]
     sideways = points @ across.T
     middle = (sideways.min(axis=0) + sideways.max(axis=0)) / 2
@@ -153,7 +153,7 @@ def _about(points: np.ndarray, axis: np.ndarray) -> RoundShape:
 
 
 def kind_of(shape: Shape) -> str:
-    """Return what a shape is called."""
+    """Return the name of a shape's kind."""
     if isinstance(shape.geometry, coal.BVHModelBase | coal.Convex):
         return "mesh"
     return type(shape.geometry).__name__.lower()

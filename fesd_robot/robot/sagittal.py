@@ -32,7 +32,7 @@ class SagittalProposal(NamedTuple):
 
 
 def propose_sagittal(model: pin.Model) -> SagittalProposal:
-    """Return what to lock and to couple so that a model moves in the x-z plane.
+    """Propose joints to lock and to couple so that a model moves in the x-z plane.
 
     Held are joints that turn about another axis than y, or slide along y, in the neutral configuration. Of the others
     those are coupled that are at one place in the plane, on bodies that move in unison, and that `couple_joints` takes.

@@ -17,7 +17,7 @@ _XACRO = re.compile(r"\{https?://(www\.)?ros\.org/wiki/xacro.*\}")
 
 
 def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
-    """Return the mimic joints of a file, each with the joint it follows, after refusing what Pinocchio misreads.
+    """Return the mimic joints of a file, each with its leader; refuse files that Pinocchio misreads.
 
     Raises:
         RobotError: for a file that xacro has still to expand, for a planar joint whose plane is not x-y, which
@@ -49,7 +49,7 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
 
 
 def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:
-    """Return what of the file does not enter the robot, one sentence each."""
+    """Return the parts of the file that do not enter the robot, one sentence each."""
     return [
         *_transmission_notes(root, leaders),
         *_follower_notes(root, leaders),

@@ -47,7 +47,7 @@ class SphereObstacle(Section):
     radius: Positive = Field(description="Radius, m.")
 
     def in_words(self) -> str:
-        """Return what it is and where."""
+        """Describe the kind and place of the obstacle."""
         return f"the sphere of radius {self.radius:g} m around {along_axes(self.center)} m"
 
 
@@ -67,7 +67,7 @@ class CapsuleObstacle(Section):
         return self
 
     def in_words(self) -> str:
-        """Return what it is and where."""
+        """Describe the kind and place of the obstacle."""
         first, second = map(along_axes, self.ends)
         return f"the capsule of radius {self.radius:g} m from {first} to {second} m"
 
@@ -81,7 +81,7 @@ class BoxObstacle(Section):
     pitch: Number = Field(default=0.0, description="Angle by which the box is turned about the world's +y, rad.")
 
     def in_words(self) -> str:
-        """Return what it is and where."""
+        """Describe the kind and place of the obstacle."""
         turned = f", turned by {self.pitch:g} rad about y" if self.pitch else ""
         return f"the box around {along_axes(self.center)} m, size {along_axes(self.size)} m{turned}"
 
@@ -112,7 +112,7 @@ class DistanceConstraint(Section, ABC):
 
     @abstractmethod
     def between_in_words(self) -> str:
-        """Return what keeps the distance."""
+        """Name the bodies that keep the distance."""
 
 
 class BodyDistance(DistanceConstraint):
@@ -127,7 +127,7 @@ class BodyDistance(DistanceConstraint):
         return {("bodies", str(number)): name for number, name in enumerate(self.bodies)}
 
     def between_in_words(self) -> str:
-        """Return what keeps the distance."""
+        """Name the bodies that keep the distance."""
         return f"bodies '{self.bodies[0]}' and '{self.bodies[1]}'"
 
 
@@ -144,5 +144,5 @@ class ObstacleDistance(DistanceConstraint):
         return {("body",): self.body}
 
     def between_in_words(self) -> str:
-        """Return what keeps the distance."""
+        """Name the bodies that keep the distance."""
         return f"body '{self.body}' and {self.obstacle.in_words()}"

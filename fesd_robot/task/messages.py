@@ -139,7 +139,7 @@ def _is_union(annotation: Any) -> bool:
 
 
 def _union_tags(member: Any) -> tuple[str, ...]:
-    """Return what pydantic calls a member of a union: its `Tag`, or what its key `type` may say."""
+    """Return pydantic's tags of a member of a union: its `Tag`, or the values of its key `type`."""
     tags = tuple(mark.tag for mark in getattr(member, "__metadata__", ()) if isinstance(mark, Tag))
     return tags or get_args(_bare(member).model_fields["type"].annotation)
 

@@ -72,7 +72,7 @@ def check_names(
 
 
 def _unknown(task: Task, kind: NameKind, name: str, valid: Collection[str]) -> str:
-    """Return what is wrong with a name that is not valid, perhaps only because the task has taken it away."""
+    """Explain why a name is not valid, perhaps only because the task has taken it away."""
     if kind in (_CONFIGURATION, _VELOCITY, "joint"):
         if name in task.robot.locked:
             return f"found '{name}', which robot.locked holds, expected a {kind}: one that moves"
@@ -164,7 +164,7 @@ _LARGE = 10.0
 
 
 def _in_another_unit(value: float, unit: str | None, lower: float, upper: float) -> str:
-    """Return what a value is in the unit it was perhaps meant in, if that lies within the limits."""
+    """Convert a value to the unit that was perhaps meant, if it lies within the limits there."""
     if unit not in _FOREIGN or abs(value) < _LARGE:
         return ""
     foreign, size = _FOREIGN[unit]

@@ -60,7 +60,7 @@ def _deviations(task: Task) -> Iterator[tuple[KeyPath, Mapping[str, float]]]:
 
 
 def _whole(path: KeyPath, values: Mapping[str, float], joint: str) -> Iterator[tuple[KeyPath, str]]:
-    """Yield what is wrong with the orientation that a configuration gives a joint."""
+    """Yield the mistakes in the orientation that a configuration gives a joint."""
     given = [entry for entry in quaternion_of(joint) if entry in values]
     angles = [angle for angle in angles_of(joint) if angle in values]
     if given and angles:

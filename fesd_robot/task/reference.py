@@ -16,7 +16,7 @@ class Line(Section):
     type: Literal["line"] = Field(description="Straight line from the initial to the goal configuration.")
 
     def in_words(self) -> str:
-        """Return what the reference is, as a sentence."""
+        """Describe the reference in a sentence."""
         return "The line from start to goal."
 
 
@@ -41,7 +41,7 @@ class Jumps(Section):
     )
 
     def in_words(self) -> str:
-        """Return what the reference is, as a sentence."""
+        """Describe the reference in a sentence."""
         jumps = f"{self.count} jump{'s' * (self.count != 1)}"
         return f"{jumps} over the line from start to goal, at their middle {listed(self.apex)}."
 
@@ -57,7 +57,7 @@ class ThroughWaypoints(Section):
     )
 
     def in_words(self) -> str:
-        """Return what the reference is, as a sentence."""
+        """Describe the reference in a sentence."""
         return "Cubic splines through the waypoints."
 
 
@@ -77,7 +77,7 @@ class FromFile(Section):
     )
 
     def in_words(self) -> str:
-        """Return what the reference is, as a sentence."""
+        """Describe the reference in a sentence."""
         return f"The motion in {self.path}{', stretched to the duration' if self.stretch else ''}."
 
 

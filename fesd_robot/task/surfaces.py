@@ -77,7 +77,7 @@ class SolidSurface(Section, ABC):
 
     @abstractmethod
     def in_words(self) -> str:
-        """Return what it is and where, without friction."""
+        """Describe the kind and place of the surface, without friction."""
 
     @model_validator(mode="after")
     def _rounded(self) -> SolidSurface:
@@ -113,7 +113,7 @@ class BoxSurface(SolidSurface):
         return min(edge for edge in self.size if edge is not None) / 2, "size"
 
     def in_words(self) -> str:
-        """Return what it is and where, without friction."""
+        """Describe the kind and place of the surface, without friction."""
         x, y, z = self.size
         sides = f"{x:g} m x {y:g} m x {z:g} m" if y is not None else f"{x:g} m x {z:g} m, without ends along y,"
         pitched = f", turned by {self.pitch:g} rad about y" if self.pitch else ""
@@ -148,7 +148,7 @@ class CylinderSurface(SolidSurface):
         return (self.radius, "radius") if self.radius <= half_length else (half_length, "length")
 
     def in_words(self) -> str:
-        """Return what it is and where, without friction."""
+        """Describe the kind and place of the surface, without friction."""
         length = "without ends" if self.length is None else f"{self.length:g} m long"
         return (
             f"Cylinder of radius {self.radius:g} m, {length}, along {self.axis} around {along_axes(self.center)} m"

@@ -21,7 +21,7 @@ _HINTS = (
 
 
 def yaml_sentence(error: MarkedYAMLError) -> str:
-    """Return what is wrong with the text, the likely mistake first and the parser's own words after it."""
+    """Explain a mistake in the text, the likely one first and the parser's own words after it."""
     problem = " ".join(str(error.problem or error.context).split())
     begin = "" if error.context_mark is None else f", which began in line {error.context_mark.line + 1}"
     words = f"{problem}{' ' + error.context.strip() if error.context else ''}{begin if error.context else ''}"

@@ -28,7 +28,7 @@ class Pose:
 
     @classmethod
     def turned(cls, center: tuple[float, float, float], yaw: float, pitch: float = 0.0) -> Pose:
-        """Return the pose of what is turned by a pitch about +y, then by a yaw about +z, rad."""
+        """Return the pose of a solid that is turned by a pitch about +y, then by a yaw about +z, rad."""
         c, s, d, r = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
         return cls(center, ((c * d, s * d, -r), (-s, c, 0.0), (c * r, s * r, d)))
 

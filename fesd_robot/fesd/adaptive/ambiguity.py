@@ -26,7 +26,7 @@ def different(found: Sequence[PointMode]) -> list[PointMode]:
 
 
 def several(points: PointModes, found: Sequence[PointMode]) -> str | None:
-    """Return a sentence if several motions go on from a point, of which the first is taken."""
+    """Return a sentence if several motions go on from a point; the first is taken."""
     motions = different(found)
     if len(motions) < 2:
         return None

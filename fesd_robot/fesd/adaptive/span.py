@@ -88,7 +88,7 @@ class StepControl:
 
     @classmethod
     def of(cls, system: ComplementaritySystem, choice: StepChoice) -> StepControl:
-        """Return the control with what is left out by rule; see `StepChoice`.
+        """Return the control with defaults for values left out; see `StepChoice`.
 
         Raises:
             OptionError: as the class, or a name that does not exist.

@@ -45,7 +45,7 @@ class ExportFormat:
         return self.stem + next(iter(self.writers))
 
     def writer(self, suffix: str) -> Writer:
-        """Return what writes a file with this suffix."""
+        """Return the writer of files with this suffix."""
         return self.writers.get(suffix) or next(iter(self.writers.values()))
 
     def refuse_missing(self) -> None:

@@ -196,7 +196,7 @@ def timeline_figure(plan: Plan, title: str, look: Look) -> Figure:
 
 
 def friction_of(plan: Plan, contact: str) -> float | None:
-    """Return the friction coefficient of a contact: its own, else that of what it touches, else None."""
+    """Return the friction coefficient of a contact: its own, else that of its surface, else None."""
     own, ground = _section(_section(plan.task, "contacts"), contact), _section(plan.task, "ground")
     named = {**_section(ground, "walls"), **_section(plan.task, "surfaces")}
     for section in (own, _section(named, str(own.get("surface"))) or ground):

@@ -150,7 +150,7 @@ def _references(robot: RobotMotion | None) -> dict[str, np.ndarray]:
 
 
 def _aims(plan: Plan, kind: str, name: str, values: np.ndarray) -> Iterator[Aim]:
-    """Yield what waypoints and goal ask of a coordinate.
+    """Yield the aims of waypoints and goal for a coordinate.
 
     Args:
         values: of the coordinate at all samples.

@@ -63,7 +63,7 @@ def snapshots_figure(robot: RobotMotion, title: str, phases: Phases, look: Look)
 
 
 def snapshot_legend(robot: RobotMotion, samples: Sequence[int]) -> tuple[list[Artist], list[str]]:
-    """Return what the signs in the snapshots mean."""
+    """Return the legend of the signs in the snapshots."""
     seen = {contact.mode[sample] for contact in robot.plan.contacts.values() for sample in samples}
     handles: list[Artist] = []
     labels: list[str] = []
@@ -112,7 +112,7 @@ def chosen_samples(time: np.ndarray, events: Sequence[float], count: int) -> lis
 
 
 def drawn_box(robot: RobotMotion, sample: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest x, z of what is drawn at a sample, the ground below it too."""
+    """Return the lowest and highest x, z of the drawing of a sample, the ground below it too."""
     robot.silhouettes.place(robot.configuration[sample])
     points = [*robot.silhouettes.outlines(), *robot.silhouettes.sticks(), robot.center_of_mass[sample][None, [0, 2]]]
     points += [robot.touching(name, sample)[0][None, :] for name in robot.plan.contacts]

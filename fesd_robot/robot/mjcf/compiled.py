@@ -59,7 +59,7 @@ def disabled(model: mujoco.MjModel, what: str) -> bool:
 
 
 def _left_out(model: mujoco.MjModel) -> list[str]:
-    """Return what changes the motion and is not supported, a sentence each."""
+    """Return the unsupported parts of a file that change the motion, a sentence each."""
     moving = model.jnt_type[np.asarray(model.dof_jntid)] if model.nv else np.zeros(0)
     single = (moving == mujoco.mjtJoint.mjJNT_HINGE) | (moving == mujoco.mjtJoint.mjJNT_SLIDE)
     several = [j for j in range(model.njnt) if model.jnt_type[j] in _SEVERAL]

@@ -97,7 +97,7 @@ def read_actuators(model: mujoco.MjModel) -> Actuators:
 
 
 def _pushed(model: mujoco.MjModel, index: int) -> dict[int, float] | None:
-    """Return number of a joint -> its force per unit of an actuator's force; None where that changes with q."""
+    """Return joint index -> its force per unit of an actuator's force; None where that changes with q."""
     gear, target = float(model.actuator_gear[index][0]), int(model.actuator_trnid[index][0])
     kind = model.actuator_trntype[index]
     if kind in _ON_JOINT:
