@@ -5,7 +5,7 @@ finds when contact happens, and returns the motion in physical time with forces,
 
     >>> from fesd_robot import explain, export_plan, load_task, plan, render_plan, report, write_plan
     >>> task = load_task("tasks/hopper_one_jump.yaml")
-    >>> text = explain(task)                        # what will be solved, and what is perhaps not meant
+    >>> text = explain(task)                        # what will be solved, and likely mistakes
     >>> jump = plan(task)
     >>> jump.status.solved                          # whether it can be relied on; .message says why
     True

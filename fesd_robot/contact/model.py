@@ -55,7 +55,7 @@ class Contact:
         friction: coefficient mu of Coulomb's law.
         slip_distance: length of the path, m, that it may slip while the clock runs: 0 if it may not, infinite without a
             limit.
-        restitution: coefficient e of restitution, 0 to 1: what hits with a normal velocity v parts with -e v.
+        restitution: coefficient e of restitution, 0 to 1: a contact that hits with a normal velocity v parts with -e v.
     """
 
     name: str

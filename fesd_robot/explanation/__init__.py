@@ -1,4 +1,4 @@
-"""A task in words: what will be solved, and what about it is perhaps not meant."""
+"""A task in words: what will be solved, and likely mistakes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Warnings about a task: what is valid in it and perhaps not meant."""
+"""Warnings about a task: likely mistakes in it, although it is valid."""
 
 from __future__ import annotations
 

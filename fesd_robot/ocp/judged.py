@@ -128,7 +128,7 @@ def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: Num
 
 
 def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndarray, seconds: float) -> str:
-    """Return which demands of a task stand against each other at a point that is not feasible; empty if none is found.
+    """Name the conflicting demands of a task at a point that is not feasible; empty if none is found.
 
     Args:
         motion: the task.

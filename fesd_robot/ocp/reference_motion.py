@@ -1,4 +1,4 @@
-"""The motion that the costs compare with and the solver starts from: what it offers, and a row of jumps over a line."""
+"""The motion that the costs compare with and the solver starts from: its protocol, and jumps over a line."""
 
 from __future__ import annotations
 

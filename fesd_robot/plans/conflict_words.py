@@ -1,4 +1,4 @@
-"""What stands against each other in a task that was not solved, in words."""
+"""The conflicting constraints of a task that was not solved, in words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _VELOCITY = " velocity"
 
 
 def conflict_words(conflict: Conflict, names: Names, intervals: int, rubbing: Collection[str] = ()) -> str:
-    """Return which limits, goals and contacts stand against each other, and in which intervals; empty if none is named.
+    """Name the limits, goals and contacts in conflict, and their intervals; empty if none is named.
 
     Args:
         conflict: at the least violated point.

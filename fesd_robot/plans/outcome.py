@@ -1,4 +1,4 @@
-"""What came of a motion: how far it misses its goal, and where each contact flies, slides and hits."""
+"""The outcome of a motion: its misses of the goal, and the flights, slides and impacts of each contact."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class GoalEntry(Record):
         missed_by: |end - goal|; of roll, pitch and yaw of an orientation (``root_joint.yaw``) the size of the turn from
             goal to end about the body's x, y and z axis.
         tolerance: the largest miss that the task allows; None where it gives none.
-        met: whether the miss is within the tolerance; None where the task gives none, for then nothing is promised.
+        met: whether the miss is within the tolerance; None where the task gives none.
     """
 
     name: str

@@ -58,8 +58,8 @@ def _goal(plan: Plan) -> str:
     if plan.outcome is None:
         return "Whether the goal is reached is not recorded in this plan."
     entries = plan.outcome.goal
-    promised = [entry for entry in entries if entry.met is not None]
-    missed = [entry for entry in promised if not entry.met]
+    hard = [entry for entry in entries if entry.met is not None]
+    missed = [entry for entry in hard if not entry.met]
     if missed:
         missed.sort(key=lambda entry: -_share(entry))
         parts = [
@@ -69,22 +69,22 @@ def _goal(plan: Plan) -> str:
         ]
         more = [f"{len(missed) - NAMED_MISSES} more values are missed"] if len(missed) > NAMED_MISSES else []
         return f"The goal is missed: {_list([*parts, *more])}."
-    wished = [entry for entry in entries if entry.met is None]
-    if promised:
-        count = _count(len(promised), "value")
-        with_room = [entry for entry in promised if entry.tolerance]
+    soft = [entry for entry in entries if entry.met is None]
+    if hard:
+        count = _count(len(hard), "value")
+        with_room = [entry for entry in hard if entry.tolerance]
         if not with_room:
-            largest = max(entry.missed_by for entry in promised)
+            largest = max(entry.missed_by for entry in hard)
             return f"{REACHED}: of {count} none is missed by more than {largest:.1g}."
         nearest = max(with_room, key=_share)
         return (
-            f"{REACHED}: {count} within what is allowed, of which {nearest.name} uses most, {nearest.missed_by:.2g} of "
+            f"{REACHED}: {count} within tolerance; {nearest.name} uses most of it, {nearest.missed_by:.2g} of "
             f"{nearest.tolerance:g} {nearest.unit}."
         )
-    if wished:
+    if soft:
         worst = [*plan.outcome.largest_misses("position"), *plan.outcome.largest_misses("velocity")]
         misses = _list([f"{entry.missed_by:.3g} {entry.unit} ({entry.name})" for entry in worst])
-        return f"The goal is a wish without a tolerance: the motion ends away from it by {misses}."
+        return f"The goal is soft, without a tolerance: the motion ends away from it by {misses}."
     return "The task lists no value that its motion should reach."
 
 

@@ -36,7 +36,7 @@ def status_of(
         certificate: what kind of point it is, if that was computed.
         out_of_elements: intervals without an element to spare, for the message.
         jumps: whether the task asks for jumps, so that a motion that never leaves the ground does not solve it.
-        in_the_way: which demands stand against each other, for the message.
+        in_the_way: the conflicting demands, for the message.
     """
     residuals = solution.residuals
     audit_passed = not audit.violations
@@ -58,7 +58,7 @@ def status_of(
     elif solution.solved and audit.violations == ["max_goal_violation"] and (missed := _missed(outcome)):
         message = (
             f"Not solved: the goal is missed, {missed}; try more time or higher limits, a larger goal.tolerance, or "
-            "goal.soft: true if it is only a wish."
+            "goal.soft: true if it need not be reached."
         )
     elif solution.solved and (finding := _worst_finding(audit)):
         several = f" in {len(audit.violations)} entries" if len(audit.violations) > 1 else ""
@@ -79,7 +79,7 @@ def status_of(
         )
         at = f"sigma = {sigma:.0e}" if sigma else "the exact problem"
         hint = _elements(residuals, out_of_elements)
-        against = f"what stands against each other there: {in_the_way}; " if in_the_way else ""
+        against = f"conflicting constraints: {in_the_way}; " if in_the_way else ""
         message = f"Not solved: {solution.status} at {at}; {where}; {against}{hint}{solution.status.advice}."
     return Status(
         solved=solution.solved and audit_passed and not grounded,

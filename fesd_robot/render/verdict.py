@@ -42,7 +42,7 @@ def verdict_of(plan: Plan) -> Verdict:
         words = goal_words(plan.outcome)
         return Verdict(True, f"The motion obeys the laws of contact, but misses its goal: {words}.")
     if any(entry.met is None for entry in goal):
-        return Verdict(True, f"The motion obeys the laws of contact; its goal is a wish: {goal_words(plan.outcome)}.")
+        return Verdict(True, f"The motion obeys the laws of contact; its goal is soft: {goal_words(plan.outcome)}.")
     return Verdict(True, "The robot reaches its goal within the tolerance, and the physics audit passed.")
 
 

@@ -63,7 +63,7 @@ class SearchEffort:
         shift_iterations: on the branch of a neighbour there.
         shift_fillings: how often elements there that have shrunk to nothing are put to use again.
         certificate_seconds: for a certificate: whether a branch descends, and the kind of a stationary point.
-        conflict_seconds: for what stands against each other in a task that is not solved.
+        conflict_seconds: for the conflicting constraints of a task that is not solved.
 
     Raises:
         OptionError: a number that is negative, or none.

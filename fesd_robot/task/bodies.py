@@ -106,7 +106,7 @@ class _Body(Section):
 class ModelBody(_Body):
     """A body, or several with joints between them, from a model file."""
 
-    type: Literal["model"] = Field(default="model", description="What the body is: that of a model file.")
+    type: Literal["model"] = Field(default="model", description="Shape of the body: that of a model file.")
     model: Annotated[str, AfterValidator(check_model)] = Field(
         description="The model file (URDF, MJCF or SDF), named as that of the robot."
     )
@@ -144,7 +144,7 @@ class SimpleBody(_Body):
 class BoxBody(SimpleBody):
     """A box."""
 
-    type: Literal["box"] = Field(description="What the body is.")
+    type: Literal["box"] = Field(description="Shape of the body.")
     size: Lengths = Field(strict=False, description="Lengths of its edges along x, y and z of its frame, m.")
 
     def in_words(self) -> str:
@@ -155,7 +155,7 @@ class BoxBody(SimpleBody):
 class BallBody(SimpleBody):
     """A ball."""
 
-    type: Literal["ball"] = Field(description="What the body is.")
+    type: Literal["ball"] = Field(description="Shape of the body.")
     radius: Positive = Field(description="Radius of the ball, m.")
 
     def in_words(self) -> str:
@@ -166,7 +166,7 @@ class BallBody(SimpleBody):
 class CylinderBody(SimpleBody):
     """A cylinder."""
 
-    type: Literal["cylinder"] = Field(description="What the body is.")
+    type: Literal["cylinder"] = Field(description="Shape of the body.")
     radius: Positive = Field(description="Radius of the cylinder, m.")
     length: Positive = Field(description="Length of the cylinder along its axis, m.")
     axis: Literal["x", "y", "z"] = Field(

@@ -199,17 +199,17 @@ class ContactWindow(Section):
 
 
 class SwingClearance(Section):
-    """Contacts that are high when they are fast, so that a swinging foot passes at a height without being told when.
+    """Contacts that are high when they are fast, so that a foot passes at a height whenever it swings.
 
     With the gap g, the tangential velocity v_t, the height h and the speed c, at every stage
 
         g >= h (v_t^2 - c^2) / (v_t^2 + c^2)
 
-    which asks nothing of a contact that is slower than c, 0.6 h at 2 c, 0.8 h at 3 c, and h of one that is much faster.
+    which is no bound for a contact slower than c, 0.6 h at 2 c, 0.8 h at 3 c, and h for one that is much faster.
     """
 
     type: Literal["swing_clearance"] = Field(
-        description="Contacts that move along what they may touch do so at a height, whenever that is."
+        description="Contacts that move along a surface do so at a height, whenever that is."
     )
     contacts: Names = Field(description="Names of the contacts.")
     height: Positive = Field(description="Gap of a contact that is much faster than 'speed', m.")

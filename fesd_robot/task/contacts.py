@@ -25,12 +25,14 @@ from fesd_robot.task.ground import GROUND, RESTITUTION
 _FRICTION = "Coefficient of Coulomb friction of this contact, without unit; default: the surface's."
 _RESTITUTION = f"{RESTITUTION} Default: the surface's."
 _SLIPPING = (
-    "Whether this contact may slip along what it touches: forbidden lets it stick or leave only, while an impact may "
+    "Whether this contact may slip along its surface: forbidden lets it stick or leave only, while an impact may "
     "still change its tangential velocity; the force stays inside the cone of friction. A number is the largest "
     "distance, m, that it may slip over the whole motion, to and fro added up."
 )
-_AUTOMATIC = " auto: forbidden on the ground where the reference is a row of jumps and there is friction, else allowed."
-_SURFACE = f"What it touches: {GROUND}, the name of a wall in ground.walls, or a name in surfaces."
+_AUTOMATIC = (
+    " auto: forbidden on the ground where the reference is a sequence of jumps and there is friction, else allowed."
+)
+_SURFACE = f"Surface that it touches: {GROUND}, the name of a wall in ground.walls, or a name in surfaces."
 
 
 def _read_slipping(value: Any) -> Any:

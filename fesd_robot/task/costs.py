@@ -1,4 +1,4 @@
-"""The section `costs` of a task: weights by name, and what is said about each of its keys."""
+"""The section `costs` of a task: weights by name, and the words for each of its keys."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fesd_robot.task.fields import AxisWeights, Name, NameKind, NonNegative, Sec
 
 @dataclass(frozen=True)
 class CostTerm:
-    """What is said about one key of `costs` outside its expression, which is in `fesd_robot.ocp.costs`.
+    """Words and units of one key of `costs` outside its expression, which is in `fesd_robot.ocp.costs`.
 
     Attributes:
         words: what has the weight, with ``{name}`` where every name has a term of its own.
@@ -174,4 +174,4 @@ COST_TERMS: Mapping[str, CostTerm] = {
     key: next(mark for mark in field.metadata if isinstance(mark, CostTerm))
     for key, field in Costs.model_fields.items()
 }
-"""Key of `costs` -> what is said about it."""
+"""Key of `costs` -> its words."""

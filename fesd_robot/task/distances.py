@@ -136,7 +136,7 @@ class ObstacleDistance(DistanceConstraint):
 
     type: Literal["obstacle"] = Field(description="A body of the robot stays away from an obstacle.")
     body: Name = Field(description="Name of the frame of a body, or link, with collision shapes.")
-    obstacle: Obstacle = Field(description="What it stays away from: a sphere, a capsule or a box.")
+    obstacle: Obstacle = Field(description="Obstacle that it stays away from: a sphere, a capsule or a box.")
 
     @property
     def body_names(self) -> dict[tuple[str, ...], str]:

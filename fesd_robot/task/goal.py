@@ -9,7 +9,7 @@ from fesd_robot.task.fields import Name, NonNegative, Point, Section, Values, co
 from fesd_robot.task.standing import Configured
 
 DEFAULT_TOLERANCE = 0.01
-"""Of everything that a goal promises; m, rad, m/s or rad/s."""
+"""Of every value of a hard goal; m, rad, m/s or rad/s."""
 
 
 class Tolerance(Section):
@@ -135,18 +135,18 @@ class Goal(Configured):
     configuration: Values = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> wanted final value, m or rad; names not listed: their "
-        "initial value as a wish, weighted only, or none if there is a goal for a frame or the centre of mass. An "
+        "initial value, soft, or none if there is a goal for a frame or the centre of mass. An "
         "orientation by some of roll, pitch and yaw, rad, or by its whole quaternion: it is one goal.",
     )
     velocity: Values = Field(
         default_factory=dict,
         description="Name of a velocity coordinate -> wanted final value, m/s or rad/s; names not listed: 0, "
-        "a wish where another velocity is listed. Without any, a goal with positions is at rest.",
+        "soft where another velocity is listed. Without any, a goal with positions is at rest.",
     )
     soft: bool = Field(
         default=False,
-        description="Whether the goal is only a wish: weights in the cost, and no tolerances but those given. Default: "
-        "it is a promise, and a motion that misses it is not solved.",
+        description="Whether the goal is soft: weights in the cost, and no tolerances but those given. Default: it is "
+        "hard, and a motion that misses it is not solved.",
     )
     tolerance: Tolerance = Field(
         default_factory=Tolerance,
@@ -210,12 +210,12 @@ class Goal(Configured):
 
     @property
     def rests_on(self) -> list[str]:
-        """Contacts on which the robot stands when it is at rest, in a goal that promises both."""
+        """Contacts on which the robot stands when it is at rest, in a hard goal with both."""
         return list(self.standing.contacts) if self.standing and self.rests and not self.soft else []
 
 
 class Waypoint(Configured):
-    """What the motion should pass at one time."""
+    """A state that the motion should pass at one time."""
 
     time: NonNegative | None = Field(
         default=None,

@@ -28,8 +28,8 @@ GROUND = "ground"
 """Name of the ground among the surfaces that a contact may choose."""
 
 RESTITUTION = (
-    "Coefficient of restitution e of impacts, without unit, from 0 to 1: what hits with a normal velocity v parts with "
-    "-e v; 0: it does not bounce."
+    "Coefficient of restitution e of impacts, without unit, from 0 to 1: a contact that hits with a normal velocity v "
+    "parts with -e v; 0: it does not bounce."
 )
 
 _SMOOTHEST = 15 / 8
@@ -198,7 +198,7 @@ class Steps(Shape):
     smoothing: Positive = Field(
         default=0.1,
         description="Length along x over which the ground rises or falls at an edge, centred there, m; edges are at "
-        "least as far apart. It should be longer than what a contact travels within a finite element.",
+        "least as far apart. It should be longer than the way of a contact within a finite element.",
     )
 
     @model_validator(mode="after")

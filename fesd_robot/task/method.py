@@ -42,11 +42,11 @@ class Formulation(Section):
 
 
 class StepEquilibration(Section):
-    """What keeps the finite elements between two switches equally long."""
+    """Penalty that keeps the finite elements between two switches equally long."""
 
     type: Literal["mean", "difference", "none"] = Field(
         default="mean",
-        description="What is penalised: squared distances of the element lengths from their mean, squared differences "
+        description="Penalty: squared distances of the element lengths from their mean, squared differences "
         "of neighbours, or nothing.",
     )
     weight: NonNegative = Field(default=1.0, description="Weight of the penalty, per s2.")
@@ -88,7 +88,7 @@ class Method(Section):
         default_factory=Formulation, description="How contact becomes switching functions."
     )
     step_equilibration: StepEquilibration = Field(
-        default_factory=StepEquilibration, description="What keeps elements between two switches equally long."
+        default_factory=StepEquilibration, description="Penalty that keeps elements between two switches equally long."
     )
     step_freedom: Positive = Field(
         default=1.0,
@@ -160,9 +160,9 @@ class Solver(Section):
     max_iterations: Count = Field(default=1000, description="Largest number of iterations of each smooth problem.")
     polish: bool = Field(
         default=True,
-        description="Whether relaxed problems are only solved loosely, until they show what touches when, and the "
-        "smooth problem on that sequence of contacts (the branch NLP) is then solved exactly. Where that fails, and "
-        "without it, relaxed problems are solved down to the tolerance.",
+        description="Whether relaxed problems are only solved loosely, until they show which contacts touch when, and "
+        "the smooth problem on that sequence of contacts (the branch NLP) is then solved exactly. Where that fails, "
+        "and without it, relaxed problems are solved down to the tolerance.",
     )
     loose_iterations: Count = Field(
         default=200,
@@ -177,7 +177,7 @@ class Solver(Section):
     )
     time_limit: Positive | None = Field(default=None, description="Longest solution time in total, s; default: none.")
     relaxation: Literal["scholtes", "fischer_burmeister"] = Field(
-        default="scholtes", description="What smooths a complementarity pair by sigma."
+        default="scholtes", description="Function that smooths a complementarity pair by sigma."
     )
     processes: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
         default=None,
@@ -191,7 +191,7 @@ class Solver(Section):
     )
     warm_start: Annotated[str, Field(min_length=1)] | None = Field(
         default=None,
-        description="An earlier plan (its folder or plan.json), of which the contact sequence is kept, whatever its "
+        description="An earlier plan (its folder or plan.json), whose contact sequence is kept, whatever its "
         "grid, or a CSV file with 'time' and names of configuration coordinates, which is the initial guess; relative "
         "to the task file; default: the reference is the initial guess.",
     )

@@ -21,13 +21,13 @@ class Line(Section):
 
 
 class Jumps(Section):
-    """A row of equal jumps: q(s) = q_line(s) + (apex - q_takeoff) 4 s (1 - s) in every flight, s from 0 to 1.
+    """A sequence of equal jumps: q(s) = q_line(s) + (apex - q_takeoff) 4 s (1 - s) in every flight, s from 0 to 1.
 
     Coordinates without an apex stay on the straight line from the initial to the goal configuration. Before every
     flight and after it the robot stands still.
     """
 
-    type: Literal["jumps"] = Field(description="A row of equal jumps, each a parabola over the straight line.")
+    type: Literal["jumps"] = Field(description="A sequence of equal jumps, each a parabola over the straight line.")
     count: Count = Field(description="Number of jumps, all of the same length.")
     apex: Values = Field(
         min_length=1,
@@ -37,7 +37,7 @@ class Jumps(Section):
     stance: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] | None = Field(
         default=None,
         description="Fraction of the time of every jump that the robot stands still, half of it before the flight and "
-        "half after it; default: what a free fall from the apex of root_z leaves, and 0 without such an apex.",
+        "half after it; default: the part that a free fall from the apex of root_z leaves, and 0 without such an apex.",
     )
 
     def in_words(self) -> str:

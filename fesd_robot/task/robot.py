@@ -138,8 +138,9 @@ class Robot(Section):
     )
     actuators: dict[Name, Actuator] | None = Field(
         default=None,
-        description="Name of a control -> what it drives; default: every joint with an effort limit, in the model or "
-        "in limits.effort, is driven by a control named like the joint, unless it is listed in robot.passive.",
+        description="Name of a control -> the joint or coordinates that it drives; default: every joint with an effort "
+        "limit, in the model or in limits.effort, is driven by a control named like the joint, unless it is listed in "
+        "robot.passive.",
     )
     passive: list[Name] = Field(
         default_factory=list,

@@ -42,13 +42,13 @@ class Task(Section):
     ground: Ground = Field(default_factory=Plane, description="The ground; default: horizontal plane at height 0 m.")
     surfaces: Surfaces = Field(
         default_factory=dict,
-        description="Name of a box or cylinder to stand on or to touch -> what and where it is; contacts choose it by "
+        description="Name of a box or cylinder to stand on or to touch -> its shape and place; contacts choose it by "
         "that name as their surface; default: none.",
     )
     contacts: dict[Name, Contact] = Field(
         min_length=1,
-        description="Name of a contact -> the point or circle of the robot and what it may touch: the ground, a wall, "
-        "a box or cylinder, another part of the robot.",
+        description="Name of a contact -> the point or circle of the robot and the surface that it may touch: the "
+        "ground, a wall, a box or cylinder, another part of the robot.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
     postures: dict[Name, Values] = Field(
@@ -62,7 +62,7 @@ class Task(Section):
         description="State wanted at the end, m, rad, m/s, rad/s; default: at rest where the motion began.",
     )
     waypoints: list[Waypoint] = Field(
-        default_factory=list, description="What the motion should pass on its way, in the order of time."
+        default_factory=list, description="States that the motion should pass on its way, in the order of time."
     )
     reference: Reference = Field(
         default_factory=lambda: Line(type="line"),

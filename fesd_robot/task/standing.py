@@ -35,7 +35,7 @@ AnyConfigured = TypeVar("AnyConfigured", bound="Configured")
 
 
 class Configured(Section):
-    """A section with a configuration, of which a posture and contacts that touch may give a part."""
+    """A section with a configuration; a posture and contacts that touch may give a part of it."""
 
     posture: Name | None = Field(
         default=None,

@@ -52,8 +52,8 @@ BoxSize = Annotated[
 
 
 _UNDERSIDE = (
-    "Whether it has an underside; without one it reaches down without end, as what stands on the floor does: nothing "
-    "gets below it."
+    "Whether it has an underside; without one it reaches down without end, as a box that stands on the floor does: "
+    "nothing gets below it."
 )
 
 

@@ -1,4 +1,4 @@
-"""What `fesd-robot check` warns of: valid, and perhaps not meant."""
+"""What `fesd-robot check` warns of: valid, but likely mistakes."""
 
 from __future__ import annotations
 

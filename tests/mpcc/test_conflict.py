@@ -1,4 +1,4 @@
-"""What stands against each other where nothing is feasible, held against problems that can be solved by hand."""
+"""Conflicting constraints where nothing is feasible, held against problems that can be solved by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The reference of a row of jumps: free flight between stances."""
+"""The reference of a sequence of jumps: free flight between stances."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ START = np.array([0, 0.6, 0, 0.5])
 
 
 def jumps(load: Load, short: str, keys: str, count: int = 1, duration: float = 1.0) -> MotionProblem:
-    """The short task, 0.6 m high at its start, with a row of jumps."""
+    """The short task, 0.6 m high at its start, with a sequence of jumps."""
     horizon = short.replace("duration: 1, intervals: 4", f"duration: {duration}, intervals: {4 * count}")
     return formulate(load(f"{horizon}reference: {{type: jumps, count: {count}, {keys}}}\n"))
 

@@ -1,4 +1,4 @@
-"""What stands against each other, in the words of the task."""
+"""Conflicting constraints, in the words of the task."""
 
 from __future__ import annotations
 

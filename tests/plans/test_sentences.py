@@ -42,10 +42,10 @@ def with_goal(plan: Plan, *entries: GoalEntry, **contacts: ContactOutcome) -> Pl
     [
         (
             [entry(True)],
-            "one value within what is allowed, of which root_x uses most, 0.25 of 0.3 m.",
+            "one value within tolerance; root_x uses most of it, 0.25 of 0.3 m.",
         ),
         ([entry(False)], "The goal is missed: root_x ends at 0.75 m, 0.25 m from 1 m (0.1 m allowed)."),
-        ([entry(None)], "The goal is a wish without a tolerance: the motion ends away from it by 0.25 m (root_x)."),
+        ([entry(None)], "The goal is soft, without a tolerance: the motion ends away from it by 0.25 m (root_x)."),
         ([entry(True, 1.0, tolerance=0.0)], "The goal is reached: of one value none is missed by more than 0."),
         ([], "The task lists no value that its motion should reach."),
         ([entry(False)] * 5, "and 2 more values are missed."),
@@ -149,9 +149,9 @@ def test_cheaper_motions_are_said_in_words(plan: Plan) -> None:
 
 
 def test_a_soft_goal_is_a_wish(short_plan: Plan) -> None:
-    """A real plan of a soft goal: solved, its goal a wish, its limits recorded, five sentences before the tables."""
+    """A real plan of a soft goal: solved, its limits recorded, five sentences before the tables."""
     assert short_plan.status.solved and short_plan.control_limits is not None
-    assert goal_sentence(short_plan).startswith("The goal is a wish")
+    assert goal_sentence(short_plan).startswith("The goal is soft")
     assert "of its limit" in effort_sentence(short_plan)
     first = report(short_plan).split("## ")[0]
     assert all(f"- {sentence}\n" in first for sentence in sentences(short_plan)) and len(sentences(short_plan)) == 5

@@ -73,7 +73,7 @@ def test_events_come_in_order_and_once() -> None:
 
 
 def test_the_verdict_is_a_sentence_that_is_true() -> None:
-    """It says reached, a wish, missed, or the plan's own message where it is not solved."""
+    """It says reached, soft, missed, or the plan's own message where it is not solved."""
     plan = read("block_push")
     assert plan.outcome is not None
     assert verdict_of(plan).sentence.startswith("The robot reaches its goal")
@@ -85,7 +85,7 @@ def test_the_verdict_is_a_sentence_that_is_true() -> None:
         return plan.model_copy(update={"outcome": plan.outcome.model_copy(update={"goal": goal})})
 
     assert "misses its goal" in verdict_of(with_goal(met=False)).sentence
-    assert "its goal is a wish" in verdict_of(with_goal(met=None, tolerance=None)).sentence
+    assert "its goal is soft" in verdict_of(with_goal(met=None, tolerance=None)).sentence
     assert "reaches" not in verdict_of(plan.model_copy(update={"outcome": None})).sentence
     status = plan.status.model_copy(update={"solved": False, "message": "Too slow."})
     verdict = verdict_of(plan.model_copy(update={"status": status}))
