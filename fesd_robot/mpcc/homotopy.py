@@ -14,7 +14,7 @@ from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.relaxations import Relaxation, relaxation_named
-from fesd_robot.mpcc.relaxed_settings import Trial, relaxed_settings
+from fesd_robot.mpcc.relaxed_settings import NlpTry, relaxed_settings
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.schedule import Sigmas, chosen_start
@@ -267,7 +267,7 @@ class _Homotopy:
 
     def _nlp_at(self, sigmas: Sigmas, loose: bool, near: bool = False) -> NlpResult | None:
         """Solve the NLP at these sigmas, near to those before or not, twice if it fails; None when the time is over."""
-        for trial in Trial:
+        for trial in NlpTry:
             remaining = self._run.deadline.remaining()
             if remaining is not None and remaining <= 0:
                 self._status = NlpStatus.TIME_LIMIT

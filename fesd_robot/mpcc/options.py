@@ -9,7 +9,7 @@ from fesd_robot.errors import OptionError
 from fesd_robot.exactness import FEASIBLE
 from fesd_robot.mpcc.assembly import Compile
 from fesd_robot.mpcc.relaxations import relaxation_named
-from fesd_robot.mpcc.schedule import USUAL_ITERATIONS, Rule, Schedule, Sigmas, check_rule
+from fesd_robot.mpcc.schedule import USUAL_ITERATIONS, Rule, Sigmas, SigmaSchedule, check_rule
 from fesd_robot.mpcc.steering import Steering, check_steering
 from fesd_robot.nlp import check_solver
 
@@ -80,9 +80,9 @@ class HomotopyOptions:
         if not self.velocity_level_ratio >= 1:
             raise OptionError(f"velocity_level_ratio must be at least 1, found {self.velocity_level_ratio:g}")
 
-    def steps(self, sigma_start: float, last: float) -> Schedule:
+    def steps(self, sigma_start: float, last: float) -> SigmaSchedule:
         """Return the schedule from one sigma to another."""
-        return Schedule(
+        return SigmaSchedule(
             self.schedule, sigma_start, last, self.sigma_factor, self.sigma_power, self.velocity_level_ratio
         )
 

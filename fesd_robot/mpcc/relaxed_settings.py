@@ -16,7 +16,7 @@ NEAR_BARRIER, NEAR_PUSH = 1e-2, 1e-4
 before: ten times the parameter at which that ended. With that of a guess it leaves that point and comes back."""
 
 
-class Trial(Enum):
+class NlpTry(Enum):
     """Which try at one NLP it is."""
 
     FIRST = "first"
@@ -26,7 +26,7 @@ class Trial(Enum):
 
 
 def relaxed_settings(
-    options: HomotopyOptions, sigmas: Sigmas, trial: Trial, *, last: bool, loose: bool, near: bool
+    options: HomotopyOptions, sigmas: Sigmas, trial: NlpTry, *, last: bool, loose: bool, near: bool
 ) -> NlpSettings:
     """Return the settings at given sigmas; only an NLP that may be the last is more accurate than sigma deserves.
 
@@ -45,14 +45,14 @@ def relaxed_settings(
     start = FREE
     if velocity_level_sigma <= ACTIVE_SET_SETTLED_SIGMA:
         start = Start(max(sigma, 1e-9), 1e-8, multipliers=True)
-    elif near and trial is Trial.FIRST:
+    elif near and trial is NlpTry.FIRST:
         start = Start(NEAR_BARRIER, NEAR_PUSH, multipliers=True)
     return NlpSettings(
         start=start,
         tolerance=LOOSE_TOLERANCE if loose else tolerance,
         violation=min(LOOSE_TOLERANCE, velocity_level_sigma) if loose else violation,
         iterations=options.loose_iterations if loose else options.max_iterations,
-        adaptive=trial is Trial.AGAIN,
+        adaptive=trial is NlpTry.AGAIN,
         linear_solver=options.linear_solver,
         further=tuple(options.ipopt.items()),
     )

@@ -44,7 +44,7 @@ def check_rule(rule: str) -> None:
 
 
 @dataclass(frozen=True)
-class Schedule:
+class SigmaSchedule:
     """A sequence of sigmas from the first to the last.
 
     Args:

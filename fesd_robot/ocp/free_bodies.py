@@ -8,7 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from fesd_robot.errors import JointError, RobotError
-from fesd_robot.robot import Robot, Solid, ball, beside, box, cylinder, load_robot, name_on, with_joint_properties
+from fesd_robot.robot import (
+    Robot,
+    UniformSolid,
+    ball,
+    beside,
+    box,
+    cylinder,
+    load_robot,
+    name_on,
+    with_joint_properties,
+)
 from fesd_robot.robot.simple_body import simple_body
 from fesd_robot.task import AXES, BallBody, BoxBody, CylinderBody, ModelBody, Task
 
@@ -78,7 +88,7 @@ def _body(task: Task, name: str, locked: bool, floating: bool) -> Robot:
     return without_dry_friction(section, body)
 
 
-def _solid(section: BoxBody | BallBody | CylinderBody) -> Solid:
+def _solid(section: BoxBody | BallBody | CylinderBody) -> UniformSolid:
     mass = section.mass or 0.0
     if isinstance(section, BoxBody):
         return box(section.size, mass)

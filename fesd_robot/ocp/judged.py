@@ -139,8 +139,8 @@ def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndar
     if seconds <= 0 or not np.isfinite(w).all():
         return ""
     conflict = conflict_at(polisher.problem, polisher.bounds(polisher.branch(w)), w, seconds)
-    rubbing = list(motion.robot.dry_friction)
-    return conflict_words(conflict, names_of(motion), motion.grid.intervals, rubbing) if conflict else ""
+    friction_coordinates = list(motion.robot.dry_friction)
+    return conflict_words(conflict, names_of(motion), motion.grid.intervals, friction_coordinates) if conflict else ""
 
 
 def with_promised_goal(motion: MotionProblem) -> MotionProblem:

@@ -25,10 +25,10 @@ from fesd_robot.task import (
     CircleBoxContact,
     CircleCircleContact,
     CylinderSurface,
+    GroundShape,
     HeightMap,
     Plane,
     PointContact,
-    Shape,
     SolidSurface,
     Steps,
     Task,
@@ -82,7 +82,7 @@ def restitution_of(task: Task, name: str) -> float:
     return _surface_of_contact(task, name).restitution if own is None else own
 
 
-def _surface_of_contact(task: Task, name: str) -> Shape | Wall | SolidSurface:
+def _surface_of_contact(task: Task, name: str) -> GroundShape | Wall | SolidSurface:
     """Return the section of the surface that a contact touches; the ground's for two bodies."""
     contact = task.contacts[name]
     if isinstance(contact, TwoBodyContact) or contact.surface == GROUND:
@@ -91,7 +91,7 @@ def _surface_of_contact(task: Task, name: str) -> Shape | Wall | SolidSurface:
 
 
 @singledispatch
-def surface_of(shape: Shape, folder: Path) -> Ground:
+def surface_of(shape: GroundShape, folder: Path) -> Ground:
     """Return the surface of a task's ground.
 
     Args:

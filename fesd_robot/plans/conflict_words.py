@@ -21,14 +21,15 @@ _VELOCITY = " velocity"
 """End of the name of the state that is a velocity."""
 
 
-def conflict_words(conflict: Conflict, names: Names, intervals: int, rubbing: Collection[str] = ()) -> str:
+def conflict_words(conflict: Conflict, names: Names, intervals: int, friction_coordinates: Collection[str] = ()) -> str:
     """Name the limits, goals and contacts in conflict, and their intervals; empty if none is named.
 
     Args:
         conflict: at the least violated point.
         names: of contacts, coordinates and controls.
         intervals: N.
-        rubbing: velocity coordinates with dry friction, which may hold their velocity at zero or on one side of it.
+        friction_coordinates: velocity coordinates with dry friction, which may hold their velocity at zero or on one
+            side of it.
     """
     prices: dict[str, float] = defaultdict(float)
     places: dict[str, set[int]] = defaultdict(set)
@@ -38,7 +39,9 @@ def conflict_words(conflict: Conflict, names: Names, intervals: int, rubbing: Co
         contact = label.subject.removesuffix(_GAP)
         is_gap = label.kind == "state" and label.subject.endswith(_GAP) and contact in names.contacts
         joint = label.subject.removesuffix(_VELOCITY)
-        is_held = label.kind == "state" and joint in rubbing and joint != label.subject and demand.bound == 0
+        is_held = (
+            label.kind == "state" and joint in friction_coordinates and joint != label.subject and demand.bound == 0
+        )
         closed = f"contact '{contact}' on the ground" if is_gap else ""
         closed = f"dry friction of joint '{joint}'" if is_held else closed
         what = closed or _demanded(demand, names, intervals)

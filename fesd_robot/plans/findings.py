@@ -9,7 +9,7 @@ import numpy as np
 
 from fesd_robot.plans.audit_record import ENTRIES, Audit, Finding
 from fesd_robot.plans.measured import Measured
-from fesd_robot.replay import MotionReplay, Note
+from fesd_robot.replay import MotionReplay, ReplayNote
 
 REPLAY = "replay"
 """Entry of a finding that is a note of the replay."""
@@ -130,24 +130,26 @@ _WORDS = {
 }
 
 _NOTES = {
-    Note.NOT_UNIQUE: _Words("several motions obey Coulomb's law", "rigid bodies do not decide between them", _POSTURE),
-    Note.IMPROPER: _Words(
+    ReplayNote.NOT_UNIQUE: _Words(
+        "several motions obey Coulomb's law", "rigid bodies do not decide between them", _POSTURE
+    ),
+    ReplayNote.IMPROPER: _Words(
         "all motions that obey Coulomb's law slide in a mode that is not proper",
         "a larger normal force would press the contact into the ground (Painleve)",
         _POSTURE,
     ),
-    Note.NO_MODE: _Words(
+    ReplayNote.NO_MODE: _Words(
         "no motion obeys Coulomb's law", "rigid bodies cannot go on without an impact (Painleve)", _POSTURE
     ),
-    Note.UNFINISHED_IMPACT: _Words(
+    ReplayNote.UNFINISHED_IMPACT: _Words(
         "an impact does not end", "contacts go on approaching under their impulses", _POSTURE
     ),
-    Note.MANY_EVENTS: _Words("contacts open and close too often", "the replay has stopped looking", _POSTURE),
-    Note.MANY_STEPS: _Words(
+    ReplayNote.MANY_EVENTS: _Words("contacts open and close too often", "the replay has stopped looking", _POSTURE),
+    ReplayNote.MANY_STEPS: _Words(
         "rigid bodies have no motion that goes on", "forces grow beyond any bound in the replay", _POSTURE
     ),
-    Note.FAILED: _Words("the motion cannot be integrated", "its states or forces are no numbers", _SOLVED),
-    Note.IN_TURN: _Words(
+    ReplayNote.FAILED: _Words("the motion cannot be integrated", "its states or forces are no numbers", _SOLVED),
+    ReplayNote.IN_TURN: _Words(
         "contacts that hit at the same instant do so one after the other",
         "rigid bodies do not say in which order, and other orders lead elsewhere",
         _POSTURE,
@@ -172,7 +174,7 @@ def findings_of(audit: Audit, measured: Mapping[str, Measured]) -> list[Finding]
 
 def findings_of_notes(replay: MotionReplay) -> list[Finding]:
     """Return a finding for everything that a replay notes, at the first interval that does, without repetition."""
-    found: dict[Note, Finding] = {}
+    found: dict[ReplayNote, Finding] = {}
     for one in replay.intervals:
         for note in sorted(one.notes):
             words = _NOTES[note]

@@ -93,7 +93,7 @@ class ModeForces:
 
     def joint_friction(self) -> Measured:
         """Return the largest excess of the friction that a sticking joint needs over its limit, N or N m."""
-        limits = self.physics.dry_friction[self.physics.rubbing]
+        limits = self.physics.dry_friction[self.physics.friction_coordinates]
         return largest(
             self._at_joint(point, i, float(abs(point.joint_force[i]) - limits[i]))
             for point in self._points
@@ -103,7 +103,7 @@ class ModeForces:
 
     def joint_slides(self) -> Measured:
         """Return the largest power, W, that dry friction adds where a joint moves against the slide of its mode."""
-        limits = self.physics.dry_friction[self.physics.rubbing]
+        limits = self.physics.dry_friction[self.physics.friction_coordinates]
         return largest(
             self._at_joint(point, i, float(-limits[i] * mode.direction * point.joint_velocity[i]))
             for point in self._points
@@ -111,7 +111,7 @@ class ModeForces:
         )
 
     def _at_joint(self, point: _Point, joint: int, value: float) -> Measured:
-        name = list(self.names.velocity)[self.physics.rubbing[joint]]
+        name = list(self.names.velocity)[self.physics.friction_coordinates[joint]]
         return Measured(value, point.time, int(self.motion.between.interval[point.element]), name)
 
     def _cone(self) -> Iterator[Measured]:
@@ -160,7 +160,7 @@ class ModeForces:
         touching = [
             e
             for e in range(len(dense.time))
-            if self.physics.rubbing.size or any(mode is not ContactMode.FLIGHT for mode in self._modes(e))
+            if self.physics.friction_coordinates.size or any(mode is not ContactMode.FLIGHT for mode in self._modes(e))
         ]
         return [self._point(e, j) for e in touching for j in range(0, dense.time.shape[1], EVERY)]
 
@@ -188,7 +188,7 @@ class ModeForces:
             )
         dynamics = contact_dynamics(self.physics, q, v, u, self._headings[element]).in_joint_modes(joints)
         force = motion_in_modes(dynamics, modes)[1]
-        rubs, speeds = dynamics.joint_force(stacked_rows(force)), v[self.physics.rubbing]
+        rubs, speeds = dynamics.joint_force(stacked_rows(force)), v[self.physics.friction_coordinates]
         return _Point(element, time, modes, force, dynamics, joints, rubs, speeds)
 
 

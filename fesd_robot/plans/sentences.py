@@ -137,7 +137,7 @@ def _all_or_sum(verb: str, events: Sequence[str], distances: Sequence[float]) ->
     return f"{verb} {len(events)} times{length}"
 
 
-class Effort(NamedTuple):
+class ControlPeak(NamedTuple):
     """A control that is constant from `start` to `end`, s, at `value`, with the limit on its side, None if unknown."""
 
     name: str
@@ -152,7 +152,7 @@ class Effort(NamedTuple):
         return self.value / self.limit if self.limit else 0.0
 
 
-def efforts(plan: Plan) -> list[Effort]:
+def control_peaks(plan: Plan) -> list[ControlPeak]:
     """Return of every control the interval in which it uses most of its limit, or is largest if that is unknown."""
     if not plan.controls:
         return []
@@ -164,7 +164,7 @@ def efforts(plan: Plan) -> list[Effort]:
             continue
         limits = limits_of_controls(plan).get(name)
         all_of_it = [
-            Effort(name, float(value), float(start), float(end), _limit_on_the_side(float(value), limits))
+            ControlPeak(name, float(value), float(start), float(end), _limit_on_the_side(float(value), limits))
             for value, start, end in zip(values, starts, ends, strict=True)
         ]
         found.append(max(all_of_it, key=lambda each: (each.share, abs(each.value))))
@@ -192,7 +192,7 @@ def _limit_on_the_side(value: float, limits: Sequence[float] | None) -> float | 
 
 def effort_sentence(plan: Plan) -> str:
     """Return the control that uses most of its limit, when, and which ones are at it."""
-    found = efforts(plan)
+    found = control_peaks(plan)
     if not found:
         return "The task has no controls."
     unit = plan.units.controls
@@ -258,7 +258,7 @@ def _share(entry: GoalEntry) -> float:
     return share if math.isfinite(share) else math.inf
 
 
-def _span(effort: Effort) -> str:
+def _span(effort: ControlPeak) -> str:
     return f"{effort.start:.3g} to {effort.end:.3g} s"
 
 

@@ -28,7 +28,7 @@ class StageForces:
         self._dynamics: list[Measured] = []
         self._joint_friction: list[Measured] = []
         self._joint_slides: list[Measured] = []
-        self._joints = [list(names.velocity)[row] for row in physics.rubbing]
+        self._joints = [list(names.velocity)[row] for row in physics.friction_coordinates]
         for k in np.flatnonzero(motion.weight > 0):
             self._look(motion, physics, int(k), names.contacts)
 
@@ -61,13 +61,18 @@ class StageForces:
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode.closed for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        rubbing, planned = physics.rubbing, motion.dry_friction(k)[physics.rubbing]
+        friction_coordinates, planned = (
+            physics.friction_coordinates,
+            motion.dry_friction(k)[physics.friction_coordinates],
+        )
         force, rubs, unexplained = split_forces(
-            required, jacobian, closed, rubbing, physics.friction, motion.force[k], planned
+            required, jacobian, closed, friction_coordinates, physics.friction, motion.force[k], planned
         )
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
         self._dynamics.append(Measured(float(np.abs(unexplained).max() / scale), *place))
-        for name, rub, limit, speed in zip(self._joints, rubs, physics.dry_friction[rubbing], v[rubbing], strict=True):
+        for name, rub, limit, speed in zip(
+            self._joints, rubs, physics.dry_friction[friction_coordinates], v[friction_coordinates], strict=True
+        ):
             unused = float(limit - abs(rub))
             self._joint_friction.append(Measured(-unused, *place, name))
             slide = max(min(abs(speed), abs(unused)), speed * rub)

@@ -99,8 +99,8 @@ class ElementReader:
         multipliers = ca.vertcat(*[ca.horzcat(own.normal, *own.tangential) for own in contact_system.theta_auxiliary])
         self.rows = multipliers.shape[1]
         shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
-        self.rubbing = np.flatnonzero(dynamics.dry_friction_limits)
-        self._dry_friction = dynamics.dry_friction_limits[self.rubbing]
+        self.friction_coordinates = np.flatnonzero(dynamics.dry_friction_limits)
+        self._dry_friction = dynamics.dry_friction_limits[self.friction_coordinates]
         self._multipliers = ca.Function(
             "multipliers",
             [contact_system.system.algebraic],
@@ -135,7 +135,7 @@ class ElementReader:
 
     def joints_of_state(self, velocity: np.ndarray) -> JointsAtPoint:
         """Return no friction, and the modes that velocities show: of a state that is followed by no motion."""
-        speeds = velocity[self.rubbing]
+        speeds = velocity[self.friction_coordinates]
         return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None, None]) for speed in speeds]
 
     def read(self, number: int, element: Element) -> ElementPhysics:
@@ -206,7 +206,7 @@ class ElementReader:
 
     def _joint_modes(self, number: int, element: Element) -> tuple[list[ContactMode], list[ContactMode]]:
         """Return the modes that joints with dry friction show and those of the branch."""
-        velocity = np.array([self.split(x)[1][self.rubbing] for x in element.x[: self.tableau.stages]])
+        velocity = np.array([self.split(x)[1][self.friction_coordinates] for x in element.x[: self.tableau.stages]])
         planned = list(joint_modes(self._branch, number).values())
         return [_observed(mode, velocity[:, i, None]) for i, mode in enumerate(planned)], planned
 

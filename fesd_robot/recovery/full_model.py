@@ -148,12 +148,12 @@ class FullModel:
         position, velocity, effort, base, forces = [], [], [], [], []
         sharing, no_friction = self._sharing_of_friction(), np.zeros(self._robot.model.nv)
         for k, (q_r, v_r, u, f) in enumerate(samples):
-            rubbing = no_friction if dry_friction is None else dry_friction[k]
-            a_r = acceleration_under(physics, q_r, v_r, u, f, rubbing)
+            joint_friction = no_friction if dry_friction is None else dry_friction[k]
+            a_r = acceleration_under(physics, q_r, v_r, u, f, joint_friction)
             q, v, a = self.configuration(q_r), self.velocity(v_r), self.velocity(a_r)
             feet = self.forces_on_feet(f)
             tau = pin.rnea(model, self._data, q, v, a) + self._physics.resistance(q, v)
-            tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet) - sharing @ rubbing
+            tau = tau - self._physics.contact_jacobian(q).T @ stacked_rows(feet) - sharing @ joint_friction
             position.append([_position(link, q) for link in links])
             velocity.append([link.multiplier * v[link.v_indices.start] for link in links])
             effort.append([0.0 if link.mimics else tau[link.v_indices.start] for link in links])
@@ -321,7 +321,7 @@ class FullModel:
 
 
 def acceleration_under(
-    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray, force: np.ndarray, rubbing: np.ndarray
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, u: np.ndarray, force: np.ndarray, joint_friction: np.ndarray
 ) -> np.ndarray:
     """Return M^-1 (B u + J^T f + r - k - h), the acceleration under controls and forces, m/s² or rad/s², (n_v).
 
@@ -329,9 +329,9 @@ def acceleration_under(
         physics: of the robot.
         q, v, u: its state and controls.
         force: normal and tangential, N, (n_c, rows).
-        rubbing: dry friction of joints, N or N m, (n_v).
+        joint_friction: dry friction of joints, N or N m, (n_v).
     """
-    driving = physics.contact_jacobian(q).T @ stacked_rows(force) + rubbing
+    driving = physics.contact_jacobian(q).T @ stacked_rows(force) + joint_friction
     driving = driving - physics.required_force(q, v, np.zeros_like(v), u)
     return np.asarray(np.linalg.lstsq(physics.mass_matrix(q), driving, rcond=None)[0])
 

@@ -150,7 +150,7 @@ def recover(
         if number + 1 == len(elements) or elements[number + 1].interval != element.interval:
             clock.append(reader.clock(element.x[-1]))
     samples.close(elements[-1])
-    columns, rows = samples.stacked(), reader.rubbing
+    columns, rows = samples.stacked(), reader.friction_coordinates
     of_joints = columns.pop("joint_force"), columns.pop("joint_mode")
     limits = dynamics.dry_friction_limits[rows]
     joints = JointFriction(rows, limits, *of_joints, switches_between(samples.joint_phases)) if rows.size else None

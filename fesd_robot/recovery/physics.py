@@ -13,7 +13,7 @@ from fesd_robot.recovery.between_bodies import closest, tangents_between
 from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
 
-OPEN = 1e-6
+RANK_TOLERANCE = 1e-6
 """Ratio of singular values of J^T below which a motion leaves open how contacts push: an acceleration that is known to
 eight digits tells the force along a leg that is straight to 1e-9 rad worse than any task limits it."""
 
@@ -38,7 +38,7 @@ class NumericPhysics:
         restitution: coefficient of every contact, (n_c).
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
         dry_friction: limit of the dry friction of every joint, N or N m, (n_v); it is no part of the forces below.
-        rubbing: velocity coordinates that have some, (n_f).
+        friction_coordinates: velocity coordinates that have some, (n_f).
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class NumericPhysics:
         self.damping = np.array(robot.model.damping)
         self._springs = robot.springs
         self.dry_friction = robot.dry_friction_limits
-        self.rubbing = np.flatnonzero(self.dry_friction)
+        self.friction_coordinates = np.flatnonzero(self.dry_friction)
         self.friction = np.array(list(friction.values()))
         self.restitution = np.array([restitution.get(name, 0.0) for name in friction])
 
@@ -212,7 +212,7 @@ def split_contact_force(
 
     Where the motion leaves open how contacts divide a force between them, as the friction of two corners of a block,
     or the force along a straight leg, every division obeys the same equations of motion; of all of them the one nearest
-    to `near` is taken. Where it is as good as open (`OPEN`), what that one does not supply is left over.
+    to `near` is taken. Where it is as good as open (`RANK_TOLERANCE`), what that one does not supply is left over.
 
     Args:
         generalized: (n_v).
@@ -230,7 +230,7 @@ def split_forces(
     generalized: np.ndarray,
     jacobian: np.ndarray,
     closed: np.ndarray,
-    rubbing: np.ndarray,
+    friction_coordinates: np.ndarray,
     friction: np.ndarray | None,
     near: np.ndarray | None,
     near_joints: np.ndarray,
@@ -241,7 +241,7 @@ def split_forces(
 
     Args:
         generalized, jacobian, closed, friction, near: as there.
-        rubbing: velocity coordinates with dry friction, (n_f).
+        friction_coordinates: velocity coordinates with dry friction, (n_f).
         near_joints: force of their friction, N or N m, (n_f).
     """
     count = len(jacobian) // max(len(closed), 1)
@@ -252,13 +252,13 @@ def split_forces(
     if near is not None:
         force[rows] = stacked_rows(near)[rows]
     joints = np.array(near_joints, dtype=float)
-    columns = np.vstack([jacobian[rows], np.eye(len(generalized))[rubbing]]).T
+    columns = np.vstack([jacobian[rows], np.eye(len(generalized))[friction_coordinates]]).T
     if columns.size:
         missing = generalized - jacobian.T @ force
-        missing[rubbing] -= joints
-        step = np.linalg.lstsq(columns, missing, rcond=OPEN)[0]
-        force[rows] += step[: len(step) - len(rubbing)]
-        joints += step[len(step) - len(rubbing) :]
+        missing[friction_coordinates] -= joints
+        step = np.linalg.lstsq(columns, missing, rcond=RANK_TOLERANCE)[0]
+        force[rows] += step[: len(step) - len(friction_coordinates)]
+        joints += step[len(step) - len(friction_coordinates) :]
     left = generalized - jacobian.T @ force
-    left[rubbing] -= joints
+    left[friction_coordinates] -= joints
     return by_contact(force, max(count, 1)), joints, left

@@ -38,9 +38,9 @@ def holding_effort(
     pushes = np.column_stack([physics.generalized_force(q, row) for row in np.eye(controls)])
     jacobian = physics.contact_jacobian(q)[rows_of(closed, physics.rows)]
     friction, count = physics.friction[closed], int(closed.sum())
-    limits_of_joints = physics.dry_friction[physics.rubbing]
+    limits_of_joints = physics.dry_friction[physics.friction_coordinates]
     # Unknowns: k, u, (f_n, f_t...) of every closed contact, and the dry friction of joints.
-    balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T, np.eye(len(v))[:, physics.rubbing]])
+    balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T, np.eye(len(v))[:, physics.friction_coordinates]])
     facets, per_contact = cone_facets(physics.rows - 1), physics.rows
     bounded = np.zeros((2 * controls + len(facets) * count, balance.shape[1]))
     for i in range(controls):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Foot:
+class FootMotion:
     """One place of the robot that touches, along n samples.
 
     Attributes:
@@ -45,7 +45,7 @@ class Foot:
     share: float
 
 
-def feet_of(plan: Plan, task: Task, robot: Robot, configuration: np.ndarray) -> list[Foot]:
+def feet_of(plan: Plan, task: Task, robot: Robot, configuration: np.ndarray) -> list[FootMotion]:
     """Return every place that touches, contact by contact.
 
     Args:
@@ -71,7 +71,7 @@ def feet_of(plan: Plan, task: Task, robot: Robot, configuration: np.ndarray) -> 
             if history.lateral_force is not None:
                 force = force + share * history.lateral_force[:, None] * lateral
             directions = (normal, tangent, lateral)
-            feet.append(Foot(label, name, place, path, *directions, force, friction_of(task, name), share))
+            feet.append(FootMotion(label, name, place, path, *directions, force, friction_of(task, name), share))
     return feet
 
 

@@ -17,13 +17,13 @@ from fesd_robot.render.timeline import mode_spans
 if TYPE_CHECKING:
     from fesd_robot.ocp import Actuation
     from fesd_robot.plans import Plan
-    from fesd_robot.render.feet import Foot
+    from fesd_robot.render.feet import FootMotion
 
 KINDS = {"stick_to_slip": "begins to slip", "slip_to_stick": "sticks", "slip_reversal": "slips the other way"}
 """What a switch is called where its own name is not plain."""
 
 
-def story_of(plan: Plan, feet: Sequence[Foot], actuation: Actuation, time: np.ndarray) -> dict[str, Any]:
+def story_of(plan: Plan, feet: Sequence[FootMotion], actuation: Actuation, time: np.ndarray) -> dict[str, Any]:
     """Return the content that the script of the page draws, as values that JSON knows.
 
     Args:
@@ -41,7 +41,7 @@ def story_of(plan: Plan, feet: Sequence[Foot], actuation: Actuation, time: np.nd
     }
 
 
-def _foot(foot: Foot, number: int, plan: Plan, time: np.ndarray) -> dict[str, Any]:
+def _foot(foot: FootMotion, number: int, plan: Plan, time: np.ndarray) -> dict[str, Any]:
     impulses = []
     for one in plan.impulses:
         if one.contact == foot.contact:

@@ -15,7 +15,7 @@ __all__ = [
     "Impact",
     "IntervalReplay",
     "MotionReplay",
-    "Note",
+    "ReplayNote",
     "Segments",
     "States",
     "contact_dynamics",
@@ -30,7 +30,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from fesd_robot.replay.budget import Budget
-    from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
+    from fesd_robot.replay.contacts import ContactLaw, Contacts, ReplayNote
     from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
     from fesd_robot.replay.event import Event
     from fesd_robot.replay.headings import slip_headings
@@ -43,7 +43,7 @@ else:
         __name__,
         {
             "fesd_robot.replay.budget": ["Budget"],
-            "fesd_robot.replay.contacts": ["ContactLaw", "Contacts", "Note"],
+            "fesd_robot.replay.contacts": ["ContactLaw", "Contacts", "ReplayNote"],
             "fesd_robot.replay.dynamics": ["ContactDynamics", "contact_dynamics"],
             "fesd_robot.replay.event": ["Event"],
             "fesd_robot.replay.headings": ["slip_headings"],

@@ -39,7 +39,7 @@ _SAME_MOTION = 1e-6
 room of the forces than that, `ModeMotion.margin`, is room to spare."""
 
 
-class Note(str, Enum):
+class ReplayNote(str, Enum):
     """What is not as it should be about a replay."""
 
     NOT_UNIQUE = "several choices of modes are admissible"
@@ -110,7 +110,7 @@ class ContactLaw:
     def __init__(self, physics: NumericPhysics, control: np.ndarray) -> None:
         self._physics = physics
         self._control = control
-        self.notes: set[Note] = set()
+        self.notes: set[ReplayNote] = set()
 
     def begin(self, q: np.ndarray, v: np.ndarray, flying: np.ndarray) -> Beginning:
         """Return how a motion begins in a state.
@@ -127,7 +127,7 @@ class ContactLaw:
         drift = Drift(float(np.abs(gaps[closed]).max(initial=0.0)), float(np.abs(normal[closed]).max(initial=0.0)))
         ground, joints = (
             np.where(closed, gaps, np.minimum(gaps, 0.0)),
-            (ContactMode.STICK,) * len(self._physics.rubbing),
+            (ContactMode.STICK,) * len(self._physics.friction_coordinates),
         )
         nowhere = slip_headings(np.zeros((len(gaps), self._physics.rows - 1)))
         contacts = Contacts((ContactMode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere)
@@ -159,7 +159,7 @@ class ContactLaw:
         level = levelled(self._physics, q, touching, contacts.ground)
         result = impact(self._physics, q, v, touching, level=level)
         if not result.finished:
-            self.notes.add(Note.UNFINISHED_IMPACT)
+            self.notes.add(ReplayNote.UNFINISHED_IMPACT)
         closed = self._not_parting(touching, q, result.velocity)
         ground = np.where(closed & ~contacts.closed, self._physics.gaps(q), contacts.ground)
         return replace(contacts, closed=closed, ground=ground), result
@@ -182,7 +182,7 @@ class ContactLaw:
         ends = np.linalg.norm(changes, axis=1) > _JAMMED_CHANGE * np.linalg.norm(slides, axis=1)
         if not result.finished or not (ends & sliding).any():
             return None
-        self.notes.add(Note.NO_MODE)
+        self.notes.add(ReplayNote.NO_MODE)
         return replace(contacts, closed=self._not_parting(contacts.closed, q, result.velocity)), result
 
     def released(self, contacts: Contacts, q: np.ndarray) -> Contacts:
@@ -216,7 +216,7 @@ class ContactLaw:
 
     def look(self, contacts: Contacts, q: np.ndarray, v: np.ndarray) -> None:
         """Note whether other modes than those that go on have become possible: only where some slip is improper."""
-        if not contacts.closed.any() or Note.NOT_UNIQUE in self.notes:
+        if not contacts.closed.any() or ReplayNote.NOT_UNIQUE in self.notes:
             return
         dynamics = contact_dynamics(self._physics, q, v, self._control, contacts.headings)
         if slips_are_proper(dynamics.in_joint_modes(contacts.joints), contacts.closed):
@@ -230,11 +230,11 @@ class ContactLaw:
 
         Joints with dry friction do not creep either.
         """
-        rubbing, jacobian = self._physics.rubbing, self._physics.contact_jacobian(q)
+        friction_coordinates, jacobian = self._physics.friction_coordinates, self._physics.contact_jacobian(q)
         speeds = np.linalg.norm(tangential_rows(jacobian @ v, self._physics.rows), axis=1)
         creeps = closed & (speeds <= ZERO_TANGENTIAL_VELOCITY) & (self._physics.friction > 0)
         rows = np.column_stack([closed, *[creeps] * (self._physics.rows - 1)]).ravel()
-        resting = rubbing[np.abs(v[rubbing]) <= ZERO_TANGENTIAL_VELOCITY]
+        resting = friction_coordinates[np.abs(v[friction_coordinates]) <= ZERO_TANGENTIAL_VELOCITY]
         held = np.vstack([jacobian[rows], np.eye(len(v))[resting]])
         response = np.linalg.solve(self._physics.mass_matrix(q), held.T)
         impulse = np.linalg.lstsq(held @ response, held @ v, rcond=SINGULAR)[0]
@@ -254,14 +254,14 @@ class ContactLaw:
     def _judge(self, choices: list[ModeMotion]) -> None:
         best, others = choices[0], choices[1:]
         if not best.admissible:
-            self.notes.add(Note.NO_MODE)
+            self.notes.add(ReplayNote.NO_MODE)
             return
         if not best.proper:
-            self.notes.add(Note.IMPROPER)
+            self.notes.add(ReplayNote.IMPROPER)
         if best.shared_otherwise:
-            self.notes.add(Note.NOT_UNIQUE)
+            self.notes.add(ReplayNote.NOT_UNIQUE)
         if any(other.admissible and not _one_motion(best, other) for other in others):
-            self.notes.add(Note.NOT_UNIQUE)
+            self.notes.add(ReplayNote.NOT_UNIQUE)
 
 
 def _one_motion(first: ModeMotion, second: ModeMotion) -> bool:

@@ -126,7 +126,7 @@ def contact_dynamics(
         headings, through_zero: `before` of `slip_headings`, and as there.
     """
     ahead, behind = (physics.contact_jacobian(physics.integrate(q, sign * _STEP * v)) for sign in (1.0, -1.0))
-    jacobian, rows = physics.contact_jacobian(q), physics.rubbing
+    jacobian, rows = physics.contact_jacobian(q), physics.friction_coordinates
     force = -physics.required_force(q, v, np.zeros_like(v), u)
     picked = np.eye(len(v))[:, rows]
     solved = np.linalg.solve(physics.mass_matrix(q), np.column_stack([force, jacobian.T, picked]))

@@ -14,7 +14,7 @@ from fesd_robot.exactness import NO_VELOCITY
 from fesd_robot.instants import SAME_EVENT
 from fesd_robot.recovery import NumericPhysics, SwitchRecord, normal_rows, stacked_rows, tangential_rows
 from fesd_robot.replay.budget import Budget
-from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, Note
+from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, ReplayNote
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
 from fesd_robot.replay.event import Event
 from fesd_robot.replay.headings import slip_headings
@@ -67,7 +67,7 @@ class Replay:
     velocity: np.ndarray
     events: tuple[SwitchRecord, ...]
     drift: Drift
-    notes: frozenset[Note]
+    notes: frozenset[ReplayNote]
     joint_events: tuple[SwitchRecord, ...] = ()
     arriving: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
@@ -107,7 +107,7 @@ def replay_motion(
     if not all(np.isfinite(part).all() for part in (q, v, u)):
         nowhere = Drift(np.nan, np.nan)
         lost = np.full_like(v, np.nan)
-        return Replay(np.full_like(q, np.nan), lost, (), nowhere, frozenset({Note.FAILED}), arriving=lost)
+        return Replay(np.full_like(q, np.nan), lost, (), nowhere, frozenset({ReplayNote.FAILED}), arriving=lost)
     law = ContactLaw(physics, u)
     segments = Segments(physics, q, u, law, budget=budget or Budget())
     begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
@@ -156,7 +156,7 @@ def events_along(
         elif fired == STUCK:
             jammed = law.jammed(contacts, here, v)
             if jammed is None:
-                law.notes.add(Note.FAILED)
+                law.notes.add(ReplayNote.FAILED)
                 return *segments.state(np.full_like(y, np.nan)), contacts
             contacts, result = jammed
         v = result.velocity if result else v
@@ -166,7 +166,7 @@ def events_along(
         budget.events += 1
         budget.bounces += bool((hits & ~contacts.closed & (segments.physics.restitution > 0)).any())
         if not budget.watching:
-            law.notes.add(Note.MANY_EVENTS)
+            law.notes.add(ReplayNote.MANY_EVENTS)
         yield Event(time, here, velocity, before, contacts, hits, result)
     return *segments.state(y), contacts
 
@@ -231,7 +231,7 @@ class Segments:
         before = watched(y)
         while stepper.status == "running":
             if self.budget.over:
-                self.law.notes.add(Note.MANY_STEPS)
+                self.law.notes.add(ReplayNote.MANY_STEPS)
                 return end, np.full_like(y, np.nan), None
             self.budget.steps += 1
             try:
@@ -385,7 +385,7 @@ class Segments:
                 friction = dynamics.joint_force(stacked_rows(motion_in_modes(dynamics, contacts.modes)[1]))
                 unused = (dynamics.joints.limit - np.abs(friction))[sticking].min()
                 result[2 * count + 1] = unused / scale_of(friction) + _BEYOND_MARGIN
-            moving = slide * v[self.physics.rubbing] + _BEYOND_SLIP
+            moving = slide * v[self.physics.friction_coordinates] + _BEYOND_SLIP
             result[2 * count + 2 :] = np.where(slide == 0, np.inf, moving)
             return result
 

@@ -11,7 +11,7 @@ import numpy as np
 from fesd_robot.contact import ContactMode
 from fesd_robot.instants import SAME_TIME
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion, SwitchRecord
-from fesd_robot.replay.contacts import CLOSED_GAP, Drift, Note
+from fesd_robot.replay.contacts import CLOSED_GAP, Drift, ReplayNote
 from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
@@ -56,7 +56,7 @@ class IntervalReplay:
     event_difference: float
     unmatched: int
     drift: Drift
-    notes: frozenset[Note]
+    notes: frozenset[ReplayNote]
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         event_difference=max(difference, joint_difference),
         unmatched=unmatched + unmatched_joints,
         drift=result.drift,
-        notes=result.notes | ({Note.IN_TURN} if in_turn else set()),
+        notes=result.notes | ({ReplayNote.IN_TURN} if in_turn else set()),
     )
 
 

@@ -26,7 +26,7 @@ __all__ = [
     "Root",
     "RoundShape",
     "SimpleShape",
-    "Solid",
+    "UniformSolid",
     "ball",
     "beside",
     "box",
@@ -127,7 +127,7 @@ if TYPE_CHECKING:
         simple_shape,
     )
     from fesd_robot.robot.sagittal import propose_sagittal
-    from fesd_robot.robot.simple_body import Solid, ball, box, cylinder
+    from fesd_robot.robot.simple_body import UniformSolid, ball, box, cylinder
     from fesd_robot.robot.tree import Link
     from fesd_robot.robot.units import STANDARD_GRAVITY, configuration_units, deviation_units, velocity_units
 else:
@@ -189,7 +189,7 @@ else:
                 "simple_shape",
             ],
             "fesd_robot.robot.sagittal": ["propose_sagittal"],
-            "fesd_robot.robot.simple_body": ["Solid", "ball", "box", "cylinder"],
+            "fesd_robot.robot.simple_body": ["UniformSolid", "ball", "box", "cylinder"],
             "fesd_robot.robot.tree": ["Link"],
             "fesd_robot.robot.units": ["STANDARD_GRAVITY", "configuration_units", "deviation_units", "velocity_units"],
         },

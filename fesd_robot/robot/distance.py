@@ -31,7 +31,7 @@ class Segment(NamedTuple):
     radius: float
 
 
-class Block(NamedTuple):
+class OrientedBox(NamedTuple):
     """A box in the world.
 
     Attributes:
@@ -45,7 +45,7 @@ class Block(NamedTuple):
     half: list[float]
 
 
-Placed = Segment | Block
+Placed = Segment | OrientedBox
 
 
 def placed(shape: SimpleShape, rotation: ca.SX, position: ca.SX) -> Placed:
@@ -57,7 +57,9 @@ def placed(shape: SimpleShape, rotation: ca.SX, position: ca.SX) -> Placed:
     """
     if isinstance(shape, BoxShape):
         center = position + rotation @ clean(shape.placement.translation)
-        return Block(ca.densify(center), ca.densify(rotation @ clean(shape.placement.rotation)), shape.half.tolist())
+        return OrientedBox(
+            ca.densify(center), ca.densify(rotation @ clean(shape.placement.rotation)), shape.half.tolist()
+        )
     start, length = ca.densify(position + rotation @ clean(shape.ends[0])), shape.length
     direction = ca.densify(rotation @ clean((shape.ends[1] - shape.ends[0]) / length)) if length else None
     return Segment(start, direction, length, shape.radius)
@@ -78,10 +80,10 @@ def distance_rows(first: Placed, second: Placed) -> Iterator[ca.SX]:
 
     Source: Ericson, Real-Time Collision Detection (2005), sections 5.1.2, 5.1.3 and 5.1.9.
     """
-    if isinstance(first, Block):
+    if isinstance(first, OrientedBox):
         first, second = second, first
     assert isinstance(first, Segment)
-    if isinstance(second, Block):
+    if isinstance(second, OrientedBox):
         assert first.direction is None
         yield _to_box(first.start, second) - first.radius
         return
@@ -121,7 +123,7 @@ def _between_lines(first: Segment, second: Segment) -> ca.SX:
     return ca.sqrt(ca.sumsqr(w + s * u - t * v) + NO_LENGTH**2)
 
 
-def _to_box(point: ca.SX, box: Block) -> ca.SX:
+def _to_box(point: ca.SX, box: OrientedBox) -> ca.SX:
     outside = ca.fabs(box.axes.T @ (point - box.center)) - ca.DM(box.half)
     inside = ca.fmin(ca.fmax(ca.fmax(outside[0], outside[1]), outside[2]), 0)
     return ca.sqrt(ca.sumsqr(ca.fmax(outside, 0)) + NO_LENGTH**2) + inside

@@ -33,7 +33,7 @@ class Spring:
 
 
 @dataclass(frozen=True)
-class Drive:
+class MultiJointMotor:
     """A motor that pushes several joints at once, with a force between bounds.
 
     Attributes:
@@ -91,7 +91,7 @@ class ModelFile:
     notes: Sequence[str] = ()
     composites: Mapping[str, Sequence[str]] = field(default_factory=dict)
     springs: Mapping[str, Spring] = field(default_factory=dict)
-    drives: Mapping[str, Drive] = field(default_factory=dict)
+    drives: Mapping[str, MultiJointMotor] = field(default_factory=dict)
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shapes: Sequence[Shape] | None = None
 

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.body_names import SEPARATOR, name_on, shapes_on, visuals_on
-from fesd_robot.robot.model_file import Drive, Format, Shape, Spring, geometry_model, shapes_of
+from fesd_robot.robot.model_file import Format, MultiJointMotor, Shape, Spring, geometry_model, shapes_of
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
 
@@ -66,7 +66,7 @@ class Robot:
     lower_effort: np.ndarray = field(repr=False)
     upper_effort: np.ndarray = field(repr=False)
     joint_springs: Mapping[str, Spring] = field(repr=False)
-    drives: Mapping[str, Drive] = field(repr=False)
+    drives: Mapping[str, MultiJointMotor] = field(repr=False)
     postures: Mapping[str, Mapping[str, float]] = field(repr=False)
     frame_names: list[str] = field(repr=False)
     neutral: np.ndarray = field(repr=False)

@@ -28,7 +28,7 @@ _UPRIGHT = {"x": pin.exp3(np.array([0.0, np.pi / 2, 0.0])), "y": pin.exp3(np.arr
 
 
 @dataclass(frozen=True)
-class Solid:
+class UniformSolid:
     """A shape about its middle, the same everywhere in it.
 
     Attributes:
@@ -44,7 +44,7 @@ class Solid:
     places: Mapping[str, np.ndarray]
 
 
-def box(size: tuple[float, float, float], mass: float) -> Solid:
+def box(size: tuple[float, float, float], mass: float) -> UniformSolid:
     """Return a box with edges of some lengths, m, and frames at its eight corners.
 
     Corners are called ``front_left_top`` and so on: front and rear along x, left and right along y, top and bottom.
@@ -54,24 +54,24 @@ def box(size: tuple[float, float, float], mass: float) -> Solid:
         "_".join(name for name, _ in corner): np.array([sign for _, sign in corner]) * np.array(size) / 2
         for corner in product(*sides)
     }
-    return Solid(coal.Box(*size), pin.SE3.Identity(), pin.Inertia.FromBox(mass, *size), corners)
+    return UniformSolid(coal.Box(*size), pin.SE3.Identity(), pin.Inertia.FromBox(mass, *size), corners)
 
 
-def ball(radius: float, mass: float) -> Solid:
+def ball(radius: float, mass: float) -> UniformSolid:
     """Return a ball of a radius, m."""
-    return Solid(coal.Sphere(radius), pin.SE3.Identity(), pin.Inertia.FromSphere(mass, radius), {})
+    return UniformSolid(coal.Sphere(radius), pin.SE3.Identity(), pin.Inertia.FromSphere(mass, radius), {})
 
 
-def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"], mass: float) -> Solid:
+def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"], mass: float) -> UniformSolid:
     """Return a cylinder along an axis, lengths in m, with frames at the middles of its ends, `low` and `high`."""
     turn = pin.SE3(_UPRIGHT.get(axis, np.eye(3)), np.zeros(3))
     turn.rotation = np.round(turn.rotation)
     along = turn.rotation[:, 2] * length / 2
     inertia = turn.act(pin.Inertia.FromCylinder(mass, radius, length))
-    return Solid(coal.Cylinder(radius, length), turn, inertia, {"low": -along, "high": along})
+    return UniformSolid(coal.Cylinder(radius, length), turn, inertia, {"low": -along, "high": along})
 
 
-def simple_body(name: str, solid: Solid, root: Root) -> Robot:
+def simple_body(name: str, solid: UniformSolid, root: Root) -> Robot:
     """Return a solid body on a root joint as a robot of one link, `MIDDLE`.
 
     Args:

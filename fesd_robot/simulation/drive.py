@@ -9,15 +9,15 @@ import numpy as np
 
 from fesd_robot.errors import SolverError
 from fesd_robot.recovery import NumericPhysics, SwitchRecord
-from fesd_robot.replay import Budget, ContactLaw, Contacts, Event, Impact, Note, Segments, States, events_along
+from fesd_robot.replay import Budget, ContactLaw, Contacts, Event, Impact, ReplayNote, Segments, States, events_along
 from fesd_robot.simulation.schedule import Schedule
 
 _FATAL = {
-    Note.MANY_EVENTS: f"more than {Budget.most_events} contact events, or {Budget.most_bounces} bounces, "
+    ReplayNote.MANY_EVENTS: f"more than {Budget.most_events} contact events, or {Budget.most_bounces} bounces, "
     "happen within one control interval",
-    Note.MANY_STEPS: "the steps become too short",
-    Note.FAILED: "the motion cannot be integrated",
-    Note.UNFINISHED_IMPACT: "an impact does not end",
+    ReplayNote.MANY_STEPS: "the steps become too short",
+    ReplayNote.FAILED: "the motion cannot be integrated",
+    ReplayNote.UNFINISHED_IMPACT: "an impact does not end",
 }
 """Notes after which there is no motion to go on with, in words."""
 
@@ -80,7 +80,7 @@ class Drive:
     hits: list[Hit] = field(default_factory=list)
     switches: list[SwitchRecord] = field(default_factory=list)
     joint_switches: list[SwitchRecord] = field(default_factory=list)
-    notes: dict[Note, float] = field(default_factory=dict)
+    notes: dict[ReplayNote, float] = field(default_factory=dict)
 
 
 def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Schedule) -> Drive:

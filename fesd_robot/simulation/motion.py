@@ -48,7 +48,7 @@ def driven_motion(driven: Drive, physics: NumericPhysics, schedule: Schedule, n_
         samples.impact(hits[len(driven.pieces)], last.end, last.contacts, last.interval, last.control)
     columns = samples.stacked()
     joint_force, joint_mode = columns.pop("joint_force"), columns.pop("joint_mode")
-    rows = physics.rubbing
+    rows = physics.friction_coordinates
     joints = JointFriction(rows, physics.dry_friction[rows], joint_force, joint_mode, driven.joint_switches)
     sizes = (len(driven.configuration), len(driven.velocity), n_u, len(physics.friction))
     return PhysicalMotion(

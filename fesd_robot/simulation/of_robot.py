@@ -12,16 +12,16 @@ from fesd_robot.errors import MotionFileError
 from fesd_robot.ocp import MotionProblem, assembled_plan, formulate, motion_audit, motion_outcome, numeric_physics
 from fesd_robot.plans import Audit, Plan, SimulationNote, SimulationSummary, Statistics, Status, count, task_of
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion
-from fesd_robot.replay import Note
+from fesd_robot.replay import ReplayNote
 from fesd_robot.simulation.drive import Drive, drive
 from fesd_robot.simulation.motion import driven_motion
 from fesd_robot.simulation.schedule import schedule_of
 from fesd_robot.task import Task
 
 _NOT_UNIQUE = {
-    Note.NOT_UNIQUE: "rigid bodies may go on in several ways from here, one of which is taken",
-    Note.IMPROPER: "rigid bodies go on in a way in which a force acts in the wrong sense (Painleve)",
-    Note.NO_MODE: "rigid bodies cannot go on without an impact that is none of an approach (Painleve)",
+    ReplayNote.NOT_UNIQUE: "rigid bodies may go on in several ways from here, one of which is taken",
+    ReplayNote.IMPROPER: "rigid bodies go on in a way in which a force acts in the wrong sense (Painleve)",
+    ReplayNote.NO_MODE: "rigid bodies cannot go on without an impact that is none of an approach (Painleve)",
 }
 
 Controls = Plan | Path | str | Mapping[str, float | Sequence[float] | np.ndarray]

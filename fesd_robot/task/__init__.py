@@ -52,6 +52,7 @@ __all__ = [
     "GeneralizedForceActuator",
     "Goal",
     "Ground",
+    "GroundShape",
     "HeightMap",
     "Horizon",
     "Initial",
@@ -76,7 +77,6 @@ __all__ = [
     "Reference",
     "Renaming",
     "Robot",
-    "Shape",
     "SingleContact",
     "SolidSurface",
     "Solver",
@@ -151,7 +151,7 @@ if TYPE_CHECKING:
     from fesd_robot.task.expression import evaluate_expression, expression_names
     from fesd_robot.task.fields import AXES, NameKind
     from fesd_robot.task.goal import DEFAULT_TOLERANCE, Goal, Periodic, PointTarget, Tolerance, Waypoint
-    from fesd_robot.task.ground import GROUND, Ground, HeightMap, Plane, Shape, Step, Steps, Wall
+    from fesd_robot.task.ground import GROUND, Ground, GroundShape, HeightMap, Plane, Step, Steps, Wall
     from fesd_robot.task.json_schema import SCHEMA_FILE, task_json_schema, task_json_schema_text
     from fesd_robot.task.limits import Limits, SpeedOfTime
     from fesd_robot.task.load import load_task
@@ -225,7 +225,16 @@ else:
             "fesd_robot.task.expression": ["evaluate_expression", "expression_names"],
             "fesd_robot.task.fields": ["AXES", "NameKind"],
             "fesd_robot.task.goal": ["DEFAULT_TOLERANCE", "Goal", "Periodic", "PointTarget", "Tolerance", "Waypoint"],
-            "fesd_robot.task.ground": ["GROUND", "Ground", "HeightMap", "Plane", "Shape", "Step", "Steps", "Wall"],
+            "fesd_robot.task.ground": [
+                "GROUND",
+                "Ground",
+                "HeightMap",
+                "Plane",
+                "GroundShape",
+                "Step",
+                "Steps",
+                "Wall",
+            ],
             "fesd_robot.task.json_schema": ["SCHEMA_FILE", "task_json_schema", "task_json_schema_text"],
             "fesd_robot.task.limits": ["Limits", "SpeedOfTime"],
             "fesd_robot.task.load": ["load_task"],

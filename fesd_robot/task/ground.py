@@ -133,7 +133,7 @@ Slope = Annotated[
 """An angle between -pi/2 and pi/2, rad."""
 
 
-class Shape(Section, ABC):
+class GroundShape(Section, ABC):
     """A ground of any shape."""
 
     BUILT_FROM: ClassVar[str]
@@ -154,7 +154,7 @@ class Shape(Section, ABC):
         """Return the shape, without friction and walls."""
 
 
-class Plane(Shape):
+class Plane(GroundShape):
     """A flat ground, horizontal or sloped."""
 
     BUILT_FROM = "slope"
@@ -187,7 +187,7 @@ class Step(Section):
     height: Number = Field(description="Height of the ground from this edge to the next, m.")
 
 
-class Steps(Shape):
+class Steps(GroundShape):
     """Level treads at different heights: stairs, gaps, holes."""
 
     BUILT_FROM = "steps"
@@ -237,7 +237,7 @@ class Steps(Shape):
 _IMAGE_KEYS = ("size", "height", "origin")
 
 
-class HeightMap(Shape):
+class HeightMap(GroundShape):
     """A ground through measured heights, along x only or over a grid of x and y."""
 
     BUILT_FROM = "file"

@@ -11,18 +11,27 @@ import pytest
 
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import HomotopyOptions, Run, solve
-from fesd_robot.mpcc.schedule import ACTIVE_SET_SETTLED_SIGMA, RULES, USUAL_ITERATIONS, Rule, Schedule, chosen_start
+from fesd_robot.mpcc.schedule import (
+    ACTIVE_SET_SETTLED_SIGMA,
+    RULES,
+    USUAL_ITERATIONS,
+    Rule,
+    SigmaSchedule,
+    chosen_start,
+)
 
 from .known import KNOWN, X, Y, mpcc, vanishing
 
 NEAR_MISS = KNOWN[0]
 
 
-def _schedule(rule: Rule, **changes: Any) -> Schedule:
-    return replace(Schedule(rule, first=1.0, last=1e-8, factor=0.2, power=1.5, velocity_level_ratio=1.0), **changes)
+def _schedule(rule: Rule, **changes: Any) -> SigmaSchedule:
+    return replace(
+        SigmaSchedule(rule, first=1.0, last=1e-8, factor=0.2, power=1.5, velocity_level_ratio=1.0), **changes
+    )
 
 
-def _factor(schedule: Schedule, sigma: float, iterations: int = USUAL_ITERATIONS) -> float:
+def _factor(schedule: SigmaSchedule, sigma: float, iterations: int = USUAL_ITERATIONS) -> float:
     """By what sigma of both levels shrinks."""
     first, second = schedule.after((sigma, sigma), iterations)
     assert first == second

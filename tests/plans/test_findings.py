@@ -10,7 +10,7 @@ from fesd_robot.plans.audit_record import ENTRIES, Audit, AuditScales
 from fesd_robot.plans.findings import findings_of, findings_of_notes
 from fesd_robot.plans.measured import Measured
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.contacts import Note
+from fesd_robot.replay.contacts import ReplayNote
 from fesd_robot.replay.intervals import MotionReplay, replay_intervals
 
 from .motions import tumble
@@ -58,9 +58,9 @@ def test_every_note_of_a_replay_is_said_once(physics: NumericPhysics) -> None:
     """The first interval that notes it is named, however many do."""
     intervals = replay_intervals(tumble(), physics).intervals
     assert findings_of_notes(MotionReplay(intervals)) == []
-    noted = tuple(type(one)(**{**vars(one), "notes": frozenset(Note)}) for one in intervals)
+    noted = tuple(type(one)(**{**vars(one), "notes": frozenset(ReplayNote)}) for one in intervals)
     found = findings_of_notes(MotionReplay(noted))
-    assert len(found) == len(Note) and {one.entry for one in found} == {"replay"}
+    assert len(found) == len(ReplayNote) and {one.entry for one in found} == {"replay"}
     assert all(one.sentence.startswith("From t = 0 s on (interval 0) ") for one in found)
 
 

@@ -13,8 +13,8 @@ from fesd_robot.plans.glossary import GLOSSARY
 from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome, Slide
 from fesd_robot.plans.sentences import (
     contact_sentence,
+    control_peaks,
     effort_sentence,
-    efforts,
     force_sentence,
     goal_sentence,
     limits_of_controls,
@@ -93,7 +93,7 @@ def test_the_hardest_control_is_named(plan: Plan) -> None:
     assert effort_sentence(busy) == "a works hardest: -3 N m from 0 to 0.1 s, 75 % of its limit."
     full = busy.model_copy(update={"control_limits": {"a": (-3.0, 4.0), "b": (0.0, 8.0)}})
     assert effort_sentence(full).endswith("all of its limit; b reaches its limit, too.")
-    assert [each.share for each in efforts(full)] == [1.0, 1.0]
+    assert [each.share for each in control_peaks(full)] == [1.0, 1.0]
 
 
 def test_limits_of_earlier_plans_are_those_of_their_task(plan: Plan) -> None:

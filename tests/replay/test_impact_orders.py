@@ -8,7 +8,7 @@ import pytest
 from fesd_robot.contact import ContactMode
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.between import stacked_elements
-from fesd_robot.replay.contacts import Note
+from fesd_robot.replay.contacts import ReplayNote
 from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
@@ -97,7 +97,7 @@ def test_a_plan_may_take_an_order_and_the_replay_says_so(order: str) -> None:
     first, second = replay_intervals(fallen(after[order]), FEET).intervals
     assert np.abs(first.velocity_error).max() < 1e-4 and np.abs(first.position_error).max() < 1e-9
     assert (np.abs(second.impact_error).max() > 0.1) == (order == "neither")
-    assert (Note.IN_TURN in second.notes) == (order != "neither") and not first.notes
+    assert (ReplayNote.IN_TURN in second.notes) == (order != "neither") and not first.notes
 
 
 @pytest.mark.parametrize("early", [0.0, 1e-8, 1e-4])

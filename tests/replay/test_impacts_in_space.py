@@ -13,7 +13,7 @@ import pytest
 from fesd_robot.contact import ContactMode, PointOnSurface, Scene
 from fesd_robot.contact.ground import Plane
 from fesd_robot.recovery.physics import NumericPhysics
-from fesd_robot.replay.contacts import ContactLaw, Contacts, Note
+from fesd_robot.replay.contacts import ContactLaw, Contacts, ReplayNote
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.robot import load_robot
@@ -98,7 +98,7 @@ def test_a_jammed_slide_in_space_goes_on_as_in_the_plane(direction: float) -> No
     start = np.array([0, 0, q[1], *pin.Quaternion(attitude).coeffs()])
     twist = np.concatenate([attitude.T @ turn @ [v[0], 0, v[1]], [0, v[2], 0]])
     found = replay_motion(slender(2.0), start, twist, np.zeros(0), 0.3)
-    assert found.notes == expected.notes == {Note.NO_MODE}
+    assert found.notes == expected.notes == {ReplayNote.NO_MODE}
     x, z = expected.configuration[:2]
     np.testing.assert_allclose(found.configuration[:3], turn @ [x, 0, z], atol=1e-4)
     np.testing.assert_allclose(found.velocity[4], expected.velocity[2], atol=1e-3)

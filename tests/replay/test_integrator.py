@@ -13,7 +13,7 @@ from scipy.special import ellipk
 from fesd_robot.contact import Scene
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay import Budget
-from fesd_robot.replay.contacts import Note
+from fesd_robot.replay.contacts import ReplayNote
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.robot import load_robot
 
@@ -196,7 +196,7 @@ def test_the_cap_on_events_is_reported() -> None:
     result = replay_motion(
         point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 0.3, budget=Budget(most_events=1)
     )
-    assert Note.MANY_EVENTS in result.notes
+    assert ReplayNote.MANY_EVENTS in result.notes
 
 
 def test_steps_that_become_too_short_end_a_replay() -> None:
@@ -204,14 +204,14 @@ def test_steps_that_become_too_short_end_a_replay() -> None:
     result = replay_motion(
         point(0.4), np.array([0, 0.05]), np.array([0.5, 0]), np.zeros(2), 3.0, budget=Budget(most_steps=5)
     )
-    assert np.isnan(result.velocity).all() and Note.MANY_STEPS in result.notes
+    assert np.isnan(result.velocity).all() and ReplayNote.MANY_STEPS in result.notes
 
 
 def test_a_state_that_is_no_number_is_reported() -> None:
     """The replay of a state that is not finite is NaN, with a note, so that nothing passes by it."""
     result = replay_motion(point(0.4), np.array([0.0, np.nan]), np.zeros(2), np.zeros(2), 0.1)
     assert np.isnan(result.velocity).all()
-    assert result.notes == {Note.FAILED}
+    assert result.notes == {ReplayNote.FAILED}
 
 
 def test_a_rod_in_paradox_is_reported() -> None:
@@ -220,7 +220,7 @@ def test_a_rod_in_paradox_is_reported() -> None:
     result = replay_motion(
         rod(2.0), np.array([0, 0.6 * math.sin(angle), -angle]), np.array([-1.0, 0, 0]), NOTHING, 0.01
     )
-    assert Note.NO_MODE in result.notes
+    assert ReplayNote.NO_MODE in result.notes
 
 
 @pytest.mark.slow
@@ -234,7 +234,7 @@ def test_a_slide_whose_force_grows_beyond_any_bound_ends_in_an_impact(angle: flo
     normal, along = physics.contact_jacobian(q) @ v
     v[:2] = -3.0 - along, -normal
     result = replay_motion(physics, q, v, NOTHING, 0.3)
-    assert result.notes == {Note.NO_MODE} and np.isfinite(result.velocity).all()
+    assert result.notes == {ReplayNote.NO_MODE} and np.isfinite(result.velocity).all()
     (event,) = result.events
     assert event.kind == "takeoff"
     before = replay_motion(physics, q, v, NOTHING, event.time - 1e-7)

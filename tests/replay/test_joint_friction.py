@@ -56,7 +56,7 @@ def pendulum(folder: Path, friction: float, *, mass: float = 1.0, length: float 
 def block(friction: float, points: dict[str, tuple[float, float]] | None = None) -> NumericPhysics:
     """A block of 2 kg on a rail with dry friction, N."""
     physics = body(2.0, 1.0, points or {}, friction=0.0, coordinates=("x",))
-    physics.dry_friction, physics.rubbing = np.array([friction]), np.array([0])
+    physics.dry_friction, physics.friction_coordinates = np.array([friction]), np.array([0])
     return physics
 
 
@@ -147,7 +147,7 @@ def test_sticking_joints_and_contacts_share_a_load() -> None:
     The slide sticks with the contact closed: whatever share each has, nothing moves, and both obey their laws.
     """
     physics = body(2.0, 1.0, {"foot": (0.0, 0.0)}, friction=0.3, coordinates=("z",))
-    physics.dry_friction, physics.rubbing = np.array([5.0]), np.array([0])
+    physics.dry_friction, physics.friction_coordinates = np.array([5.0]), np.array([0])
     result = replay_motion(physics, np.zeros(1), np.zeros(1), np.zeros(1), 0.5)
     np.testing.assert_allclose([result.configuration[0], result.velocity[0]], 0, atol=1e-12)
     lifted = replay_motion(physics, np.zeros(1), np.zeros(1), np.array([2 * GRAVITY + 6.0]), 0.5)
@@ -157,7 +157,7 @@ def test_sticking_joints_and_contacts_share_a_load() -> None:
 def test_an_impact_has_no_impulse_of_dry_friction() -> None:
     """A mass that falls in a guide with friction lands at the speed of (g - F / m), and stops by the ground alone."""
     physics = body(2.0, 1.0, {"foot": (0.0, 0.0)}, friction=0.0, coordinates=("z",))
-    physics.dry_friction, physics.rubbing = np.array([5.0]), np.array([0])
+    physics.dry_friction, physics.friction_coordinates = np.array([5.0]), np.array([0])
     height, pull = 0.3, GRAVITY - 2.5
     result = replay_motion(physics, np.array([height]), np.array([-0.5]), np.zeros(1), 1.0)
     assert [event.kind for event in result.events] == ["touchdown"]
@@ -193,7 +193,7 @@ def test_friction_of_sliding_joints_is_mujocos(tmp_path: Path, seed: int) -> Non
 def test_a_contact_that_slides_in_a_guide_with_friction() -> None:
     """A point that slides on the ground and in a guide at once has the friction of both: mu m g + F."""
     physics = body(2.0, 1.0, {"foot": (0.0, 0.0)}, friction=0.3, coordinates=("z", "x"))
-    physics.dry_friction, physics.rubbing = np.array([0.0, 4.0]), np.array([1])
+    physics.dry_friction, physics.friction_coordinates = np.array([0.0, 4.0]), np.array([1])
     slowing = 0.3 * GRAVITY + 4.0 / 2.0
     result = replay_motion(physics, np.zeros(2), np.array([0.0, 1.0]), np.zeros(2), 1.0)
     assert result.configuration[1] == pytest.approx(0.5 / slowing, abs=1e-8)

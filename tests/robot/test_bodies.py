@@ -13,7 +13,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.robot import Robot, load_robot, mass_matrix, nonlinear_effects
 from fesd_robot.robot.bodies import beside
 from fesd_robot.robot.root import ROOTS, Root
-from fesd_robot.robot.simple_body import Solid, ball, box, cylinder, simple_body
+from fesd_robot.robot.simple_body import UniformSolid, ball, box, cylinder, simple_body
 
 MODELS = Path(__file__).parents[2] / "models"
 NOWHERE = np.zeros(3)
@@ -96,7 +96,7 @@ def test_shapes_are_where_the_bodies_are(arm: Robot) -> None:
     ],
     ids=["box", "ball", "cylinder along z", "cylinder along x"],
 )
-def test_simple_bodies_are_solid(solid: Solid, inertia: np.ndarray) -> None:
+def test_simple_bodies_are_solid(solid: UniformSolid, inertia: np.ndarray) -> None:
     """The inertia is that of a solid about its middle."""
     model = simple_body("body", solid, "free_flyer").model
     np.testing.assert_allclose(model.inertias[1].inertia, np.diag(inertia), atol=1e-15)

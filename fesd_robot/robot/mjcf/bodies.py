@@ -13,7 +13,7 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.robot.couple import set_entries
 from fesd_robot.robot.mjcf.compiled import disabled, name_of
-from fesd_robot.robot.mjcf.drives import Effort
+from fesd_robot.robot.mjcf.drives import ForceRange
 from fesd_robot.robot.root import ROOT_JOINT
 
 _WORLD = 0
@@ -62,7 +62,7 @@ class _Builder:
         self._places = {_WORLD: _Place(0, pin.SE3.Identity())}
         self._frames = {_WORLD: 0}
 
-    def add_body(self, body: int, efforts: Mapping[int, Effort]) -> None:
+    def add_body(self, body: int, efforts: Mapping[int, ForceRange]) -> None:
         model, result = self.model, self.result
         parent = self._places[model.body_parentid[body]]
         place = _Place(parent.joint, parent.pose * pose_of(model.body_pos[body], model.body_quat[body]))
@@ -74,7 +74,7 @@ class _Builder:
         for joint in range(first, first + model.body_jntnum[body]):
             if body == self._root and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
                 continue
-            place = self._moved(place, joint, efforts.get(joint, Effort(0.0, 0.0)))
+            place = self._moved(place, joint, efforts.get(joint, ForceRange(0.0, 0.0)))
             frame = result.addJointFrame(place.joint, frame)
         if place.joint:
             result.appendBodyToJoint(place.joint, self._inertia(body), place.pose)
@@ -88,7 +88,7 @@ class _Builder:
         name = name_of(self.model, "site", site)
         self.result.addFrame(pin.Frame(name, place.joint, self._frames[body], pose, pin.FrameType.OP_FRAME), False)
 
-    def _moved(self, place: _Place, joint: int, effort: Effort) -> _Place:
+    def _moved(self, place: _Place, joint: int, effort: ForceRange) -> _Place:
         """Add a joint to a body at a place, and return the place of the body behind it."""
         model, result = self.model, self.result
         name, v = name_of(model, "joint", joint), int(model.jnt_dofadr[joint])
@@ -141,7 +141,7 @@ class _Builder:
 
 
 def build_bodies(
-    model: mujoco.MjModel, efforts: Mapping[int, Effort], root: int | None, root_joint: pin.JointModel | None
+    model: mujoco.MjModel, efforts: Mapping[int, ForceRange], root: int | None, root_joint: pin.JointModel | None
 ) -> pin.Model:
     """Return Pinocchio's model of MuJoCo's: the same bodies, joints, sites, and values q of the joints.
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from fesd_robot.robot.mjcf.compiled import name_of
-from fesd_robot.robot.model_file import Drive, note
+from fesd_robot.robot.model_file import MultiJointMotor, note
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -18,20 +18,20 @@ _CONSTANT_GAIN = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AF
 """Kinds as numbers: members of MuJoCo's enumerations are not found among NumPy's integers."""
 
 
-class Effort(NamedTuple):
+class ForceRange(NamedTuple):
     """Bounds of a force, N or N m."""
 
     lower: float
     upper: float
 
-    def times(self, factor: float) -> Effort:
+    def times(self, factor: float) -> ForceRange:
         """Return the bounds of the force times a factor."""
         ends = [factor * end if factor else 0.0 for end in self]
-        return Effort(min(ends), max(ends))
+        return ForceRange(min(ends), max(ends))
 
-    def within(self, other: Effort) -> Effort:
+    def within(self, other: ForceRange) -> ForceRange:
         """Return the bounds that both keep to."""
-        return Effort(*(float(np.clip(end, *other)) for end in self))
+        return ForceRange(*(float(np.clip(end, *other)) for end in self))
 
 
 @dataclass
@@ -44,8 +44,8 @@ class Actuators:
         notes: what is read differently from the file or not at all, one sentence each.
     """
 
-    efforts: dict[int, Effort] = field(default_factory=dict)
-    drives: dict[str, Drive] = field(default_factory=dict)
+    efforts: dict[int, ForceRange] = field(default_factory=dict)
+    drives: dict[str, MultiJointMotor] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -76,15 +76,15 @@ def read_actuators(model: mujoco.MjModel) -> Actuators:
             )
         elif len(pushed) > 1:
             joints = {name_of(model, "joint", joint): gear for joint, gear in pushed.items()}
-            result.drives[name] = Drive(joints, *force)
+            result.drives[name] = MultiJointMotor(joints, *force)
         else:
             joint, gear = next(iter(pushed.items()))
-            here = result.efforts.get(joint, Effort(0.0, 0.0))
+            here = result.efforts.get(joint, ForceRange(0.0, 0.0))
             more = force.times(gear)
-            result.efforts[joint] = Effort(here.lower + more.lower, here.upper + more.upper)
+            result.efforts[joint] = ForceRange(here.lower + more.lower, here.upper + more.upper)
     for number in np.flatnonzero(model.jnt_actfrclimited):
         joint = int(number)
-        limits = Effort(*model.jnt_actfrcrange[joint])
+        limits = ForceRange(*model.jnt_actfrcrange[joint])
         if not model.nu:
             result.efforts[joint] = limits
         elif joint in result.efforts:
@@ -111,23 +111,23 @@ def _pushed(model: mujoco.MjModel, index: int) -> dict[int, float] | None:
     return {int(model.wrap_objid[wrap]): gear * float(model.wrap_prm[wrap]) for wrap in wraps}
 
 
-def _force(model: mujoco.MjModel, index: int, pushed: dict[int, float]) -> Effort | None:
+def _force(model: mujoco.MjModel, index: int, pushed: dict[int, float]) -> ForceRange | None:
     """Return the forces that an actuator can give, infinite without a limit; None if its gain is not constant."""
     if model.actuator_gaintype[index] not in _CONSTANT_GAIN:
         return None
     gain, slopes = float(model.actuator_gainprm[index][0]), model.actuator_gainprm[index][1:3]
     if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_AFFINE and np.any(slopes):
         return None
-    force = Effort(-math.inf, math.inf)
+    force = ForceRange(-math.inf, math.inf)
     if model.actuator_ctrllimited[index]:
-        force = Effort(*model.actuator_ctrlrange[index]).times(gain)
+        force = ForceRange(*model.actuator_ctrlrange[index]).times(gain)
     if _is_servo(model, index):
         limits = np.array([_range(model, joint) for joint in pushed]) * np.array(list(pushed.values()))[:, None]
         constant, slope = model.actuator_biasprm[index][:2]
-        bias = Effort(*np.sort(limits, axis=1).sum(axis=0)).times(float(slope))
-        force = Effort(force.lower + bias.lower + constant, force.upper + bias.upper + constant)
+        bias = ForceRange(*np.sort(limits, axis=1).sum(axis=0)).times(float(slope))
+        force = ForceRange(force.lower + bias.lower + constant, force.upper + bias.upper + constant)
     if model.actuator_forcelimited[index]:
-        force = force.within(Effort(*model.actuator_forcerange[index]))
+        force = force.within(ForceRange(*model.actuator_forcerange[index]))
     return force
 
 
