@@ -1,4 +1,4 @@
-"""What the program's commands do with a task or a plan, as functions: explain, draw, export."""
+"""The program's commands as functions of a task or a plan: explain, draw, export."""
 
 from __future__ import annotations
 

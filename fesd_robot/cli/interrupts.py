@@ -16,7 +16,7 @@ from fesd_robot.cli.exits import ExitCode
 
 
 class RunStage(Enum):
-    """What a run is doing, and so what an interrupt would hit."""
+    """Stage of a run, which decides what an interrupt ends."""
 
     ABORTABLE = auto()
     """Nothing that needs care: KeyboardInterrupt."""

@@ -151,7 +151,7 @@ def _write_early(plan: Plan, task: Task, folder: Path, progress: Progress) -> No
 
 
 EARLY = "Cheaper motions are still looked for."
-"""What is added to the message of a plan that may be replaced by a cheaper one."""
+"""Addition to the message of a plan that a cheaper one may replace."""
 
 
 def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts: Interrupts) -> Path:

@@ -1,4 +1,4 @@
-"""What is shown while a task is being solved."""
+"""Progress that is shown while a task is being solved."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ _OF_AN_ATTEMPT = (
     Station.REFINING,
     Station.CERTIFYING,
 )
-"""What is done anew with every fallback setting."""
+"""Activities that every fallback setting repeats."""
 
 
 class Progress:

@@ -1,4 +1,4 @@
-"""What touches what: the geometry of every contact."""
+"""The geometry of every contact: the two surfaces that touch."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class CircleOnBox:
 
 
 TwoBodies = CircleOnCircle | CircleOnBox
-"""What touches another body of the robot, not a surface."""
+"""Geometries that touch another body of the robot, not a surface."""
 
 ContactGeometry = PointOnSurface | CircleOnSurface | TwoBodies
 

@@ -1,4 +1,4 @@
-"""What the contact layer takes and gives: a mechanism, its contacts, and the time-freezing system made of them."""
+"""Input and output of the contact layer: a mechanism, its contacts, and the time-freezing system made of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a contact does in a finite element, read from the branch."""
+"""Modes of contacts in finite elements, read from the branch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Active = Mapping[tuple[str, str], ActiveFactor]
 
 
 class ContactMode(str, Enum):
-    """What one contact, or one joint with dry friction, does; a joint is never in flight, and has no impacts."""
+    """Mode of a contact, or of a joint with dry friction; a joint is never in flight, and has no impacts."""
 
     FLIGHT = "flight"
     """No force."""

@@ -1,4 +1,4 @@
-"""What the signs of a contact's velocities forbid, the same for every form of the contact logic."""
+"""Conditions on the signs of a contact's velocities, the same for every form of the contact logic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the expressions of every nonsmooth model must satisfy before it is reduced to complementarity conditions."""
+"""Checks of the expressions of nonsmooth models, before these are reduced to complementarity conditions."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Impulse:
 
 @dataclass(frozen=True, eq=False)
 class Jump:
-    """What may happen to the state at the left boundary of every finite element, x to x+, in no time.
+    """A jump that the state may make at the left boundary of every finite element, x to x+, in no time.
 
     ``x+`` is x with the entries `states` replaced by `after`. With y = (after, algebraic) it obeys ``0 = r(x, y, p)``,
     the laws of its impulses, and further conditions.

@@ -1,4 +1,4 @@
-"""What all nonsmooth models have in common besides their switches, checked and with the defaults filled in."""
+"""The part of all nonsmooth models besides their switches, checked and with the defaults filled in."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class AddedRows:
 
 
 NO_ROWS = AddedRows()
-"""What a transcription has before it is refined."""
+"""The added rows of a transcription before it is refined: none."""
 
 
 def _bound_block(name: str, bounds: Sequence[BoundBetween], indices: TrajectoryIndices, nodes: np.ndarray) -> Block:

@@ -19,7 +19,7 @@ Sums = tuple[ca.SX, ca.SX]
 
 @dataclass
 class Equilibration:
-    """What the step equilibration of an interval adds to its NLP.
+    """Terms and rows that the step equilibration of an interval adds to its NLP.
 
     Attributes:
         cost: rho times a measure of unequal steps; zero for the exact modes.

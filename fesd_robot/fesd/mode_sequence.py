@@ -1,4 +1,4 @@
-"""What the search for the modes of a step is about: its input, sequences of modes, wrong signs, its result."""
+"""Values of the search for the modes of a step: its input, sequences of modes, wrong signs, its result."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fesd_robot.fesd.modes import Modes
 
 @dataclass(frozen=True)
 class StepInput:
-    """What a simulation step starts from: point (x, z), control u, parameters p, length."""
+    """Input of a simulation step: point (x, z), control u, parameters p, length."""
 
     x: np.ndarray
     z: np.ndarray

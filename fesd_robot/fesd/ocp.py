@@ -19,7 +19,7 @@ from fesd_robot.running import Identity
 
 
 class RelaxedCost(NamedTuple):
-    """What stands in the place of a running cost while the velocity level is relaxed by sigma.
+    """Replacement of a running cost while the velocity level is relaxed by sigma.
 
     Both are functions sigma -> integrand, SX in (x, u, z, p, sigma), that tend to the cost with sigma where
     complementarity holds.
@@ -34,7 +34,7 @@ class RelaxedCost(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """What a control grid needs that moves.
+    """Data of a control grid that moves.
 
     Attributes:
         state: index of the state that is the physical time.
@@ -47,7 +47,7 @@ class Clock(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OcpEquations:
-    """What problems have in common that differ in their numbers only; it is equal to itself alone.
+    """Equations of problems that differ in their numbers only; it is equal to itself alone.
 
     The attributes are those of the problem; `moving` says whether its grid does.
     """

@@ -27,7 +27,7 @@ HOMOTOPY_STARTS = ((1e-2, 0.1, 1.0), (1.0, 0.1, 1.0), (1.0, 0.35, 100.0), (1e-1,
 """First sigma, factor and velocity level ratio of a step's homotopy, and those that are tried when it fails."""
 
 ROBOTS = "; a task or a plan is simulated from event to event, without control intervals, by fesd_robot.simulate"
-"""What helps where a step with contact fails."""
+"""Advice where a step with contact fails."""
 
 
 @dataclass(frozen=True)

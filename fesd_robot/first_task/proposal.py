@@ -1,4 +1,4 @@
-"""What a first task says, before it is written as text."""
+"""A first task, before it is written as text."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ _PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")
 
 _AT_REST = {"acceptable_tol": 1e-2, "acceptable_constr_viol_tol": 1e-9, "acceptable_obj_change_tol": 1e-6}
-"""What counts as standing still."""
+"""Changes below this count as standing still."""
 
 
 def ipopt_options(settings: NlpSettings) -> dict[str, Any]:

@@ -69,7 +69,7 @@ class NlpPoint:
 
 @dataclass(frozen=True)
 class NlpResult:
-    """What a solver returned: the point, how it ended, iterations and seconds."""
+    """Result of a solver: the point, how it ended, iterations and seconds."""
 
     point: NlpPoint
     status: NlpStatus

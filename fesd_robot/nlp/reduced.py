@@ -16,7 +16,7 @@ REMEMBERED = 6
 
 @dataclass(frozen=True, eq=False)
 class ReducedNlp:
-    """What is left of an NLP.
+    """An NLP without its fixed variables and free rows.
 
     On a branch most rows of a motion's NLP bound nothing, or lie outside of the window that is solved. IPOPT gives each
     of them a slack variable and a row of its linear systems all the same. The values of variables that are fixed are

@@ -109,7 +109,7 @@ def check_pace(task: Task, robot: Robot, ends: Endpoints, limits: StateLimits, g
 
 
 class _HardTarget(NamedTuple):
-    """What must be met: key path, coordinate, value, m or rad (`relative` to the start), tolerance, and time, s."""
+    """A hard target: key path, coordinate, value, m or rad (`relative` to the start), tolerance, and time, s."""
 
     key: KeyPath
     name: str

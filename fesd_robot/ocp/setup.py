@@ -1,4 +1,4 @@
-"""What a task decides once: its robot, ground, motors and contacts, whatever the start and the goal are in numbers."""
+"""The setup of a task: its robot, ground, motors and contacts, whatever the start and the goal are in numbers."""
 
 from __future__ import annotations
 

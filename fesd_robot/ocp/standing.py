@@ -39,7 +39,7 @@ _UNDECIDED = 1e-6
 _SETTINGS = NlpSettings(FREE, tolerance=1e-10)
 
 _DEFAULT_ADJUST = (ROOT_HEIGHT, ROOT_PITCH)
-"""What is adjusted by default: the first for one contact, both for several."""
+"""Coordinates adjusted by default: the first for one contact, both for several."""
 
 Section = TypeVar("Section", bound=Configured)
 

@@ -20,7 +20,7 @@ LENGTH_AT_BOUND = 1e-6
 
 @dataclass(frozen=True)
 class StartReport:
-    """What became of an initial guess.
+    """Result of an initial guess.
 
     Attributes:
         number: of the start, from 0.

@@ -25,7 +25,7 @@ Bounds = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What a motion is compared with.
+    """Limits with which a motion is compared.
 
     Attributes:
         position, velocity, control: bounds of configuration (n_q), velocity (n_v) and controls (n_u).

@@ -32,7 +32,7 @@ class AuditScales:
 
 @dataclass(frozen=True)
 class AuditEntry:
-    """What one entry of an audit measures, and how large it may be.
+    """Unit, tolerance and words of one entry of an audit.
 
     Args:
         meaning: what is measured, in words.

@@ -39,9 +39,8 @@ def conflict_words(conflict: Conflict, names: Names, intervals: int, friction_co
         contact = label.subject.removesuffix(_GAP)
         is_gap = label.kind == "state" and label.subject.endswith(_GAP) and contact in names.contacts
         joint = label.subject.removesuffix(_VELOCITY)
-        is_held = (
-            label.kind == "state" and joint in friction_coordinates and joint != label.subject and demand.bound == 0
-        )
+        is_velocity = label.kind == "state" and joint != label.subject
+        is_held = is_velocity and joint in friction_coordinates and demand.bound == 0
         closed = f"contact '{contact}' on the ground" if is_gap else ""
         closed = f"dry friction of joint '{joint}'" if is_held else closed
         what = closed or _demanded(demand, names, intervals)

@@ -33,7 +33,7 @@ FILES = (
     PAGE_FILE,
     FIGURES_FOLDER,
 )
-"""What a run may leave, in the order to look at it."""
+"""Files that a run may leave, in the order to look at them."""
 
 _NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
@@ -142,7 +142,7 @@ def _picture(folder: Path) -> str | None:
 
 
 _OWN = {*FILES, *(each.file for each in EXPORTS.values())}
-"""What goes with an earlier plan: what its run left, and what was exported beside it."""
+"""Files that go with an earlier plan: those of its run, and exports beside it."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What an audit has found, in words: where, when, what is impossible there, and what would help."""
+"""Findings of an audit in words: where, when, what is impossible there, and what would help."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan says about the dry friction of joints."""
+"""The dry friction of joints in a plan."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ EVERY = 2
 
 @dataclass(frozen=True)
 class ModeForces:
-    """What the modes that a plan has chosen ask of the contacts, by Newton's and Coulomb's laws alone.
+    """Forces of contacts in the modes that a plan has chosen, by Newton's and Coulomb's laws alone.
 
         M a + h + D v = B u + J^T f,   J_n a + (dJ_n/dt) v = 0 of closed contacts,   J_t a + (dJ_t/dt) v = 0 of sticking
         ones,   f_t = -mu s f_n of sliding ones,   a_i = 0 of sticking joints and tau_f = -F s of sliding ones

@@ -77,7 +77,7 @@ class ContactImpact(Record):
 
 
 class ContactOutcome(Record):
-    """What one contact did, each list in time order."""
+    """Flights, slides and impacts of one contact, each list in time order."""
 
     flights: list[Flight] = Field(default_factory=list)
     slides: list[Slide] = Field(default_factory=list)

@@ -57,7 +57,7 @@ def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Surface], moments:
 
 
 class _Overlaps:
-    """What overlaps where, of one robot in one task."""
+    """Overlaps of one robot in one task."""
 
     def __init__(self, task: Task, robot: Robot, surfaces: Mapping[str, Surface], shapes: BodyShapes) -> None:
         self._robot, self._shapes = robot, shapes

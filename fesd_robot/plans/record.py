@@ -1,4 +1,4 @@
-"""What all parts of a plan have in common: frozen records, and arrays that are lists of numbers in JSON."""
+"""The base of all parts of a plan: frozen records, and arrays that are lists of numbers in JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan says about its replay."""
+"""The replay of a plan, as the plan records it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a task requires of a motion besides physics and limits, measured on the returned trajectory."""
+"""Requirements of a task besides physics and limits, measured on the returned trajectory."""
 
 from __future__ import annotations
 

@@ -61,10 +61,8 @@ class StageForces:
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
         closed = np.array([mode.closed for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
-        friction_coordinates, planned = (
-            physics.friction_coordinates,
-            motion.dry_friction(k)[physics.friction_coordinates],
-        )
+        friction_coordinates = physics.friction_coordinates
+        planned = motion.dry_friction(k)[friction_coordinates]
         force, rubs, unexplained = split_forces(
             required, jacobian, closed, friction_coordinates, physics.friction, motion.force[k], planned
         )

@@ -10,7 +10,7 @@ from fesd_robot.plans.plan import HomotopyStep, LocalSearch, Refinement, Statist
 
 
 class Effort(NamedTuple):
-    """What a solve took.
+    """NLPs and seconds of a solve.
 
     Attributes:
         reports: all NLPs but those of the search.

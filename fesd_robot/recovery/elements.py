@@ -1,4 +1,4 @@
-"""What the Filippov multipliers and the branch say about one finite element."""
+"""Contacts and forces of one finite element, from its Filippov multipliers and the branch."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ JointsAtPoint = tuple[np.ndarray, Sequence[ContactMode]]
 
 @dataclass(frozen=True)
 class ElementPhysics:
-    """What happens in one element.
+    """Physics of one element.
 
     Attributes:
         frozen: the clock stands still.

@@ -18,7 +18,7 @@ _HALVINGS = 60
 
 @dataclass(frozen=True)
 class PolynomialValues:
-    """What the polynomials say at m times.
+    """Values of the polynomials at m times.
 
     Attributes:
         element: number of the element of every time, (m,).

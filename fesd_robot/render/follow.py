@@ -1,4 +1,4 @@
-"""What the camera that follows the robot looks at."""
+"""The aim of the camera that follows the robot."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class Ghost:
 
 @dataclass(frozen=True)
 class PageContent:
-    """What a page shows: a robot in motion, the ground and paths.
+    """Content of a page: a robot in motion, the ground and paths.
 
     Args:
         title: heading of the page.

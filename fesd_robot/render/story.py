@@ -1,4 +1,4 @@
-"""What a page shows of a plan beside the moving robot: contacts, events, controls and curves."""
+"""The parts of a page beside the moving robot: contacts, events, controls and curves."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fesd_robot.render.feet import FootMotion
 
 KINDS = {"stick_to_slip": "begins to slip", "slip_to_stick": "sticks", "slip_reversal": "slips the other way"}
-"""What a switch is called where its own name is not plain."""
+"""Names of switches whose own names are not plain."""
 
 
 def story_of(plan: Plan, feet: Sequence[FootMotion], actuation: Actuation, time: np.ndarray) -> dict[str, Any]:

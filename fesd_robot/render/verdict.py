@@ -1,4 +1,4 @@
-"""What the page says first about a plan: whether it is solved, in one sentence, and the figures beside it."""
+"""The head of the page of a plan: whether it is solved, in one sentence, and the figures beside it."""
 
 from __future__ import annotations
 

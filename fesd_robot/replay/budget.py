@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Budget:
-    """What a replay may take, and what it has taken.
+    """Budget of a replay, and the part of it that is spent.
 
     Attributes:
         most_events: events, bounces left out, after which it no longer looks for more.

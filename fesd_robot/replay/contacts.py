@@ -1,4 +1,4 @@
-"""What the contacts do from an event on: which ones touch, and in which modes."""
+"""The contacts from an event on: which ones touch, and in which modes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ room of the forces than that, `ModeMotion.margin`, is room to spare."""
 
 
 class ReplayNote(str, Enum):
-    """What is not as it should be about a replay."""
+    """Irregularities of a replay."""
 
     NOT_UNIQUE = "several choices of modes are admissible"
     IMPROPER = "all admissible modes are improper"
@@ -73,7 +73,7 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Drift:
-    """What is taken out at the start: the largest gap, m, and normal velocity, m/s, of a closed contact."""
+    """Drift taken out at the start: the largest gap, m, and normal velocity, m/s, of a closed contact."""
 
     gap: float
     velocity: float

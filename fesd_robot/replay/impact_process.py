@@ -41,7 +41,7 @@ _PHASE_TOLERANCE = 1e-12
 """Relative tolerance of phases that are integrated."""
 
 Choice = tuple[tuple[str, ContactMode] | None, ...]
-"""What every contact does: it pushes or holds, and sticks or slips; None if it has no impulse."""
+"""Mode of every contact: it pushes or holds, and sticks or slips; None if it has no impulse."""
 
 
 _End = tuple[ImpactState, Choice | None]

@@ -28,7 +28,7 @@ _PHASES = 100
 
 @dataclass(frozen=True)
 class Impact:
-    """What an impact does.
+    """Result of an impact.
 
     Attributes:
         velocity: after it, (n_v).

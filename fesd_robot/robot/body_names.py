@@ -1,4 +1,4 @@
-"""What belongs to a body beside a robot: its names there and its shapes."""
+"""Names and shapes of a body beside a robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model file has that a task can name: joints, frames, shapes, motors and postures."""
+"""Inventory of a model file for tasks: joints, frames, shapes, motors and postures."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from fesd_robot.errors import RobotError, nearest
 PREFIX = "example-robot-data:"
 
 INSTALL = "pip install 'fesd-robot[robots]'"
-"""What brings the robots, 400 MB with their meshes, which most users do not need."""
+"""The extra with the robots, 400 MB with their meshes, which most users do not need."""
 
 _FOLDER = Path("share/example-robot-data/robots")
 _FILES = {

@@ -1,4 +1,4 @@
-"""What a model file says beyond Pinocchio's model: springs, drives of several joints, postures and shapes."""
+"""Content of a model file beyond Pinocchio's model: springs, motors of several joints, postures and shapes."""
 
 from __future__ import annotations
 

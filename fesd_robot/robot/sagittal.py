@@ -20,7 +20,7 @@ _IN_UNISON = 1e-4
 
 
 class SagittalProposal(NamedTuple):
-    """What keeps a robot in the x-z plane.
+    """Joints whose locks and couplings keep a robot in the x-z plane.
 
     Attributes:
         locked: name of a joint that leaves the plane -> value, m or rad, as near to zero as its limits allow.

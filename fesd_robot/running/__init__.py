@@ -1,4 +1,4 @@
-"""What every long call needs: its time and effort, its end, its stations, and the cores that it may use."""
+"""For every long call: time and effort, the end, activities, and the cores that it may use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a planner is doing, in the words that people read while they wait, and how far it is with it."""
+"""Activities of a planner, in the words that people read while they wait, and its progress."""
 
 from __future__ import annotations
 

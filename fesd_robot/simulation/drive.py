@@ -65,7 +65,7 @@ class Hit:
 
 @dataclass
 class Drive:
-    """What a robot does.
+    """A simulated motion.
 
     Attributes:
         pieces, hits: in time order.

@@ -66,7 +66,7 @@ Lengths = Annotated[
 
 
 class _Body(Section):
-    """What every body has."""
+    """Keys of every body."""
 
     root: Literal["fixed", "sagittal", "planar", "free_flyer"] = Field(
         description="How the body moves, as for robots: in the x-z plane by NAME.root_x, NAME.root_z and "

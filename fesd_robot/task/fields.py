@@ -81,7 +81,7 @@ _BOUNDS_SCHEMA: dict[str, Any] = {
 NameKind = Literal[
     "configuration coordinate", "velocity coordinate", "joint", "frame", "control", "contact", "posture", "axis"
 ]
-"""What a name in a task stands for."""
+"""Kinds of things that a name in a task stands for."""
 
 Name = Annotated[str, Field(min_length=1)]
 """Name of a joint, coordinate, frame, contact or control."""

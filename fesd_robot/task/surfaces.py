@@ -1,4 +1,4 @@
-"""What a task has to stand on or to touch besides its ground: boxes and cylinders."""
+"""Surfaces to stand on or to touch besides the ground: boxes and cylinders."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ BEYOND = 1e-10
 
 
 class StepChoice(TypedDict, total=False):
-    """What a simulation over a span of time can be told besides its system.
+    """Settings of a simulation over a span of time.
 
     Attributes:
         rtol: relative tolerance of the local errors, 1e-6 if omitted.

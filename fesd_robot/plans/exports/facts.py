@@ -1,4 +1,4 @@
-"""What every export says besides samples: verdict, units, impacts and switches."""
+"""Content of every export besides samples: verdict, units, impacts and switches."""
 
 from __future__ import annotations
 

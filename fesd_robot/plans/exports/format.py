@@ -1,4 +1,4 @@
-"""What an export format is: a name to ask for it by, the files it makes, and who writes them."""
+"""An export format: its name, its files, and the functions that write them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands behind curves over time: who touches when, switches and impacts."""
+"""The background of curves over time: contacts, switches and impacts."""
 
 from __future__ import annotations
 

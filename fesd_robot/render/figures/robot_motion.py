@@ -1,4 +1,4 @@
-"""What the robot of a plan adds to its numbers: bodies, contact points, energy, power, limits and reference."""
+"""The robot's part in the figures of a plan: bodies, contact points, energy, power, limits and reference."""
 
 from __future__ import annotations
 

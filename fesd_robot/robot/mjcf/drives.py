@@ -36,7 +36,7 @@ class ForceRange(NamedTuple):
 
 @dataclass
 class Actuators:
-    """What drives a model.
+    """Actuators of a model.
 
     Attributes:
         efforts: number of a joint -> bounds of the force on it, of all its motors together.
