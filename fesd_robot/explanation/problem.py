@@ -29,7 +29,7 @@ from fesd_robot.task import (
     CircleContact,
     Contact,
     Goal,
-    Shape,
+    GroundShape,
     SingleContact,
     SolidSurface,
     Task,
@@ -233,7 +233,7 @@ def _contacts(motion: MotionProblem) -> list[str]:
     return [*lines, f"Impacts are resolved while the clock stands still ({force})."]
 
 
-def _law(one: Shape | Wall | SolidSurface | PhysicalContact) -> str:
+def _law(one: GroundShape | Wall | SolidSurface | PhysicalContact) -> str:
     """Return friction and restitution of a surface or a contact."""
     bounce = f", restitution {one.restitution:g}" if one.restitution else ""
     return f"friction {one.friction:g}{bounce}"

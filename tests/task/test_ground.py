@@ -24,7 +24,7 @@ from fesd_robot.task import (
     Steps,
     load_task,
 )
-from fesd_robot.task.ground import Shape
+from fesd_robot.task.ground import GroundShape
 
 from .conftest import BASE
 
@@ -168,7 +168,7 @@ MISTAKES: list[tuple[str, str | None, int, str, list[str]]] = [
 
 def test_every_shape_can_be_built_and_described() -> None:
     """Each shape has a surface of its own, and blames a key that it has where that cannot be built."""
-    shapes = Shape.__subclasses__()
+    shapes = GroundShape.__subclasses__()
     assert set(shapes) == set(surface_of.registry) - {object}
     assert all(shape.BUILT_FROM in shape.model_fields for shape in shapes)
 
